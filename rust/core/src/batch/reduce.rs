@@ -108,7 +108,7 @@ impl Record for Reduce<'_> {
     }
 
     fn needs_all(&self) -> bool {
-        !self.only_extremes
+        !self.only_extremes || self.window.requirements.needs_drive()
     }
 
     fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
@@ -148,7 +148,7 @@ impl Kernel for FlushKernel<'_, '_> {
         block.pad(filled);
         if *only_extremes
             && offset + before > 0
-            && are_within(&block.ranges(), safe, requirements, rows, statistics)
+            && holds_no_new_extreme(&block.ranges(), safe, requirements, rows, statistics)
         {
             return;
         }
@@ -221,13 +221,13 @@ impl Kernel for LeaveOutKernel<'_, '_, '_> {
     fn run(self) -> bool {
         let Reduce { window, memory, safe, .. } = self.reduce;
         let Memory { rows, statistics, .. } = &mut **memory;
-        are_within(self.states, safe, &window.requirements, rows, statistics)
+        holds_no_new_extreme(self.states, safe, &window.requirements, rows, statistics)
     }
 }
 
-/// Whether no load passes its extremes in a box. Then a box in which none does becomes `safe`.
+/// Whether no load passes its extremes in a box. If so, `safe` becomes this box or a wider one.
 #[cfg_attr(feature = "std", inline(always))]
-fn are_within(
+fn holds_no_new_extreme(
     states: &StateBox,
     safe: &mut StateBox,
     requirements: &Requirements,

@@ -220,7 +220,7 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     pub(super) fn box_clear(&self, bounds: &LeapBounds) -> bool {
         let mut clear = true;
         for block in self.blocks.as_slice() {
-            clear = clear && block.box_clear(&bounds.samples, bounds.between);
+            clear = clear && block.box_clear(&bounds.samples, bounds.bow);
         }
         clear
     }

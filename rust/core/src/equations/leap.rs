@@ -7,8 +7,8 @@
 //! |z| <= Q (|z(0)| + Σ |∫ exp(A τ) (0, r) dτ|),      Q = max over k of |exp(k A h)|
 //! ```
 //!
-//! at all samples, with one integral for each interval. The rest r is the excitation less the even rise, and the force of weak springs: they
-//! hold the path where no link has stiffness, as where all links of one direction are in their clearance.
+//! at all samples, with one integral for each interval. The rest r is the excitation less the even rise, and what the path does not
+//! balance: weak springs hold it where no link has stiffness, as where all links of one direction are in their clearance.
 
 use nalgebra::Matrix6;
 
@@ -18,17 +18,17 @@ use crate::excitation::{Forcing, Instant};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, ROUNDING, Square, State, StateBox, size};
 
-/// Number of intervals of a leap.
+/// Number of intervals of a leap: a power of two, for the doubling of its matrices; its samples are summed three at a time.
 pub(crate) const LEAP: usize = 32;
+const _: () = assert!(LEAP.is_power_of_two() && (LEAP + 1).is_multiple_of(3));
 
 /// Samples of the components of an excitation over a leap.
-pub(crate) type Stretch = [[f64; LEAP + 1]; 9];
+pub(crate) type LeapSamples = [[f64; LEAP + 1]; 9];
 
-/// Stiffness of the weak springs over that at rest. (Their compliance is 1e6 times that at rest at most, so that of sixteen digits of the path
-/// ten are right.)
+/// Stiffness of the weak springs over that at rest.
 const WEAK: f64 = 1e-6;
 
-/// Share of the bounds that covers rounding and the digits of the path that are not right.
+/// Share of the bounds that covers rounding.
 const MARGIN: f64 = 1e-6;
 
 /// Exact step over [`LEAP`] intervals of h s.
@@ -38,12 +38,11 @@ pub struct Leap {
     change: Columns<12>,
     from_constant: State,
     components: Vec<Component>,
-    constant: Force,
     /// `(S + weak springs)⁻¹`.
     compliance: Square,
     /// Q.
     largest: Columns<12>,
-    /// `|A²|`, entry by entry.
+    /// `|A²|`, entry by entry; zero if contacts cannot change.
     second: Columns<12>,
     /// Bound on `|exp(A τ)|` up to h.
     growth: f64,
@@ -55,10 +54,9 @@ pub struct Leap {
 struct Component {
     /// Effects of its samples on the last state.
     effects: [State; LEAP + 1],
-    /// Bound on the effect of one sample over the two intervals beside it.
-    once: State,
-    /// Modal force of a unit, and its size.
-    influence: Force,
+    /// Bound on the effect of a sample over the two intervals beside it.
+    beside: State,
+    /// Size of the modal force of a unit.
     size: f64,
 }
 
@@ -67,8 +65,8 @@ struct Component {
 pub(crate) struct LeapBounds {
     /// Contains the states at all samples.
     pub samples: StateBox,
-    /// How far a state may be out of the box in between.
-    pub between: f64,
+    /// How far a state may be out of the box between them.
+    pub bow: f64,
 }
 
 impl Leap {
@@ -88,58 +86,61 @@ impl Leap {
         });
         let compliance = springs.try_inverse()?.into();
 
-        let one = step.change;
+        let once = step.change;
         let (mut power, mut largest) = (identity::<12>(0), identity::<12>(0));
         for _ in 0..LEAP {
             let before = power;
-            add_product(&mut power, &one, &before);
+            add_product(&mut power, &once, &before);
             for (column, largest) in power.iter().zip(&mut largest) {
                 for i in 0..12 {
                     let entry = column[i].abs();
-                    largest[i] = if entry > largest[i] { entry } else { largest[i] };
+                    // NaN stays.
+                    largest[i] = if entry <= largest[i] { largest[i] } else { entry };
                 }
             }
         }
-        let a = matrix(equations);
-        let mut second = product(&a, &a);
-        for entry in second.as_flattened_mut() {
-            *entry = entry.abs();
+        let mut second = [[0.0; 12]; 12];
+        if E::PIECEWISE {
+            let a = matrix(equations);
+            second = product(&a, &a);
+            for entry in second.as_flattened_mut() {
+                *entry = entry.abs();
+            }
         }
 
-        let (mut change, mut from_constant) = (one, step.from_constant);
+        let (mut change, mut from_constant) = (once, step.from_constant);
         let mut intervals = 1;
         while intervals < LEAP {
             let before = change;
-            let twice = plus_product(&from_constant, &before, &from_constant);
-            add_scaled(&mut from_constant, &twice, 1.0);
+            let second_half = plus_product(&from_constant, &before, &from_constant);
+            add_scaled(&mut from_constant, &second_half, 1.0);
             double(&mut change, &before);
             intervals *= 2;
         }
         let mut components = Vec::with_capacity(forcing.influence().len());
         for (component, influence) in forcing.influence().iter().enumerate() {
             let (start, end) = (&step.from_start[component], &step.from_end[component]);
-            let (mut effects, mut once) = ([[0.0; 12]; LEAP + 1], [0.0; 12]);
+            let (mut effects, mut beside) = ([[0.0; 12]; LEAP + 1], [0.0; 12]);
             effects[LEAP] = *end;
-            effects[LEAP - 1] = plus_product(end, &one, end);
+            effects[LEAP - 1] = plus_product(end, &once, end);
             add_scaled(&mut effects[LEAP - 1], start, 1.0);
             for k in (1..LEAP - 1).rev() {
-                effects[k] = plus_product(&effects[k + 1], &one, &effects[k + 1]);
+                effects[k] = plus_product(&effects[k + 1], &once, &effects[k + 1]);
             }
             effects[0] = *start;
             for _ in 1..LEAP {
-                effects[0] = plus_product(&effects[0], &one, &effects[0]);
+                effects[0] = plus_product(&effects[0], &once, &effects[0]);
             }
             for i in 0..12 {
-                once[i] = start[i].abs() + end[i].abs();
+                beside[i] = start[i].abs() + end[i].abs();
             }
             let size = sqrt(influence.iter().map(|f| f * f).sum());
-            components.push(Component { effects, once, influence: *influence, size });
+            components.push(Component { effects, beside, size });
         }
         Some(Box::new(Self {
             change,
             from_constant,
             components,
-            constant: *equations.constant(),
             compliance,
             largest,
             second,
@@ -148,29 +149,38 @@ impl Leap {
         }))
     }
 
-    /// Bounds on the states of a leap from `state`, by the same equations.
+    /// Bounds on the states of a leap from `state` by the same equations, under a forcing with these samples.
     #[inline(always)]
-    pub(crate) fn bounds<E: Equations>(&self, equations: &E, state: &State, stretch: &Stretch) -> LeapBounds {
+    pub(crate) fn bounds<E: Equations>(
+        &self,
+        equations: &E,
+        forcing: &Forcing,
+        samples: &LeapSamples,
+        state: &State,
+    ) -> LeapBounds {
         let duration = LEAP as f64 * self.h;
-        // Force at the start, its rise, and the rest: bounds on its effects, and its largest size.
-        let (mut force, mut rise, mut vibration, mut rest) = (self.constant, [0.0; 6], [0.0; 12], 0.0);
-        for (component, samples) in self.components.iter().zip(stretch) {
-            let (first, change) = (samples[0], samples[LEAP] - samples[0]);
-            add_scaled(&mut force, &component.influence, first);
-            for i in 0..6 {
-                rise[i] = fma(component.influence[i], change, rise[i]);
-            }
+        // Force at both ends of the even rise. Of the rest: bounds on its effects, and on its size.
+        let (mut forces, mut vibration, mut rest) = ([*equations.constant(); 2], [0.0; 12], 0.0);
+        for ((component, influence), samples) in self.components.iter().zip(forcing.influence()).zip(samples)
+        {
+            let (first, rise) = (samples[0], samples[LEAP] - samples[0]);
+            add_scaled(&mut forces[0], influence, first);
+            add_scaled(&mut forces[1], influence, samples[LEAP]);
             let (mut sum, mut most) = (0.0, 0.0);
             for k in 1..LEAP {
-                let off = (samples[k] - fma(k as f64 / LEAP as f64, change, first)).abs();
+                let off = (samples[k] - fma(k as f64 / LEAP as f64, rise, first)).abs();
                 sum += off;
                 most = if off > most { off } else { most };
             }
-            add_scaled(&mut vibration, &component.once, sum);
+            add_scaled(&mut vibration, &component.beside, sum);
             rest = fma(component.size, most, rest);
         }
 
         // The path: its velocity follows from the rise, its start from the force on a state with this velocity.
+        let mut rise = [0.0; 6];
+        for i in 0..6 {
+            rise[i] = forces[1][i] - forces[0][i];
+        }
         let travel = times(&self.compliance, &rise);
         let mut ends = [*state; 2];
         for i in 0..6 {
@@ -178,21 +188,25 @@ impl Leap {
             let velocity = if frequency > 0.0 { travel[i] / (duration * frequency) } else { 0.0 };
             (ends[0][6 + i], ends[1][6 + i]) = (velocity, velocity);
         }
-        let pull = equations.linear(&ends[0], &force);
-        let mut of_springs = [0.0; 6];
-        of_springs.copy_from_slice(&pull[6..]);
-        let to_path = times(&self.compliance, &of_springs);
-        let mut held = 0.0;
+        let to_path = times(&self.compliance, &accelerations(equations, &ends[0], &forces[0]));
         for i in 0..6 {
-            let (first, last) = (to_path[i].abs(), (to_path[i] + travel[i]).abs());
             ends[0][i] += to_path[i];
             ends[1][i] = ends[0][i] + travel[i];
-            let spring = WEAK * equations.frequency()[i] * if first > last { first } else { last };
-            held = fma(spring, spring, held);
         }
-        rest += sqrt(held);
+        // On a path that balances all forces there is no acceleration.
+        let first = accelerations(equations, &ends[0], &forces[0]);
+        let last = accelerations(equations, &ends[1], &forces[1]);
+        let mut square = 0.0;
+        for i in 0..6 {
+            let (first, last) = (first[i].abs(), last[i].abs());
+            let most = if first > last { first } else { last };
+            square = fma(most, most, square);
+        }
+        let unbalanced = sqrt(square);
+        rest += unbalanced;
 
-        let everywhere = fma(self.growth * duration, sqrt(held), ROUNDING * (size(state) + size(&ends[1])));
+        let rounding = ROUNDING * (size(state) + size(&ends[0]) + size(&ends[1]));
+        let everywhere = fma(self.growth * duration, unbalanced, rounding);
         for i in 0..12 {
             vibration[i] += (state[i] - ends[0][i]).abs() + everywhere;
         }
@@ -206,14 +220,14 @@ impl Leap {
             let (least, most) = if a < b { (a, b) } else { (b, a) };
             (low[i], high[i]) = (least - reach[i], most + reach[i]);
         }
-        let between = if E::PIECEWISE { self.between(&reach, rest) } else { 0.0 };
-        LeapBounds { samples: StateBox::between(low, high), between }
+        let bow = if E::PIECEWISE { self.bow(&reach, rest) } else { 0.0 };
+        LeapBounds { samples: StateBox::between(low, high), bow }
     }
 
-    /// How far a state may be from the line between its neighbours at samples: as far as its second derivative lets it bow out, with z up to
-    /// `reach`, and twice the effect of a rest up to this size.
+    /// How far a state may be from the straight line between those at two samples. With z up to `reach`, its second derivative lets it
+    /// bow out; a rest up to this size acts at the sample and in between.
     #[inline(always)]
-    fn between(&self, reach: &State, rest: f64) -> f64 {
+    fn bow(&self, reach: &State, rest: f64) -> f64 {
         let mut derivative = [0.0; 12];
         for (column, &entry) in self.second.iter().zip(reach) {
             add_scaled(&mut derivative, column, entry);
@@ -223,9 +237,9 @@ impl Leap {
 
     /// The state at the end of a leap.
     #[inline(always)]
-    pub(crate) fn apply(&self, state: &State, stretch: &Stretch) -> State {
+    pub(crate) fn apply(&self, samples: &LeapSamples, state: &State) -> State {
         let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
-        for (component, samples) in self.components.iter().zip(stretch) {
+        for (component, samples) in self.components.iter().zip(samples) {
             for k in (0..LEAP + 1).step_by(3) {
                 add_scaled(&mut sum, &component.effects[k], samples[k]);
                 add_scaled(&mut second, &component.effects[k + 1], samples[k + 1]);
@@ -242,6 +256,15 @@ impl Leap {
         }
         sum
     }
+}
+
+/// The accelerations of a state under a force.
+#[inline(always)]
+fn accelerations<E: Equations>(equations: &E, state: &State, force: &Force) -> [f64; 6] {
+    let rate = equations.linear(state, force);
+    let mut accelerations = [0.0; 6];
+    accelerations.copy_from_slice(&rate[6..]);
+    accelerations
 }
 
 /// A matrix by columns times a vector.

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
-//! exact solution of the linear part over one step; `leap`: over many; `side_by_side`: that of some preloaded scenes at once; `propagator_derivative`: its
-//! derivatives; `sampled`: at a fixed period.
+//! exact solution of the linear part over one step; `leap`: over many; `side_by_side`: that of some preloaded scenes at once;
+//! `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
 
 mod cubic;
 #[cfg(feature = "std")]

@@ -12,7 +12,8 @@ use crate::system::State;
 
 /// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
 ///
-/// Intervals of a recurring length use a cached propagator; the cache holds `CACHE` of them (3 kB each). Intervals of other lengths, which is
+/// Intervals of a recurring length use a cached propagator; the cache holds `CACHE` of them (3 kB each; with `std`, and
+/// records that do not need all instants, 4 kB and 3 kB for each component of the excitation more). Intervals of other lengths, which is
 /// all of them where time stamps jitter, use the power series of the solution, at a tenth of the cost of computing a propagator.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact<const CACHE: usize = 1>;

@@ -25,9 +25,9 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let excitation = self.recorder.excitation;
         let (key, h) = (self.equations.equations().key(), excitation.interval(k));
         let Output::Samples = self.recorder.output else { return k };
+        let work = self.work();
         let Some(propagator) = self.method.propagator(self.memory, h, key) else { return k };
         // The loop of all steps looks up the budget.
-        let work = M::WORK * (self.summary.steps + self.summary.rejected) + self.equations.searched();
         let most =
             usize::min(self.budget.pause.saturating_sub(work), usize::min(until, excitation.count() - 1) - k);
         let first = k;

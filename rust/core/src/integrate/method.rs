@@ -40,7 +40,7 @@ pub trait Method {
         None
     }
 
-    /// The exact leap over intervals of `h` s by the equations, if the method has it ready.
+    /// The exact leap over intervals of `h` s by the equations, if the method has one or finds it worth preparing.
     #[cfg(feature = "std")]
     fn leap<'m, E: Equations>(
         &self,

@@ -14,6 +14,7 @@ mod lane_group;
 #[cfg(feature = "std")]
 mod lane_scene;
 mod leap;
+mod leap_plan;
 mod method;
 #[cfg(feature = "std")]
 mod named_method;

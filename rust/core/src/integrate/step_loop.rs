@@ -2,7 +2,7 @@
 
 use super::budget::{BETWEEN, Budget};
 use super::control::{Control, Controller, ErrorNorm};
-use super::leap::Leaps;
+use super::leap_plan::LeapPlan;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::switched::SwitchedEquations;
@@ -71,7 +71,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         forcing.sample(excitation, 0, from);
         self.recorder.first_sample(state);
         let (mut k, mut glide_from) = (0, 0);
-        let mut leaps = Leaps::new(&self.recorder);
+        let mut plan = LeapPlan::new(&self.recorder);
         while k + 1 < excitation.count() {
             if M::EXACT_IF_LINEAR
                 && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
@@ -80,13 +80,15 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 continue;
             }
             if M::ERROR_ORDER.is_none() && k >= glide_from {
-                if k >= leaps.from && self.leap(&mut leaps, forcing, k, [&mut state, &mut next], from) {
-                    k = leaps.from;
+                if k >= plan.next
+                    && let Some(reached) = self.leap(&mut plan, forcing, k, [&mut state, &mut next], from)
+                {
+                    k = reached;
                     continue;
                 }
                 let start = k;
-                k = self.glide(forcing, k, leaps.from, [&mut state, &mut next], [&mut from, &mut to]);
-                if k == leaps.from {
+                k = self.glide(forcing, k, plan.next, [&mut state, &mut next], [&mut from, &mut to]);
+                if k == plan.next {
                     continue;
                 }
                 if k + 1 == excitation.count() {
@@ -97,6 +99,12 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             k = self.interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?;
         }
         self.end(state)
+    }
+
+    /// Work of the run so far.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn work(&self) -> usize {
+        M::WORK * (self.summary.steps + self.summary.rejected) + self.equations.searched()
     }
 
     /// Steps from sample `k`, at which `state` and the values `from` are, over one interval, or several that lie on a straight line;
@@ -161,7 +169,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let mut plan = Plan { left: 0.0, h: 0.0 };
         while done < length {
             let steps = self.summary.steps + self.summary.rejected;
-            let work = M::WORK * steps + self.equations.searched();
+            let work = self.work();
             if self.budget.is_due(work) {
                 let (at, other) = ([start + done, plan.h], self.steps.other);
                 self.budget.pause =

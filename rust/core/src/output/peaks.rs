@@ -123,7 +123,7 @@ impl Kernel for BlockKernel<'_, '_> {
             extremes.update(times, &values);
         }
         if !is_transposed && !*needs_input {
-            *safe = widened(&here, loads, extremes);
+            *safe = safe_box(&here, loads, extremes);
         }
     }
 }
@@ -148,7 +148,7 @@ impl Kernel for LeaveOutKernel<'_, '_, '_> {
         if any_may_pass(self.states, loads, extremes) {
             return false;
         }
-        *safe = widened(self.states, loads, extremes);
+        *safe = safe_box(self.states, loads, extremes);
         true
     }
 }
@@ -166,7 +166,7 @@ fn any_may_pass(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> b
 
 /// A box in which no load passes its extremes: if possible larger than this one, so that it holds more of the states to come.
 #[cfg_attr(feature = "std", inline(always))]
-fn widened(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> StateBox {
+fn safe_box(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> StateBox {
     let wide = states.widened();
     if any_may_pass(&wide, loads, extremes) { *states } else { wide }
 }

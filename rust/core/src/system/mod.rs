@@ -10,9 +10,9 @@
 //! `|s|² / 2` is the energy of the motion. Without damping the system matrix is skew-symmetric; damping only dissipates energy. The
 //! coordinates do not depend on the unit of length, and a small motion does not lose digits beside the static deflection.
 //!
-//! `state` (plain arrays), `state_box` (ranges of states), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link in the modes),
-//! `undamped_modes`, `statics` (equilibrium of any laws), `quasi_static` (states of equilibrium under a force), `modes` (damping ratios,
-//! eigenvalues).
+//! `state` (plain arrays), `state_box` (ranges of states), `assemble` (M, C, K), `base` (an elastic base under all links), `link_row` (each link
+//! in the modes), `undamped_modes`, `statics` (equilibrium of any laws), `quasi_static` (states of equilibrium under a force), `modes` (damping
+//! ratios, eigenvalues).
 
 mod assemble;
 mod base;

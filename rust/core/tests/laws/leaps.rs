@@ -175,13 +175,14 @@ fn a_contact_change_between_samples_is_not_leapt_over() {
         let mut samples: Vec<[f64; 3]> =
             (0..43).map(|k| [0.0, if (5..15).contains(&k) { pulse } else { 0.0 }, 0.0]).collect();
         let mut time: Vec<f64> = (0..43).map(|k| tick * f64::from(k)).collect();
-        for k in 1..500 {
+        for k in 1..1500 {
             samples.push([0.0; 3]);
             time.push(42.0 * tick + period * f64::from(k));
         }
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
         let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
         assert_eq!(every.contact_changes > 100, lifts_off, "{every:?}");
-        compare(&machine, &excitation, 1e-9);
+        let part = compare(&machine, &excitation, 1e-9);
+        assert!(!lifts_off || part == 0.0, "{part}");
     }
 }

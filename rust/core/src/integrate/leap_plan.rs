@@ -1,0 +1,44 @@
+//! When a run tries to leap.
+
+#[cfg(feature = "std")]
+use super::method::Output;
+use super::recorder::Recorder;
+#[cfg(feature = "std")]
+use crate::equations::LEAP;
+
+/// When a run tries to leap. Without `std` never.
+pub(super) struct LeapPlan {
+    /// Sample of the next attempt.
+    pub next: usize,
+    /// Intervals from a failed attempt to the next, and the most of them.
+    #[cfg(feature = "std")]
+    pause: usize,
+    #[cfg(feature = "std")]
+    longest_pause: usize,
+}
+
+#[cfg(feature = "std")]
+impl LeapPlan {
+    pub(super) fn new(recorder: &Recorder) -> Self {
+        let possible = matches!(recorder.output, Output::Samples) && !recorder.record.needs_all();
+        // Under a noisy motion hardly any attempt succeeds; there they must take no time.
+        Self { next: if possible { 0 } else { usize::MAX }, pause: LEAP, longest_pause: 8 * LEAP }
+    }
+
+    /// Notes an attempt at sample `k`.
+    pub(super) fn note(&mut self, k: usize, succeeded: bool) {
+        if succeeded {
+            *self = Self { next: k + LEAP, pause: LEAP, longest_pause: 2 * LEAP };
+        } else {
+            self.next = k + self.pause;
+            self.pause = usize::min(2 * self.pause, self.longest_pause);
+        }
+    }
+}
+
+#[cfg(not(feature = "std"))]
+impl LeapPlan {
+    pub(super) fn new(_: &Recorder) -> Self {
+        Self { next: usize::MAX }
+    }
+}
