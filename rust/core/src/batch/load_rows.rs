@@ -89,10 +89,11 @@ impl LinearCombination {
         self.terms[kind].extend(factors.filter(|(_, factor)| *factor != 0.0));
     }
 
-    /// Bounds from those of the states and of the forces of links; infinite if it depends on anything else.
+    /// Bounds from those of the states, of the forces of links, and of dampers that act in contact only; infinite if it depends on the
+    /// excitation.
     #[cfg_attr(feature = "std", inline(always))]
-    fn bounds(&self, states: &StateBox, forces: &[Bounded]) -> Bounded {
-        if !(self.terms[1].is_empty() && self.terms[3].is_empty()) {
+    fn bounds(&self, states: &StateBox, forces: &[Bounded], dampers: &[f64]) -> Bounded {
+        if !self.terms[1].is_empty() {
             return [0.0, f64::INFINITY];
         }
         let (mut middle, mut radius) = (self.constant, ROUNDING * self.constant.abs());
@@ -103,6 +104,9 @@ impl LinearCombination {
         for &(index, factor) in &self.terms[2] {
             let [at, reach] = forces[index];
             (middle, radius) = (fma(factor, at, middle), fma(factor.abs(), reach, radius));
+        }
+        for &(index, factor) in &self.terms[3] {
+            radius = fma(factor.abs(), dampers[index], radius);
         }
         [middle, radius]
     }
@@ -151,8 +155,9 @@ pub(super) struct LoadRows {
     dampers: Vec<Values>,
     /// The loads at the block.
     pub values: Vec<Values>,
-    /// Bounds on the forces of the nonlinear links, and on the loads, over a block.
+    /// Bounds on the forces of the nonlinear links, on those of their dampers that act in contact only, and on the loads, over a block.
     force_bounds: Vec<Bounded>,
+    largest_damping: Vec<f64>,
     pub bounds: Vec<Bounded>,
 }
 
@@ -167,6 +172,7 @@ impl LoadRows {
             dampers: Vec::new(),
             values: Vec::new(),
             force_bounds: Vec::new(),
+            largest_damping: Vec::new(),
             bounds: Vec::new(),
         }
     }
@@ -259,14 +265,21 @@ impl LoadRows {
     /// Bounds all rows over some states.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn bound(&mut self, states: &StateBox) {
-        let Self { sums, nonlinear, force_bounds: forces_of_links, bounds, .. } = self;
+        let Self { sums, nonlinear, force_bounds: forces_of_links, largest_damping, bounds, .. } = self;
         forces_of_links.clear();
+        largest_damping.clear();
         for link in nonlinear.iter() {
-            forces_of_links.push(force_bounds(&link.law, link.deflection.bounds(states, &[])));
+            forces_of_links.push(force_bounds(&link.law, link.deflection.bounds(states, &[], &[])));
+            let mut largest = 0.0;
+            if let Some(damper) = &link.damper {
+                let [middle, radius] = damper.bounds(states, &[], &[]);
+                largest = middle.abs() + radius;
+            }
+            largest_damping.push(largest);
         }
         bounds.clear();
         for sum in sums.iter() {
-            bounds.push(sum.bounds(states, forces_of_links));
+            bounds.push(sum.bounds(states, forces_of_links, largest_damping));
         }
     }
 
