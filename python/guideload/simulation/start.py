@@ -53,7 +53,8 @@ def _begins_at_standstill(machine: Machine, motion: Motion) -> bool:
 def _is_negligible(vectors: Array) -> bool:
     """Whether the first of vectors (n, 3) is negligible beside the largest."""
     size = np.linalg.norm(vectors[0])
-    return bool(size == 0.0 or size <= NEGLIGIBLE * np.linalg.norm(vectors, axis=1).max())
+    # Not `np.linalg.norm`, which takes a third of the time of a run.
+    return bool(size == 0.0 or size <= NEGLIGIBLE * np.sqrt(np.einsum("ij,ij->i", vectors, vectors).max()))
 
 
 def _first_deviation(machine: Machine, motion: Motion) -> float:
