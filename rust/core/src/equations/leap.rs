@@ -12,7 +12,9 @@
 
 use nalgebra::Matrix6;
 
-use super::propagator::{Columns, Propagator, add_product, double, identity, matrix, plus_product, product};
+use super::propagator::{
+    Columns, Propagator, add_product, double, identity, matrix, plus_product, product, sum_of_three,
+};
 use super::{Equations, growth, growth_rate};
 use crate::excitation::{Forcing, Instant};
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -56,8 +58,6 @@ struct Component {
     effects: [State; LEAP + 1],
     /// Bound on the effect of a sample over the two intervals beside it.
     beside: State,
-    /// Size of the modal force of a unit.
-    size: f64,
 }
 
 /// Bounds on the states of a leap.
@@ -118,7 +118,7 @@ impl Leap {
             intervals *= 2;
         }
         let mut components = Vec::with_capacity(forcing.influence().len());
-        for (component, influence) in forcing.influence().iter().enumerate() {
+        for component in 0..forcing.influence().len() {
             let (start, end) = (&step.from_start[component], &step.from_end[component]);
             let (mut effects, mut beside) = ([[0.0; 12]; LEAP + 1], [0.0; 12]);
             effects[LEAP] = *end;
@@ -134,8 +134,7 @@ impl Leap {
             for i in 0..12 {
                 beside[i] = start[i].abs() + end[i].abs();
             }
-            let size = sqrt(influence.iter().map(|f| f * f).sum());
-            components.push(Component { effects, beside, size });
+            components.push(Component { effects, beside });
         }
         Some(Box::new(Self {
             change,
@@ -161,8 +160,8 @@ impl Leap {
         let duration = LEAP as f64 * self.h;
         // Force at both ends of the even rise. Of the rest: bounds on its effects, and on its size.
         let (mut forces, mut vibration, mut rest) = ([*equations.constant(); 2], [0.0; 12], 0.0);
-        for ((component, influence), samples) in self.components.iter().zip(forcing.influence()).zip(samples)
-        {
+        for (i, (component, samples)) in self.components.iter().zip(samples).enumerate() {
+            let influence = &forcing.influence()[i];
             let (first, rise) = (samples[0], samples[LEAP] - samples[0]);
             add_scaled(&mut forces[0], influence, first);
             add_scaled(&mut forces[1], influence, samples[LEAP]);
@@ -173,7 +172,7 @@ impl Leap {
                 most = if off > most { off } else { most };
             }
             add_scaled(&mut vibration, &component.beside, sum);
-            rest = fma(component.size, most, rest);
+            rest = fma(forcing.size[i], most, rest);
         }
 
         // The path: its velocity follows from the rise, its start from the force on a state with this velocity.
@@ -246,15 +245,7 @@ impl Leap {
                 add_scaled(&mut third, &component.effects[k + 2], samples[k + 2]);
             }
         }
-        for j in (0..12).step_by(3) {
-            add_scaled(&mut sum, &self.change[j], state[j]);
-            add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
-            add_scaled(&mut third, &self.change[j + 2], state[j + 2]);
-        }
-        for i in 0..12 {
-            sum[i] += second[i] + third[i];
-        }
-        sum
+        sum_of_three([sum, second, third], &self.change, state)
     }
 }
 

@@ -58,23 +58,30 @@ impl Propagator {
     /// The state at the end of the interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn apply(&self, state: &State, start: &Values, end: &Values) -> State {
-        // The excitation first, because it does not depend on the state. Then three sums side by side: each addition of a single sum
-        // would wait for the one before.
-        let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
+        // The excitation first, because it does not depend on the state.
+        let mut sum = self.from_constant;
         for j in 0..self.components {
             add_scaled(&mut sum, &self.from_start[j], start[j]);
             add_scaled(&mut sum, &self.from_end[j], end[j]);
         }
-        for j in (0..12).step_by(3) {
-            add_scaled(&mut sum, &self.change[j], state[j]);
-            add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
-            add_scaled(&mut third, &self.change[j + 2], state[j + 2]);
-        }
-        for i in 0..12 {
-            sum[i] += second[i] + third[i];
-        }
-        sum
+        sum_of_three([sum, *state, [0.0; 12]], &self.change, state)
     }
+}
+
+/// The sum of the three, and of `change` times `state`. They are added side by side: each addition of a single sum would wait for the one
+/// before.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn sum_of_three(parts: [State; 3], change: &Columns<12>, state: &State) -> State {
+    let [mut sum, mut second, mut third] = parts;
+    for j in (0..12).step_by(3) {
+        add_scaled(&mut sum, &change[j], state[j]);
+        add_scaled(&mut second, &change[j + 1], state[j + 1]);
+        add_scaled(&mut third, &change[j + 2], state[j + 2]);
+    }
+    for i in 0..12 {
+        sum[i] += second[i] + third[i];
+    }
+    sum
 }
 
 /// `E = exp(A h) - I`, and the first to the Nth integral over h of `exp(A s)`, of which only the columns of the force are needed.

@@ -35,7 +35,7 @@ pub struct Forcing {
     count: usize,
     influence: [Force; 9],
     /// Norm of each influence.
-    size: [f64; 9],
+    pub(crate) size: [f64; 9],
     /// Largest value of each component.
     peak: [f64; 9],
     /// Largest acceleration of each rider, m/s².

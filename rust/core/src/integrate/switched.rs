@@ -31,7 +31,10 @@ pub(super) trait SwitchedEquations {
 
     /// Whether a leap within these bounds stays within these equations, by tests that may fail where it does.
     #[cfg(feature = "std")]
-    fn stays_over(&self, bounds: &LeapBounds) -> bool;
+    #[inline(always)]
+    fn stays_over(&self, _: &LeapBounds) -> bool {
+        false
+    }
 
     /// Called after a leap.
     #[cfg(feature = "std")]
@@ -213,11 +216,6 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
-        false
-    }
-
-    #[cfg(feature = "std")]
-    fn stays_over(&self, _: &LeapBounds) -> bool {
         false
     }
 

@@ -27,10 +27,9 @@ mod undamped_modes;
 pub use assemble::{Matrices, assemble};
 pub use modes::{Mode, eigenvalues, modes};
 pub use state::{Input, State, input_from};
-
-pub(crate) use link_row::LinkRow;
 pub use state_box::StateBox;
 
+pub(crate) use link_row::LinkRow;
 pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, finite, size, speed};
 pub(crate) use state_box::{Bounded, ROUNDING};
 

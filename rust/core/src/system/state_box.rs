@@ -17,7 +17,7 @@ pub struct StateBox {
 pub(crate) const ROUNDING: f64 = 1e-13;
 
 /// The middle between two bounds, and half their distance.
-pub type Bounded = [f64; 2];
+pub(crate) type Bounded = [f64; 2];
 
 impl StateBox {
     /// A box without states.
@@ -79,8 +79,11 @@ impl StateBox {
     }
 
     /// The middle and half the width of the range of an entry.
+    ///
+    /// # Panics
+    /// If there is no entry `j`, that is for 12 and more.
     #[cfg_attr(feature = "std", inline(always))]
-    pub fn entry(&self, j: usize) -> Bounded {
+    pub fn entry(&self, j: usize) -> [f64; 2] {
         [self.middle[j], self.radius[j]]
     }
 }

@@ -115,7 +115,7 @@ fn leaps_miss_no_contact_change() {
             }
             for samples in motions(&mut random) {
                 let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-                parts.push(compare(&machine, &excitation, 1e-9));
+                parts.push(compare(&machine, &excitation, 1e-11));
             }
         }
     }
@@ -154,7 +154,7 @@ fn a_leap_ends_before_a_drifting_body_meets_a_side() {
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
     assert!(every.contact_changes > 2, "{every:?}");
-    let part = compare(&machine, &excitation, 1e-9);
+    let part = compare(&machine, &excitation, 1e-11);
     assert!(part > 0.5, "{part}");
 }
 
@@ -182,7 +182,7 @@ fn a_contact_change_between_samples_is_not_leapt_over() {
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
         let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
         assert_eq!(every.contact_changes > 100, lifts_off, "{every:?}");
-        let part = compare(&machine, &excitation, 1e-9);
+        let part = compare(&machine, &excitation, 1e-11);
         assert!(!lifts_off || part == 0.0, "{part}");
     }
 }
