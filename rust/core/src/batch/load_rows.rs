@@ -190,25 +190,22 @@ impl LoadRows {
         self.monitored.clear();
         self.sums.resize_with(requirements.rows.len(), LinearCombination::default);
         self.values.resize(requirements.rows.len(), [0.0; BLOCK]);
-        let mut last: Option<(usize, Wrench)> = None;
-        for (index, row) in requirements.rows.iter().enumerate() {
-            match *row {
-                LoadRow::Drive => self.set(index, system, &reaction(system), 0, factors),
-                LoadRow::Group(group, component) => {
-                    let load = match last.take() {
-                        Some((same, load)) if same == group => load,
-                        _ => group_load_along(
-                            system,
-                            groups[group].links.iter().copied(),
-                            centers[group],
-                            groups[group].axes,
-                            Part::Total,
-                        ),
-                    };
-                    self.set(index, system, &load, component, factors);
-                    last = Some((group, load));
+        let rows = &requirements.rows;
+        for (group, center) in centers.iter().enumerate() {
+            let mut load: Option<Wrench> = None;
+            for (index, row) in rows.iter().enumerate() {
+                let LoadRow::Group(of, component) = *row else { continue };
+                if of == group {
+                    let links = groups[group].links.iter().copied();
+                    let load = load.get_or_insert_with(|| {
+                        group_load_along(system, links, *center, groups[group].axes, Part::Total)
+                    });
+                    self.set(index, system, load, component, factors);
                 }
             }
+        }
+        if let Some(index) = rows.iter().position(|row| *row == LoadRow::Drive) {
+            self.set(index, system, &reaction(system), 0, factors);
         }
         for (index, &group) in requirements.contacts.iter().enumerate() {
             for &link in &groups[group].links {

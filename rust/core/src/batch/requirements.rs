@@ -32,6 +32,16 @@ pub(super) enum LoadRow {
     Drive,
 }
 
+impl LoadRow {
+    /// By component, then by group; the drive force last.
+    fn order(&self) -> (usize, usize) {
+        match *self {
+            Self::Group(group, component) => (component, group),
+            Self::Drive => (usize::MAX, 0),
+        }
+    }
+}
+
 /// Source of the value of a measure.
 #[derive(Debug, Clone, Copy)]
 enum Source {
@@ -94,36 +104,44 @@ impl Requirements {
             time: time_weights(&motion.excitation),
             travel: travel.and_then(|speed| Travel::new(&motion.excitation, speed, motion.exponent)),
         };
+        requirements.add(measures, drive_is_held, groups);
+        // Loads of one direction side by side: their extremes fall into the same blocks of samples. Then all indices once more.
+        requirements.rows.sort_by_key(LoadRow::order);
+        (requirements.signals, requirements.sources, requirements.equivalents) = Default::default();
+        requirements.add(measures, drive_is_held, groups);
+        requirements
+    }
+
+    fn add(&mut self, measures: &[Measure], drive_is_held: bool, groups: &[Group]) {
         for &measure in measures {
             let source = match measure {
                 Measure::Load(group, quantity, statistic) => {
                     let signal = match quantity {
                         Quantity::Resultant => Signal::Resultant(
-                            requirements.row(LoadRow::Group(group, 1)),
-                            requirements.row(LoadRow::Group(group, 2)),
+                            self.row(LoadRow::Group(group, 1)),
+                            self.row(LoadRow::Group(group, 2)),
                         ),
-                        component => Signal::Row(requirements.row(LoadRow::Group(group, component as usize))),
+                        component => Signal::Row(self.row(LoadRow::Group(group, component as usize))),
                     };
-                    Source::Statistic(requirements.signal(signal, Some(statistic)), statistic)
+                    Source::Statistic(self.signal(signal, Some(statistic)), statistic)
                 }
                 Measure::Drive(statistic) if drive_is_held => {
-                    let signal = Signal::Row(requirements.row(LoadRow::Drive));
-                    Source::Statistic(requirements.signal(signal, Some(statistic)), statistic)
+                    let signal = Signal::Row(self.row(LoadRow::Drive));
+                    Source::Statistic(self.signal(signal, Some(statistic)), statistic)
                 }
-                Measure::MeanLoad(group) if requirements.travel.is_some() => {
-                    let signal = Signal::Power(requirements.equivalent(group, groups[group].mean_rule));
-                    Source::Mean(requirements.signal(signal, None))
+                Measure::MeanLoad(group) if self.travel.is_some() => {
+                    let signal = Signal::Power(self.equivalent(group, groups[group].mean_rule));
+                    Source::Mean(self.signal(signal, None))
                 }
                 Measure::PeakLoad(group) => {
-                    let signal = Signal::Equivalent(requirements.equivalent(group, groups[group].peak_rule));
-                    Source::Statistic(requirements.signal(signal, Some(Statistic::Max)), Statistic::Max)
+                    let signal = Signal::Equivalent(self.equivalent(group, groups[group].peak_rule));
+                    Source::Statistic(self.signal(signal, Some(Statistic::Max)), Statistic::Max)
                 }
                 Measure::Drive(_) | Measure::MeanLoad(_) => Source::Nothing,
-                Measure::ContactLost(group) => Source::Contact(index_of(&mut requirements.contacts, group)),
+                Measure::ContactLost(group) => Source::Contact(index_of(&mut self.contacts, group)),
             };
-            requirements.sources.push(source);
+            self.sources.push(source);
         }
-        requirements
     }
 
     /// The requirements with the weights of some of the `count` samples; path and exponent are those of the whole motion.

@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
 use super::drawn::{self, CHANGES, Deviations, DrawnBlock};
-use super::loads::LaneLoads;
+use super::loads::{BoundPlan, LaneLoads};
 use super::modal::{ModalScenes, TILE};
 use super::step::Steps;
 use super::time_statistics::{Reduce, STATISTICS, nothing};
@@ -76,6 +76,7 @@ impl<const N: usize> LaneIntegrator<'_, N> {
         last.clear::<S>(rows);
         drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });
         simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
+        let mut plan = BoundPlan::default();
         for block in 0..timeline.blocks() {
             if watch.stops_at(block) {
                 return;
@@ -108,21 +109,27 @@ impl<const N: usize> LaneIntegrator<'_, N> {
                     drawn,
                     block,
                     is_first,
+                    is_bounded: false,
                     states,
                     values,
                     extremes,
                 });
             } else {
-                simd.vectorize(LaneLoads::<false, DRAWN> {
+                let is_bounded = !is_first && plan.next();
+                let all = simd.vectorize(LaneLoads::<false, DRAWN> {
                     modal,
                     timeline,
                     drawn,
                     block,
                     is_first,
+                    is_bounded,
                     states,
                     values,
                     extremes,
                 });
+                if is_bounded {
+                    plan.note(all);
+                }
             }
             if stores_values {
                 simd.vectorize(Reduce {

@@ -21,17 +21,20 @@ pub(super) struct LaneLoads<'a, const STORES_VALUES: bool, const DRAWN: bool> {
     pub block: usize,
     /// Whether it is the first block of the motion.
     pub is_first: bool,
+    /// Whether tiles without a new extreme are passed over, by bounds.
+    pub is_bounded: bool,
     pub states: &'a AlignedBuffer,
     pub values: &'a mut AlignedBuffer,
     pub extremes: &'a mut AlignedBuffer,
 }
 
 impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, STORES_VALUES, DRAWN> {
-    type Output = ();
+    /// Whether all tiles were evaluated.
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, drawn, block, is_first, states, values, extremes } = self;
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Self { modal, timeline, drawn, block, is_first, is_bounded, states, values, extremes } = self;
         let components = timeline.components.len();
         let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
         let inputs = Inputs::<DRAWN> { drawn, shared: inputs, components };
@@ -50,7 +53,8 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
         let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
         let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
-        if !STORES_VALUES && !is_first {
+        let mut all = true;
+        if is_bounded {
             let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
             let states = states.as_chunks::<2>().0;
             if ranges.len() == 1 {
@@ -62,7 +66,8 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
             let (tile, bounds) = tile.split_at(states.len());
-            if !STORES_VALUES && !is_first && !may_be_new(simd, head, ranges, bounds, &sizes, extremes) {
+            if is_bounded && !may_be_new(simd, head, ranges, bounds, &sizes, extremes) {
+                all = false;
                 continue;
             }
             for part in 0..BLOCK / SAMPLES {
@@ -100,6 +105,34 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
                 }
             }
         }
+        all
+    }
+}
+
+/// Which blocks are bounded before they are evaluated. Bounds take half as long as the evaluation of two tiles. Where a block needs all of
+/// its tiles, as under noise, the next mostly does, too, and is evaluated at once.
+#[derive(Debug, Default)]
+pub(super) struct BoundPlan {
+    /// Blocks up to the next one that is bounded.
+    left: usize,
+    /// Blocks in a row that were evaluated at once.
+    pause: usize,
+}
+
+/// Most blocks in a row that are evaluated at once.
+const MOST_UNBOUNDED: usize = 4;
+
+impl BoundPlan {
+    /// Whether the next block is bounded.
+    pub(super) fn next(&mut self) -> bool {
+        self.left = self.left.saturating_sub(1);
+        self.left == 0
+    }
+
+    /// Notes whether a bounded block needed all of its tiles.
+    pub(super) fn note(&mut self, all: bool) {
+        self.pause = if all { usize::min(2 * self.pause + 1, MOST_UNBOUNDED) } else { 0 };
+        self.left = 1 + self.pause;
     }
 }
 
