@@ -7,9 +7,10 @@ use crate::numeric::float::fma;
 use crate::system::{Bounded, LinkRow, ROUNDING, StateBox};
 
 impl StateBox {
-    /// Whether a component of a load that does not depend on the excitation directly may pass its extremes. True for NaN.
+    /// Which values of a load that does not depend on the excitation directly may pass their extremes: the components, the y-z resultant of
+    /// the force, and the magnitude of the moment. True for NaN.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn may_pass(&self, load: &Wrench, extremes: &Extremes) -> bool {
+    pub(crate) fn may_pass(&self, load: &Wrench, extremes: &Extremes) -> [bool; 8] {
         let [mut middle, mut radius] = [load.linear.constant; 2];
         for radius in &mut radius {
             *radius = ROUNDING * radius.abs();
@@ -34,7 +35,7 @@ impl StateBox {
                 }
             }
         }
-        !within(&middle, &radius, extremes)
+        outside(&middle, &radius, extremes)
     }
 
     /// The elastic load of a link.
@@ -70,15 +71,15 @@ pub(crate) fn force_bounds(law: &Law, [at, reach]: Bounded) -> Bounded {
     [0.5 * (low + high), 0.5 * (high - low) + rounding]
 }
 
-/// Whether components between these bounds, their y-z resultant and the magnitude of the moment are within the extremes. False for NaN.
+/// Whether components between these bounds, their y-z resultant and the magnitude of the moment may be outside the extremes. True for NaN.
 #[cfg_attr(feature = "std", inline(always))]
-fn within(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> bool {
-    let mut within = true;
+fn outside(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> [bool; 8] {
+    let mut within = [true; 8];
     // Squares of the smallest and of the largest magnitude.
     let (mut least, mut most) = ([0.0; 6], [0.0; 6]);
     for i in 0..6 {
         let (low, high) = (middle[i] - radius[i], middle[i] + radius[i]);
-        within &= (low >= extremes.smallest[i]) & (high <= extremes.largest[i]);
+        within[i] = (low >= extremes.smallest[i]) & (high <= extremes.largest[i]);
         let (inner, outer) = (middle[i].abs() - radius[i], middle[i].abs() + radius[i]);
         let inner = if inner > 0.0 { inner } else { 0.0 };
         (least[i], most[i]) = (inner * inner, outer * outer);
@@ -87,8 +88,8 @@ fn within(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> bool {
     let most = [most[1] + most[2], most[3] + most[4] + most[5]];
     for i in 0..2 {
         let (smallest, largest) = (extremes.smallest[6 + i], extremes.largest[6 + i]);
-        within &= least[i] * (1.0 - ROUNDING) >= smallest * smallest;
-        within &= most[i] * (1.0 + ROUNDING) <= largest * largest;
+        within[6 + i] = (least[i] * (1.0 - ROUNDING) >= smallest * smallest)
+            & (most[i] * (1.0 + ROUNDING) <= largest * largest);
     }
-    within
+    within.map(|within| !within)
 }

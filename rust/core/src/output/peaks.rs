@@ -1,7 +1,8 @@
 //! Running extremes of loads, in memory of the caller.
 //!
 //! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
-//! lie within its extremes so far is not evaluated at all. The others are evaluated at all instants of the block side by side.
+//! lie within its extremes so far is not evaluated at all. The others are evaluated at all instants of the block side by side. Instants
+//! that a run may leave out are judged by the same bounds.
 
 use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
@@ -12,8 +13,8 @@ use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{Input, NO_INPUT, State, StateBox};
 
-/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run.
-const BLOCK: usize = 16;
+/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough to be worth bounds.
+const BLOCK: usize = 32;
 
 /// One number at each instant of a block.
 type Values = [f64; BLOCK];
@@ -101,28 +102,31 @@ impl Kernel for BlockKernel<'_, '_> {
         if here.is_within(safe) && !*needs_input {
             return;
         }
-        let (mut entries, mut is_transposed) = ([[0.0; BLOCK]; 12], false);
+        let (mut entries, mut values) = (None, [[0.0; BLOCK]; 8]);
         for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {
-            let mut values = [[0.0; BLOCK]; 8];
+            let mut wanted = [true; 8];
             if load.linear.by_input_at_all {
                 for k in 0..BLOCK {
                     for (row, value) in load.at(&states[k], &inputs[k]).into_iter().enumerate() {
                         values[row][k] = value;
                     }
                 }
-            } else if here.may_pass(load, extremes) {
-                if !is_transposed {
-                    entries = transposed(states);
-                    is_transposed = true;
-                }
-                evaluate(load, &entries, states, &mut values);
             } else {
-                continue;
+                wanted = here.may_pass(load, extremes);
+                if wanted == [false; 8] {
+                    continue;
+                }
+                if entries.is_none() {
+                    entries = Some(transposed(states));
+                }
+                if let Some(entries) = &entries {
+                    evaluate(load, &needed_for(&wanted), entries, states, &mut values);
+                }
             }
-            add_magnitudes(&mut values);
-            extremes.update(times, &values);
+            add_magnitudes(&wanted, &mut values);
+            extremes.update(times, &wanted, &values);
         }
-        if !is_transposed && !*needs_input {
+        if entries.is_none() && !*needs_input {
             *safe = safe_box(&here, loads, extremes);
         }
     }
@@ -157,7 +161,7 @@ impl Kernel for LeaveOutKernel<'_, '_, '_> {
 #[cfg_attr(feature = "std", inline(always))]
 fn any_may_pass(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> bool {
     for (load, extremes) in loads.iter().zip(extremes) {
-        if states.may_pass(load, extremes) {
+        if states.may_pass(load, extremes) != [false; 8] {
             return true;
         }
     }
@@ -183,15 +187,34 @@ fn transposed(states: &[State; BLOCK]) -> [Values; 12] {
     entries
 }
 
-/// The components of a load at all instants, to the last bit those of [`super::Recovery::at`].
+/// The components that are wanted themselves, or for the y-z resultant or the magnitude of the moment.
 #[cfg_attr(feature = "std", inline(always))]
-fn evaluate(load: &Wrench, entries: &[Values; 12], states: &[State; BLOCK], values: &mut [Values; 8]) {
+fn needed_for(wanted: &[bool; 8]) -> [bool; 6] {
+    let [x, y, z, mx, my, mz, across, moment] = *wanted;
+    [x, y | across, z | across, mx | moment, my | moment, mz | moment]
+}
+
+/// The needed components of a load at all instants, to the last bit those of [`super::Recovery::at`].
+#[cfg_attr(feature = "std", inline(always))]
+fn evaluate(
+    load: &Wrench,
+    needed: &[bool; 6],
+    entries: &[Values; 12],
+    states: &[State; BLOCK],
+    values: &mut [Values; 8],
+) {
     // Two rows at a time, so that the sums of one fill the time in which those of the other wait for each other.
     for pair in 0..3 {
         let (a, b) = (2 * pair, 2 * pair + 1);
+        if !needed[a] && !needed[b] {
+            continue;
+        }
         let mut sums = [[load.linear.constant[a]; BLOCK], [load.linear.constant[b]; BLOCK]];
         for j in 0..12 {
             let column = &load.linear.by_state[j];
+            if column[a] == 0.0 && column[b] == 0.0 {
+                continue;
+            }
             add_scaled(&mut sums[0], &entries[j], column[a]);
             add_scaled(&mut sums[1], &entries[j], column[b]);
         }
@@ -199,13 +222,22 @@ fn evaluate(load: &Wrench, entries: &[Values; 12], states: &[State; BLOCK], valu
     }
     for link in load.nonlinear.as_slice() {
         let NonlinearLink { row, elastic, damping } = link;
+        let mut is_needed = false;
+        for component in 0..6 {
+            is_needed |= needed[component] & ((elastic[component] != 0.0) | (damping[component] != 0.0));
+        }
+        if !is_needed {
+            continue;
+        }
         let mut at = [row.rest; BLOCK];
         for j in 0..6 {
             add_scaled(&mut at, &entries[j], row.deflection[j]);
         }
         let force = forces(row.link.law(), &at);
         for component in 0..6 {
-            add_scaled(&mut values[component], &force, elastic[component]);
+            if needed[component] && elastic[component] != 0.0 {
+                add_scaled(&mut values[component], &force, elastic[component]);
+            }
         }
         if row.link.is_damped_in_contact() {
             for k in 0..BLOCK {
@@ -218,21 +250,30 @@ fn evaluate(load: &Wrench, entries: &[Values; 12], states: &[State; BLOCK], valu
     }
 }
 
-/// Adds the y-z resultant of the force and the magnitude of the moment.
+/// Adds the y-z resultant of the force and the magnitude of the moment, where wanted.
 #[cfg_attr(feature = "std", inline(always))]
-fn add_magnitudes(values: &mut [Values; 8]) {
+fn add_magnitudes(wanted: &[bool; 8], values: &mut [Values; 8]) {
     let [_, y, z, mx, my, mz, across, moment] = values;
-    for k in 0..BLOCK {
-        across[k] = sqrt(fma(y[k], y[k], z[k] * z[k]));
-        moment[k] = sqrt(fma(mx[k], mx[k], fma(my[k], my[k], mz[k] * mz[k])));
+    if wanted[6] {
+        for k in 0..BLOCK {
+            across[k] = sqrt(fma(y[k], y[k], z[k] * z[k]));
+        }
+    }
+    if wanted[7] {
+        for k in 0..BLOCK {
+            moment[k] = sqrt(fma(mx[k], mx[k], fma(my[k], my[k], mz[k] * mz[k])));
+        }
     }
 }
 
 impl Extremes {
-    /// Updates with the values of a block; the time is that of the first occurrence.
+    /// Updates with the wanted values of a block; the time is that of the first occurrence.
     #[cfg_attr(feature = "std", inline(always))]
-    fn update(&mut self, times: &Values, values: &[Values; 8]) {
+    fn update(&mut self, times: &Values, wanted: &[bool; 8], values: &[Values; 8]) {
         for (i, values) in values.iter().enumerate() {
+            if !wanted[i] {
+                continue;
+            }
             let (low, high) = least_and_largest(values);
             if low < self.smallest[i] {
                 (self.smallest[i], self.time_of_smallest[i]) = (low, times[first(values, low)]);
