@@ -191,10 +191,11 @@ impl LoadRows {
         self.sums.resize_with(requirements.rows.len(), LinearCombination::default);
         self.values.resize(requirements.rows.len(), [0.0; BLOCK]);
         let rows = &requirements.rows;
+        // By group, so that the load of each is made once.
         for (group, center) in centers.iter().enumerate() {
             let mut load: Option<Wrench> = None;
             for (index, row) in rows.iter().enumerate() {
-                let LoadRow::Group(of, component) = *row else { continue };
+                let LoadRow::Group { component, group: of } = *row else { continue };
                 if of == group {
                     let links = groups[group].links.iter().copied();
                     let load = load.get_or_insert_with(|| {

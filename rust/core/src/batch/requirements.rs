@@ -26,20 +26,10 @@ pub(super) enum Signal {
 }
 
 /// One load: a component of a group's load, or the drive force.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum LoadRow {
-    Group(usize, usize),
+    Group { component: usize, group: usize },
     Drive,
-}
-
-impl LoadRow {
-    /// By component, then by group; the drive force last.
-    fn order(&self) -> (usize, usize) {
-        match *self {
-            Self::Group(group, component) => (component, group),
-            Self::Drive => (usize::MAX, 0),
-        }
-    }
 }
 
 /// Source of the value of a measure.
@@ -104,24 +94,28 @@ impl Requirements {
             time: time_weights(&motion.excitation),
             travel: travel.and_then(|speed| Travel::new(&motion.excitation, speed, motion.exponent)),
         };
-        requirements.add(measures, drive_is_held, groups);
-        // Loads of one direction side by side: their extremes fall into the same blocks of samples. Then all indices once more.
-        requirements.rows.sort_by_key(LoadRow::order);
+        // The first pass finds the rows. Those of one component come side by side, because their extremes fall into the same blocks of
+        // samples. The second pass finds their indices.
+        requirements.add_measures(measures, drive_is_held, groups);
+        requirements.rows.sort();
         (requirements.signals, requirements.sources, requirements.equivalents) = Default::default();
-        requirements.add(measures, drive_is_held, groups);
+        requirements.add_measures(measures, drive_is_held, groups);
         requirements
     }
 
-    fn add(&mut self, measures: &[Measure], drive_is_held: bool, groups: &[Group]) {
+    /// Adds what measures need.
+    fn add_measures(&mut self, measures: &[Measure], drive_is_held: bool, groups: &[Group]) {
         for &measure in measures {
             let source = match measure {
                 Measure::Load(group, quantity, statistic) => {
                     let signal = match quantity {
                         Quantity::Resultant => Signal::Resultant(
-                            self.row(LoadRow::Group(group, 1)),
-                            self.row(LoadRow::Group(group, 2)),
+                            self.row(LoadRow::Group { component: 1, group }),
+                            self.row(LoadRow::Group { component: 2, group }),
                         ),
-                        component => Signal::Row(self.row(LoadRow::Group(group, component as usize))),
+                        component => {
+                            Signal::Row(self.row(LoadRow::Group { component: component as usize, group }))
+                        }
                     };
                     Source::Statistic(self.signal(signal, Some(statistic)), statistic)
                 }
@@ -161,7 +155,7 @@ impl Requirements {
     /// The index of the equivalent load of a group by a rule.
     fn equivalent(&mut self, group: usize, rule: EquivalentLoad) -> usize {
         let rows = core::array::from_fn::<_, COMPONENTS, _>(|component| {
-            rule.counts(component).then(|| self.row(LoadRow::Group(group, 1 + component)))
+            rule.counts(component).then(|| self.row(LoadRow::Group { component: 1 + component, group }))
         });
         self.equivalents.push(EquivalentRows::new(rule, rows));
         self.equivalents.len() - 1

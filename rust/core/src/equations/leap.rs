@@ -13,7 +13,7 @@
 use nalgebra::Matrix6;
 
 use super::propagator::{
-    Columns, Propagator, add_product, double, identity, matrix, plus_product, product, sum_of_three,
+    Columns, Propagator, add_product, double, identity, matrix, plus_change, plus_product, product,
 };
 use super::{Equations, growth, growth_rate};
 use crate::excitation::{Forcing, Instant};
@@ -245,7 +245,7 @@ impl Leap {
                 add_scaled(&mut third, &component.effects[k + 2], samples[k + 2]);
             }
         }
-        sum_of_three([sum, second, third], &self.change, state)
+        plus_change([sum, second, third], &self.change, state)
     }
 }
 

@@ -64,14 +64,13 @@ impl Propagator {
             add_scaled(&mut sum, &self.from_start[j], start[j]);
             add_scaled(&mut sum, &self.from_end[j], end[j]);
         }
-        sum_of_three([sum, *state, [0.0; 12]], &self.change, state)
+        plus_change([sum, *state, [0.0; 12]], &self.change, state)
     }
 }
 
-/// The sum of the three, and of `change` times `state`. They are added side by side: each addition of a single sum would wait for the one
-/// before.
+/// `parts` and `change` times `state`, in three sums side by side: each addition to a single sum would wait for the one before.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn sum_of_three(parts: [State; 3], change: &Columns<12>, state: &State) -> State {
+pub(super) fn plus_change(parts: [State; 3], change: &Columns<12>, state: &State) -> State {
     let [mut sum, mut second, mut third] = parts;
     for j in (0..12).step_by(3) {
         add_scaled(&mut sum, &change[j], state[j]);

@@ -71,15 +71,16 @@ pub(crate) fn force_bounds(law: &Law, [at, reach]: Bounded) -> Bounded {
     [0.5 * (low + high), 0.5 * (high - low) + rounding]
 }
 
-/// Whether components between these bounds, their y-z resultant and the magnitude of the moment may be outside the extremes. True for NaN.
+/// Which of the components between these bounds, their y-z resultant and the magnitude of the moment may be outside the extremes. True for
+/// NaN, and for infinite squares before the first instant.
 #[cfg_attr(feature = "std", inline(always))]
 fn outside(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> [bool; 8] {
-    let mut within = [true; 8];
+    let mut outside = [true; 8];
     // Squares of the smallest and of the largest magnitude.
     let (mut least, mut most) = ([0.0; 6], [0.0; 6]);
     for i in 0..6 {
         let (low, high) = (middle[i] - radius[i], middle[i] + radius[i]);
-        within[i] = (low >= extremes.smallest[i]) & (high <= extremes.largest[i]);
+        outside[i] = !((low >= extremes.smallest[i]) & (high <= extremes.largest[i]));
         let (inner, outer) = (middle[i].abs() - radius[i], middle[i].abs() + radius[i]);
         let inner = if inner > 0.0 { inner } else { 0.0 };
         (least[i], most[i]) = (inner * inner, outer * outer);
@@ -88,8 +89,9 @@ fn outside(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> [bool; 
     let most = [most[1] + most[2], most[3] + most[4] + most[5]];
     for i in 0..2 {
         let (smallest, largest) = (extremes.smallest[6 + i], extremes.largest[6 + i]);
-        within[6 + i] = (least[i] * (1.0 - ROUNDING) >= smallest * smallest)
-            & (most[i] * (1.0 + ROUNDING) <= largest * largest);
+        outside[6 + i] = !((least[i] * (1.0 - ROUNDING) >= smallest * smallest)
+            & (most[i] * (1.0 + ROUNDING) <= largest * largest)
+            & (largest >= 0.0));
     }
-    within.map(|within| !within)
+    outside
 }

@@ -1,8 +1,8 @@
 //! Running extremes of loads, in memory of the caller.
 //!
 //! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
-//! lie within its extremes so far is not evaluated at all. The others are evaluated at all instants of the block side by side. Instants
-//! that a run may leave out are judged by the same bounds.
+//! lie within its extremes so far is not evaluated at all. Of the others, the components that may pass their extremes are evaluated, at all
+//! instants of the block side by side. Instants that a run may leave out are judged by the same bounds.
 
 use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
@@ -13,7 +13,7 @@ use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{Input, NO_INPUT, State, StateBox};
 
-/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough to be worth bounds.
+/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough that bounds pay.
 const BLOCK: usize = 32;
 
 /// One number at each instant of a block.
@@ -102,7 +102,8 @@ impl Kernel for BlockKernel<'_, '_> {
         if here.is_within(safe) && !*needs_input {
             return;
         }
-        let (mut entries, mut values) = (None, [[0.0; BLOCK]; 8]);
+        let (mut entries, mut is_transposed) = ([[0.0; BLOCK]; 12], false);
+        let mut values = [[0.0; BLOCK]; 8];
         for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {
             let mut wanted = [true; 8];
             if load.linear.by_input_at_all {
@@ -116,17 +117,16 @@ impl Kernel for BlockKernel<'_, '_> {
                 if wanted == [false; 8] {
                     continue;
                 }
-                if entries.is_none() {
-                    entries = Some(transposed(states));
+                if !is_transposed {
+                    entries = transposed(states);
+                    is_transposed = true;
                 }
-                if let Some(entries) = &entries {
-                    evaluate(load, &needed_for(&wanted), entries, states, &mut values);
-                }
+                evaluate(load, &needed_for(&wanted), &entries, states, &mut values);
             }
             add_magnitudes(&wanted, &mut values);
             extremes.update(times, &wanted, &values);
         }
-        if entries.is_none() && !*needs_input {
+        if !is_transposed && !*needs_input {
             *safe = safe_box(&here, loads, extremes);
         }
     }

@@ -81,7 +81,7 @@ impl StateBox {
     /// The middle and half the width of the range of an entry.
     ///
     /// # Panics
-    /// If there is no entry `j`, that is for 12 and more.
+    /// If `j` is 12 or more.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn entry(&self, j: usize) -> [f64; 2] {
         [self.middle[j], self.radius[j]]

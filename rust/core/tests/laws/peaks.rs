@@ -31,37 +31,37 @@ fn compare<M: Method>(
     let mut history = vec![0.0; states.len() * loads.len() * 6];
     evaluate(&loads, &states, |k| excitation.input(k), &mut history);
     let scale = largest(&history);
-    let tolerance = if outcome == other { 0.0 } else { 1e-13 };
+    let leapt = matches!((&outcome, &other), (Ok(peaks), Ok(history)) if peaks.steps < history.steps);
+    let tolerance = if leapt { 1e-13 } else { 0.0 };
     for (l, extreme) in extremes.iter().enumerate() {
-        let trace = |axis: usize| -> Vec<f64> {
-            history.chunks(6 * loads.len()).map(|row| row[6 * l + axis]).collect()
-        };
-        for axis in 0..6 {
-            let trace = trace(axis);
+        // Force and moment, the y-z resultant of the force, and the magnitude of the moment.
+        let values: Vec<[f64; 8]> = history
+            .chunks(6 * loads.len())
+            .map(|row| {
+                let load: [f64; 6] = row[6 * l..6 * l + 6].try_into().expect("six");
+                let [x, y, z, mx, my, mz] = load;
+                let moment = mx.mul_add(mx, my.mul_add(my, mz * mz)).sqrt();
+                [x, y, z, mx, my, mz, y.mul_add(y, z * z).sqrt(), moment]
+            })
+            .collect();
+        for i in 0..8 {
+            let trace: Vec<f64> = values.iter().map(|values| values[i]).collect();
             let most = trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let least = trace.iter().copied().fold(f64::INFINITY, f64::min);
-            close(extreme.largest[axis], most, tolerance, scale);
-            close(extreme.smallest[axis], least, tolerance, scale);
+            close(extreme.largest[i], most, tolerance, scale);
+            close(extreme.smallest[i], least, tolerance, scale);
             // The first sample at which it is reached.
             let when = |reaches: &dyn Fn(f64) -> bool| {
                 excitation.time(trace.iter().position(|&y| reaches(y)).expect("it is there"))
             };
             let margin = tolerance * scale;
-            assert!(extreme.time_of_largest[axis] >= when(&|y| y >= most - margin));
-            assert!(extreme.time_of_smallest[axis] >= when(&|y| y <= least + margin));
+            assert!(extreme.time_of_largest[i] >= when(&|y| y >= most - margin));
+            assert!(extreme.time_of_smallest[i] >= when(&|y| y <= least + margin));
             if tolerance == 0.0 || most - least > 1e-3 * scale {
-                assert_eq!(extreme.time_of_largest[axis], when(&|y| y == most));
-                assert_eq!(extreme.time_of_smallest[axis], when(&|y| y == least));
+                assert_eq!(extreme.time_of_largest[i], when(&|y| y == most));
+                assert_eq!(extreme.time_of_smallest[i], when(&|y| y == least));
             }
         }
-        let pairs = trace(1).into_iter().zip(trace(2));
-        let across: Vec<f64> = pairs.map(|(y, z)| y.hypot(z)).collect();
-        let (most, least) =
-            across.iter().fold((0.0, f64::INFINITY), |(a, b), &x| (f64::max(a, x), f64::min(b, x)));
-        // `hypot` rounds otherwise than a root of squares.
-        let margin = 1e-15 * most + tolerance * scale;
-        close(extreme.largest[6], most, margin, 1.0);
-        close(extreme.smallest[6], least, margin, 1.0);
     }
     [outcome, other]
 }
@@ -95,7 +95,8 @@ fn peaks_are_the_extremes_of_the_history() {
             let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
             with_leaps += usize::from(peaks.steps < history.steps);
             assert!(!with_drive || peaks.steps == history.steps);
-            assert_eq!(Summary { steps: history.steps, end: history.end, ..peaks }, history);
+            let end = if peaks.steps == history.steps { peaks.end } else { history.end };
+            assert_eq!(Summary { steps: history.steps, end, ..peaks }, history);
         }
     }
     assert!(with_leaps >= 3);

@@ -115,7 +115,7 @@ impl<const N: usize> LaneIntegrator<'_, N> {
                     extremes,
                 });
             } else {
-                let is_bounded = !is_first && plan.next();
+                let is_bounded = !is_first && plan.bounds_next();
                 let all = simd.vectorize(LaneLoads::<false, DRAWN> {
                     modal,
                     timeline,

@@ -21,7 +21,7 @@ pub(super) struct LaneLoads<'a, const STORES_VALUES: bool, const DRAWN: bool> {
     pub block: usize,
     /// Whether it is the first block of the motion.
     pub is_first: bool,
-    /// Whether tiles without a new extreme are passed over, by bounds.
+    /// Whether tiles without a new extreme are passed over, by bounds: not in the first block, nor where values are stored.
     pub is_bounded: bool,
     pub states: &'a AlignedBuffer,
     pub values: &'a mut AlignedBuffer,
@@ -109,30 +109,33 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
     }
 }
 
-/// Which blocks are bounded before they are evaluated. Bounds take half as long as the evaluation of two tiles. Where a block needs all of
-/// its tiles, as under noise, the next mostly does, too, and is evaluated at once.
+/// Which blocks are bounded before they are evaluated. Bounds take about as long as the evaluation of a tile. Where a block needs all of its
+/// tiles, as under noise, the next one mostly does, too, and is evaluated without bounds.
 #[derive(Debug, Default)]
 pub(super) struct BoundPlan {
-    /// Blocks up to the next one that is bounded.
+    /// Blocks without bounds before the next one with bounds.
     left: usize,
-    /// Blocks in a row that were evaluated at once.
+    /// Number of blocks without bounds after the last one with bounds.
     pause: usize,
 }
 
-/// Most blocks in a row that are evaluated at once.
+/// Largest number of blocks in a row without bounds.
 const MOST_UNBOUNDED: usize = 4;
 
 impl BoundPlan {
     /// Whether the next block is bounded.
-    pub(super) fn next(&mut self) -> bool {
-        self.left = self.left.saturating_sub(1);
-        self.left == 0
+    pub(super) fn bounds_next(&mut self) -> bool {
+        if self.left == 0 {
+            return true;
+        }
+        self.left -= 1;
+        false
     }
 
     /// Notes whether a bounded block needed all of its tiles.
     pub(super) fn note(&mut self, all: bool) {
         self.pause = if all { usize::min(2 * self.pause + 1, MOST_UNBOUNDED) } else { 0 };
-        self.left = 1 + self.pause;
+        self.left = self.pause;
     }
 }
 
@@ -207,7 +210,7 @@ fn deviations<S: Simd, const ONE: bool, const DRAWN: bool>(
 }
 
 /// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest
-/// deviations of the modes. This test costs a tenth of the evaluation. Most blocks have no new extreme: those after the overshoot of a
+/// deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot of a
 /// ramp, and those at standstill.
 #[inline(always)]
 fn may_be_new<S: Simd>(

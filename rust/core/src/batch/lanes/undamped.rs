@@ -112,7 +112,7 @@ impl<S: Simd> Undamped<S> {
         feeds.fill(self.zero);
         let mut of = RowParts::new(simd);
         match row {
-            LoadRow::Group(group, component) => {
+            LoadRow::Group { component, group } => {
                 for &link in &request.groups[group].links {
                     let arm = self.links.arm(simd, scenes, link, group, component);
                     of.add(&self.links.all[link], &self.shapes, &self.frequency, self.n, arm);
