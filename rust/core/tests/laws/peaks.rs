@@ -22,6 +22,8 @@ fn compare<M: Method>(
     let groups = CART_CENTERS.into_iter().enumerate();
     let mut loads: Vec<Wrench> =
         groups.map(|(g, center)| group_load(&system, 4 * g..4 * g + 4, center.into(), Part::Total)).collect();
+    // About a point off the cart, all components and both magnitudes differ.
+    loads.push(group_load(&system, 0..machine.links.len(), [0.3, 0.7, -0.4].into(), Part::Total));
     loads.extend(with_drive.then(|| reaction(&system)));
     let mut extremes = vec![Extremes::NONE; loads.len()];
     let mut peaks = Peaks::new(&loads, &mut extremes);
