@@ -102,7 +102,8 @@ impl Kernel for BlockKernel<'_, '_> {
         if here.is_within(safe) && !*needs_input {
             return;
         }
-        let (mut entries, mut is_transposed) = ([[0.0; BLOCK]; 12], false);
+        // No array of zeros: in most blocks no entries are needed, and zeros take as long as the bounds.
+        let mut entries = None;
         let mut values = [[0.0; BLOCK]; 8];
         for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {
             let mut wanted = [true; 8];
@@ -117,16 +118,17 @@ impl Kernel for BlockKernel<'_, '_> {
                 if wanted == [false; 8] {
                     continue;
                 }
-                if !is_transposed {
-                    entries = transposed(states);
-                    is_transposed = true;
+                if entries.is_none() {
+                    entries = Some(transposed(states));
                 }
-                evaluate(load, &needed_for(&wanted), &entries, states, &mut values);
+                if let Some(entries) = &entries {
+                    evaluate(load, &needed_for(&wanted), entries, states, &mut values);
+                }
             }
             add_magnitudes(&wanted, &mut values);
             extremes.update(times, &wanted, &values);
         }
-        if !is_transposed && !*needs_input {
+        if entries.is_none() && !*needs_input {
             *safe = safe_box(&here, loads, extremes);
         }
     }
