@@ -1,6 +1,7 @@
 //! Exact covariance of the deviations of the motion and of the machine's state.
 
 use super::schedule::{Event, Response};
+use crate::equations::three_sums;
 use crate::numeric::float::{add_scaled, fma};
 use crate::smoother::{MAX_ORDER, MarkovStep, Square};
 
@@ -115,7 +116,7 @@ impl Covariance {
             h[i] = from * response.start[i] + to * response.end[i];
         }
         let (across, after) = self.end();
-        let carried = times(&response.carry, &self.a_z);
+        let carried = three_sums([[0.0; 12]; 3], &response.carry, &self.a_z);
         let mut by_g = carried;
         self.a_z = carried;
         for i in 0..12 {
@@ -124,7 +125,7 @@ impl Covariance {
         }
         let mut by_h = [0.0; 12];
         for d in 0..self.order {
-            let mut carried = times(&response.carry, &self.d_z[d]);
+            let mut carried = three_sums([[0.0; 12]; 3], &response.carry, &self.d_z[d]);
             if d == at {
                 by_h = carried.map(|x| self.unit * x);
                 add_scaled(&mut by_h, &h, 0.5 * after);
@@ -135,7 +136,7 @@ impl Covariance {
         }
         let mut half = [[0.0; 12]; 12];
         for j in 0..12 {
-            half[j] = times(&response.carry, &self.z[j]);
+            half[j] = three_sums([[0.0; 12]; 3], &response.carry, &self.z[j]);
         }
         // half carry^T: column j is the sum over i of column i of half times carry[i][j].
         for j in 0..12 {
@@ -150,22 +151,6 @@ impl Covariance {
             self.z[j] = column;
         }
     }
-}
-
-/// Matrix (by columns) times vector.
-#[inline(always)]
-fn times(columns: &[[f64; 12]; 12], vector: &[f64; 12]) -> [f64; 12] {
-    // Three sums side by side: each addition of a single sum would wait for the one before.
-    let (mut first, mut second, mut third) = ([0.0; 12], [0.0; 12], [0.0; 12]);
-    for j in (0..12).step_by(3) {
-        add_scaled(&mut first, &columns[j], vector[j]);
-        add_scaled(&mut second, &columns[j + 1], vector[j + 1]);
-        add_scaled(&mut third, &columns[j + 2], vector[j + 2]);
-    }
-    for i in 0..12 {
-        first[i] += second[i] + third[i];
-    }
-    first
 }
 
 #[cfg(test)]

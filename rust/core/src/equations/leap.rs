@@ -13,7 +13,7 @@
 use nalgebra::Matrix6;
 
 use super::propagator::{
-    Columns, Propagator, add_product, double, identity, matrix, plus_change, plus_product, product,
+    Columns, Propagator, add_product, double, identity, matrix, plus_product, product, three_sums,
 };
 use super::{Equations, growth, growth_rate};
 use crate::excitation::{Forcing, Instant};
@@ -245,7 +245,7 @@ impl Leap {
                 add_scaled(&mut third, &component.effects[k + 2], samples[k + 2]);
             }
         }
-        plus_change([sum, second, third], &self.change, state)
+        three_sums([sum, second, third], &self.change, state)
     }
 }
 

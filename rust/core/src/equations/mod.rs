@@ -35,6 +35,8 @@ pub(crate) use leap::{LEAP, LeapBounds};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 #[cfg(feature = "std")]
+pub(crate) use propagator::three_sums;
+#[cfg(feature = "std")]
 pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages};
 pub use riding::Moments;
 pub(crate) use riding::Riders;

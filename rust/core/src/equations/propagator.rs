@@ -64,18 +64,18 @@ impl Propagator {
             add_scaled(&mut sum, &self.from_start[j], start[j]);
             add_scaled(&mut sum, &self.from_end[j], end[j]);
         }
-        plus_change([sum, *state, [0.0; 12]], &self.change, state)
+        three_sums([sum, *state, [0.0; 12]], &self.change, state)
     }
 }
 
-/// `parts` and `change` times `state`, in three sums side by side: each addition to a single sum would wait for the one before.
+/// `parts` and a matrix times `vector`, in three sums side by side: each addition to a single sum would wait for the one before.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn plus_change(parts: [State; 3], change: &Columns<12>, state: &State) -> State {
+pub(crate) fn three_sums(parts: [State; 3], matrix: &Columns<12>, vector: &State) -> State {
     let [mut sum, mut second, mut third] = parts;
     for j in (0..12).step_by(3) {
-        add_scaled(&mut sum, &change[j], state[j]);
-        add_scaled(&mut second, &change[j + 1], state[j + 1]);
-        add_scaled(&mut third, &change[j + 2], state[j + 2]);
+        add_scaled(&mut sum, &matrix[j], vector[j]);
+        add_scaled(&mut second, &matrix[j + 1], vector[j + 1]);
+        add_scaled(&mut third, &matrix[j + 2], vector[j + 2]);
     }
     for i in 0..12 {
         sum[i] += second[i] + third[i];

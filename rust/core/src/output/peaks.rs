@@ -102,7 +102,7 @@ impl Kernel for BlockKernel<'_, '_> {
         if here.is_within(safe) && !*needs_input {
             return;
         }
-        // No array of zeros: in most blocks no entries are needed, and zeros take as long as the bounds.
+        // No array of zeros: most blocks need no entries.
         let mut entries = None;
         let mut values = [[0.0; BLOCK]; 8];
         for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {

@@ -210,8 +210,8 @@ fn deviations<S: Simd, const ONE: bool, const DRAWN: bool>(
 }
 
 /// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest
-/// deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot of a
-/// ramp, and those at standstill.
+/// deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot
+/// of a ramp, and those at standstill.
 #[inline(always)]
 fn may_be_new<S: Simd>(
     simd: S,
