@@ -25,12 +25,20 @@ def threads(count: int) -> Iterator[Submit]:
     """Yield `submit(function, argument)`, which runs a function on one of `count` threads.
 
     Only the main thread receives Ctrl-C. If the block ends with an error, what waits is cancelled, and calls of the
-    core on the threads end at once, so that leaving the block does not take long.
+    core on the threads end at once, so that leaving the block does not take long. `submit` raises MemoryError where the
+    system starts no further thread.
     """
     cancellation = Cancellation()
     with ThreadPoolExecutor(count) as pool:
+
+        def submit(function: Callable[[Any], Any], argument: Any) -> Future[Any]:
+            try:
+                return pool.submit(cancellation.run, function, argument)
+            except RuntimeError as error:
+                raise MemoryError(f"{error}: free memory, or raise the limit on threads") from error
+
         try:
-            yield lambda function, argument: pool.submit(cancellation.run, function, argument)
+            yield submit
         except BaseException:
             cancellation.set()
             pool.shutdown(wait=False, cancel_futures=True)

@@ -62,7 +62,7 @@ class Commands(click.Group):
         except KeyboardInterrupt:
             raise CommandInterrupted from None
         except MemoryError as error:
-            raise click.ClickException(f"not enough memory: {error}") from error
+            raise click.ClickException(f"not enough memory: {error}".removesuffix(": ")) from error
         except BrokenPipeError:  # the reader, such as `head`, closed the pipe: click exits without a message
             raise
         except (GuideloadError, OSError) as error:
