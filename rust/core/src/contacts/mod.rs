@@ -24,6 +24,8 @@ use segments::{Change, Segments, bow};
 #[cfg(feature = "std")]
 use crate::equations::LeapBounds;
 use crate::equations::SegmentEquations;
+#[cfg(feature = "std")]
+use crate::excitation::Forcing;
 use crate::excitation::{Ramp, Values};
 use crate::numeric::float::fma;
 use crate::numeric::simd::{Kernel, dispatch};
@@ -78,7 +80,8 @@ impl<'a> Contacts<'a> {
     pub(crate) fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         let growth = self.segments.growth(ramp.h);
         let (mut slopes, mut values) = (self.slopes, self.values);
-        let slope_change = growth * ramp.slope_change(&mut slopes, &mut values);
+        let slope_change =
+            growth * ramp.forcing.slope_change(ramp.h, [ramp.start, ramp.end], &mut slopes, &mut values);
         let mut curvature = fma(growth, self.curvature, slope_change);
         let (center, slack, strayed) = &mut self.haven;
         let room = *slack - bow(ramp.h, curvature);
@@ -98,6 +101,41 @@ impl<'a> Contacts<'a> {
         }
         (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
         true
+    }
+
+    /// Number of the first of some steps of `h` s, over these values and from the last state to `states`, that are shown to contain no change
+    /// by their distance from an earlier state, the first test of [`Contacts::stays`].
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn stays_near(
+        &mut self,
+        h: f64,
+        forcing: &Forcing,
+        values: &[Values],
+        states: &[State],
+    ) -> usize {
+        let growth = self.segments.growth(h);
+        let (mut slopes, mut last, mut curvature) = (self.slopes, self.values, self.curvature);
+        let (center, slack, mut strayed) = self.haven;
+        let mut count = 0;
+        for (ends, state) in values.windows(2).zip(states) {
+            let slope_change = growth * forcing.slope_change(h, [&ends[0], &ends[1]], &mut slopes, &mut last);
+            let after = fma(growth, curvature, slope_change);
+            let room = slack - bow(h, after);
+            let distance = distance_squared(&center, state);
+            // These tests fail for NaN, as they must.
+            if !(room >= 0.0 && distance <= room * room && strayed <= room * room) {
+                break;
+            }
+            (curvature, strayed) = (after, distance);
+            count += 1;
+        }
+        if count > 0 {
+            let ramp = [&values[count - 1], &values[count]];
+            forcing.slope_change(h, ramp, &mut self.slopes, &mut self.values);
+            (self.curvature, self.haven.2) = (curvature, strayed);
+        }
+        count
     }
 
     /// Whether a leap within these bounds is shown to contain no change.
@@ -120,7 +158,9 @@ impl<'a> Contacts<'a> {
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
         self.haven = NO_HAVEN;
         let growth = self.segments.growth(ramp.h);
-        let slope_change = growth * ramp.slope_change(&mut self.slopes, &mut self.values);
+        let ends = [ramp.start, ramp.end];
+        let slope_change =
+            growth * ramp.forcing.slope_change(ramp.h, ends, &mut self.slopes, &mut self.values);
         self.curvature = fma(growth, self.curvature, slope_change);
         // These tests fail for NaN, as they must.
         if self.segments.ends_clear(ramp.h, state, next, self.curvature) {

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
-//! exact solution of the linear part over one step; `leap`: over many; `side_by_side`: that of some preloaded scenes at once;
+//! exact solution of the linear part over one step; `two_steps`, `leap`: over two and many; `side_by_side`: that of some preloaded scenes at once;
 //! `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
 
 mod cubic;
@@ -25,6 +25,8 @@ mod series;
 #[cfg(feature = "std")]
 mod side_by_side;
 mod smooth;
+#[cfg(feature = "std")]
+mod two_steps;
 
 pub use cubic::CubicPropagator;
 pub(crate) use cubic::{CubicStep, advance_cubic};
@@ -45,6 +47,8 @@ pub(crate) use series::{CubicForce, PowerSeries, advance, work};
 #[cfg(feature = "std")]
 pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus};
 pub(crate) use smooth::SmoothEquations;
+#[cfg(feature = "std")]
+pub use two_steps::TwoSteps;
 
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{fma, sqrt};

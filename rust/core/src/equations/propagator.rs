@@ -22,7 +22,7 @@ pub struct Propagator {
     /// Effects of each component of the excitation: of its value at the start, and at the end.
     pub(super) from_start: Columns<9>,
     pub(super) from_end: Columns<9>,
-    components: usize,
+    pub(super) components: usize,
 }
 
 impl Propagator {

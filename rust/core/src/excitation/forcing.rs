@@ -134,6 +134,26 @@ impl Forcing {
         constant
     }
 
+    /// Bound on the change of the slope of the modal force from the previous ramp to that over `h` s from `start` to `end`; infinite after a
+    /// jump. `slopes` and `values` hold the slopes and the last values of the previous ramp, and receive those of this one.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn slope_change(
+        &self,
+        h: f64,
+        [start, end]: [&Values; 2],
+        slopes: &mut Values,
+        values: &mut Values,
+    ) -> f64 {
+        let mut turn = 0.0;
+        for i in 0..self.count {
+            let slope = (end[i] - start[i]) / h;
+            let jump = if start[i] == values[i] { 0.0 } else { f64::INFINITY };
+            turn = fma(self.size[i], (slope - slopes[i]).abs(), turn + jump);
+            (slopes[i], values[i]) = (slope, end[i]);
+        }
+        turn
+    }
+
     /// Writes N samples of each component from sample `k` on to `samples`.
     #[cfg(feature = "std")]
     #[inline(always)]
@@ -213,20 +233,6 @@ impl<'a> Ramp<'a> {
             *rise -= first;
         }
         rise
-    }
-
-    /// Bound on the change of the slope of the modal force from the previous ramp to this one; infinite after a jump. `slopes` and
-    /// `values` hold the slopes and the last values of the previous ramp, and receive those of this one.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn slope_change(&self, slopes: &mut Values, values: &mut Values) -> f64 {
-        let mut turn = 0.0;
-        for i in 0..self.forcing.count {
-            let slope = (self.end[i] - self.start[i]) / self.h;
-            let jump = if self.start[i] == values[i] { 0.0 } else { f64::INFINITY };
-            turn = fma(self.forcing.size[i], (slope - slopes[i]).abs(), turn + jump);
-            (slopes[i], values[i]) = (slope, self.end[i]);
-        }
-        turn
     }
 
     /// Bound on the growth of the norm of a state by the force over the step.

@@ -1,10 +1,13 @@
 //! Exact: the matrix exponential of the first-order-hold system, for linear equations.
 
+#[cfg(feature = "std")]
+use super::exact_steps::Block;
+use super::exact_steps::ExactSteps;
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
-#[cfg(feature = "std")]
-use crate::equations::Leap;
 use crate::equations::{Equations, Propagator, advance};
+#[cfg(feature = "std")]
+use crate::equations::{Leap, TwoSteps};
 #[cfg(feature = "std")]
 use crate::excitation::Forcing;
 use crate::excitation::Ramp;
@@ -39,6 +42,10 @@ const MIN_REQUESTS: [u32; 2] = [0, 2];
 pub struct Memory<const CACHE: usize> {
     propagators: StepCache<Propagator, CACHE>,
     #[cfg(feature = "std")]
+    pairs: StepCache<Box<TwoSteps>, CACHE>,
+    #[cfg(feature = "std")]
+    block: Block,
+    #[cfg(feature = "std")]
     leaps: StepCache<Box<Leap>, CACHE>,
     series: SeriesCache,
 }
@@ -51,6 +58,10 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     fn memory(&self) -> Self::Memory {
         Memory {
             propagators: StepCache::new(),
+            #[cfg(feature = "std")]
+            pairs: StepCache::new(),
+            #[cfg(feature = "std")]
+            block: Block::EMPTY,
             #[cfg(feature = "std")]
             leaps: StepCache::new(),
             series: SeriesCache::default(),
@@ -84,8 +95,23 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn propagator<'m>(&self, memory: &'m mut Self::Memory, h: f64, key: u32) -> Option<&'m Propagator> {
-        memory.propagators.ready(h, key)
+    fn exact_steps<'m>(&self, memory: &'m mut Self::Memory, h: f64, key: u32) -> Option<ExactSteps<'m>> {
+        let one = memory.propagators.ready(h, key)?;
+        #[cfg(feature = "std")]
+        let two = {
+            let (two, _) = memory.pairs.entry(h, key);
+            if two.is_none() {
+                *two = Some(Box::new(TwoSteps::new(one)));
+            }
+            two.as_deref()?
+        };
+        Some(ExactSteps {
+            one,
+            #[cfg(feature = "std")]
+            two,
+            #[cfg(feature = "std")]
+            block: &mut memory.block,
+        })
     }
 
     #[cfg(feature = "std")]

@@ -1,6 +1,8 @@
 //! The quick way over intervals that need nothing but one step of a recurring length: no contact changes in them, and no step error or a
 //! small one.
 
+#[cfg(feature = "std")]
+use super::exact_steps::{BLOCK, Block, SHORTEST_BLOCK};
 use super::method::{Method, Output};
 use super::step_loop::Runner;
 use super::switched::SwitchedEquations;
@@ -12,7 +14,7 @@ use crate::system::State;
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Steps from sample to sample, from sample `k` with `state` on, up to sample `until`, as far as the method has an exact step ready and
     /// the equations do not change; returns the sample reached, to which `state` and the values `from` then belong. The states are those of
-    /// [`Runner::step_over`], to the last bit, without its preparations for steps that end within an interval.
+    /// [`Runner::step_over`] but for rounding, without its preparations for steps that end within an interval.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn glide(
         &mut self,
@@ -22,28 +24,50 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         [state, next]: [&mut &mut State; 2],
         [from, to]: [&mut &mut Values; 2],
     ) -> usize {
-        let excitation = self.recorder.excitation;
-        let (key, h) = (self.equations.equations().key(), excitation.interval(k));
-        let Output::Samples = self.recorder.output else { return k };
         let work = self.work();
-        let Some(propagator) = self.method.propagator(self.memory, h, key) else { return k };
+        let Self { method, memory, equations, recorder, budget, summary, .. } = self;
+        let excitation = recorder.excitation;
+        let (key, h) = (equations.equations().key(), excitation.interval(k));
+        let Output::Samples = recorder.output else { return k };
+        let Some(steps) = method.exact_steps(memory, h, key) else { return k };
+        let (first, last) = (k, usize::min(until, excitation.count() - 1));
         // The loop of all steps looks up the budget.
-        let most =
-            usize::min(self.budget.pause.saturating_sub(work), usize::min(until, excitation.count() - 1) - k);
-        let first = k;
-        while k < first + most && excitation.interval(k) == h {
+        let until = usize::min(last, k + budget.pause.saturating_sub(work));
+        #[cfg(feature = "std")]
+        let mut length = SHORTEST_BLOCK;
+        while k < until && excitation.interval(k) == h {
+            // Samples make the same pairs wherever a glide begins.
+            #[cfg(feature = "std")]
+            if k.is_multiple_of(2) {
+                let intervals = k..usize::min(last, k + length);
+                let count = steps.block.fill(steps.two, excitation, forcing, h, intervals, state);
+                if count > 0 {
+                    let block = &*steps.block;
+                    let done = steps_that_stay(*equations, forcing, h, (k, state), block, count);
+                    recorder.samples(k + 1, &block.states[..done]);
+                    if done > 0 {
+                        (**state, **from) = (block.states[done - 1], block.values[done]);
+                        k += done;
+                    }
+                    if done < count {
+                        break;
+                    }
+                    length = usize::min(2 * length, BLOCK);
+                    continue;
+                }
+            }
             forcing.sample(excitation, k + 1, to);
-            **next = propagator.apply(state, from, to);
+            **next = steps.one.apply(state, from, to);
             let begin = Instant { first: k, until: k + 1, since: 0.0 };
-            if !self.equations.stays(&Ramp::whole(h, [&**from, &**to], forcing, begin), state, next) {
+            if !equations.stays(&Ramp::whole(h, [&**from, &**to], forcing, begin), state, next) {
                 break;
             }
             core::mem::swap(state, next);
             core::mem::swap(from, to);
             k += 1;
-            self.recorder.sample(k, state);
+            recorder.sample(k, state);
         }
-        self.summary.steps += k - first;
+        summary.steps += k - first;
         k
     }
 
@@ -115,5 +139,33 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             self.budget.pause = self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
         }
         Ok(())
+    }
+}
+
+/// How many of the first `count` steps of a block, which begins at this sample and state, stay within the equations.
+#[cfg(feature = "std")]
+#[inline(always)]
+fn steps_that_stay<C: SwitchedEquations>(
+    equations: &mut C,
+    forcing: &Forcing,
+    h: f64,
+    (first, state): (usize, &State),
+    block: &Block,
+    count: usize,
+) -> usize {
+    let (values, states) = (&block.values[..=count], &block.states[..count]);
+    let mut done = 0;
+    loop {
+        done += equations.stays_near(h, forcing, &values[done..], &states[done..]);
+        if done == count {
+            return count;
+        }
+        let begin = Instant { first: first + done, until: first + done + 1, since: 0.0 };
+        let ramp = Ramp::whole(h, [&values[done], &values[done + 1]], forcing, begin);
+        let before = if done == 0 { state } else { &states[done - 1] };
+        if !equations.stays(&ramp, before, &states[done]) {
+            return done;
+        }
+        done += 1;
     }
 }

@@ -1,8 +1,9 @@
 //! The trait of the integrators, the instants that a run records, and its summary.
 
+use super::exact_steps::ExactSteps;
+use crate::equations::Equations;
 #[cfg(feature = "std")]
 use crate::equations::Leap;
-use crate::equations::{Equations, Propagator};
 #[cfg(feature = "std")]
 use crate::excitation::Forcing;
 use crate::excitation::Ramp;
@@ -35,8 +36,8 @@ pub trait Method {
         state: &State,
     ) -> (State, State);
 
-    /// The exact step of a whole interval of `h` s by the equations with this key, if the method has it ready.
-    fn propagator<'m>(&self, _: &'m mut Self::Memory, _h: f64, _key: u32) -> Option<&'m Propagator> {
+    /// The exact steps over intervals of `h` s by the equations with this key, if the method has them ready.
+    fn exact_steps<'m>(&self, _: &'m mut Self::Memory, _h: f64, _key: u32) -> Option<ExactSteps<'m>> {
         None
     }
 

@@ -6,6 +6,7 @@
 mod budget;
 mod control;
 mod exact;
+mod exact_steps;
 mod exponential;
 mod glide;
 mod landing;

@@ -3,15 +3,14 @@
 use super::method::Output;
 use crate::excitation::Excitation;
 use crate::output::Record;
+use crate::system::State;
 #[cfg(feature = "std")]
 use crate::system::StateBox;
-use crate::system::{Input, NO_INPUT, State};
 
 /// Passes the instants of a run to its record.
 pub(super) struct Recorder<'a> {
     pub(super) excitation: &'a Excitation<'a>,
     pub(super) output: Output<'a>,
-    pub(super) needs_input: bool,
     pub(super) record: &'a mut dyn Record,
     pub(super) recorded: usize,
 }
@@ -21,8 +20,7 @@ impl Recorder<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn first_sample(&mut self, state: &State) {
         if let Output::Samples = self.output {
-            self.record.instant(self.excitation.time(0), state, &self.excitation.input(0));
-            self.recorded += 1;
+            self.sample(0, state);
         }
     }
 
@@ -37,15 +35,14 @@ impl Recorder<'_> {
     /// Records sample `k`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn sample(&mut self, k: usize, state: &State) {
-        let input: Input;
-        let input = if self.needs_input {
-            input = self.excitation.input(k);
-            &input
-        } else {
-            &NO_INPUT
-        };
-        self.record.instant(self.excitation.time(k), state, input);
-        self.recorded += 1;
+        self.samples(k, core::slice::from_ref(state));
+    }
+
+    /// Records the samples from sample `first` on, with these states.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn samples(&mut self, first: usize, states: &[State]) {
+        self.record.samples(self.excitation, first, states);
+        self.recorded += states.len();
     }
 
     /// Records an output time.

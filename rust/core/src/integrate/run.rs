@@ -202,8 +202,7 @@ impl<'a, M: Method> Setup<'a, M> {
             other,
             reach: size(&start),
         };
-        let needs_input = record.needs_input();
-        let recorder = Recorder { excitation, output, needs_input, record, recorded: 0 };
+        let recorder = Recorder { excitation, output, record, recorded: 0 };
         let summary =
             Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale, end: start };
         Runner { method, memory, equations, steps, recorder, summary, budget }

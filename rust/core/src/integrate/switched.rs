@@ -6,6 +6,8 @@ use crate::contacts::{Contacts, DENSE_POINTS, SmoothContacts};
 use crate::equations::LeapBounds;
 use crate::equations::{Equations, SegmentEquations, SmoothEquations};
 use crate::excitation::Ramp;
+#[cfg(feature = "std")]
+use crate::excitation::{Forcing, Values};
 use crate::system::State;
 
 /// The equations of a run, which may switch at contact changes.
@@ -28,6 +30,14 @@ pub(super) trait SwitchedEquations {
 
     /// Whether a step of a method without step error stays within these equations, by tests that are cheap and may fail where it does.
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool;
+
+    /// Number of the first of some steps of `h` s, over these values and from the last state to `states`, that pass the cheapest of these
+    /// tests.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn stays_near(&mut self, _h: f64, _: &Forcing, _values: &[Values], _states: &[State]) -> usize {
+        0
+    }
 
     /// Whether a leap within these bounds stays within these equations, by tests that may fail where it does.
     #[cfg(feature = "std")]
@@ -93,6 +103,12 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
 
     #[cfg(feature = "std")]
     #[inline(always)]
+    fn stays_near(&mut self, _: f64, _: &Forcing, _: &[Values], states: &[State]) -> usize {
+        states.len()
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
     fn stays_over(&self, _: &LeapBounds) -> bool {
         true
     }
@@ -142,6 +158,12 @@ impl SwitchedEquations for Contacts<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
         Contacts::stays(self, ramp, state, next)
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn stays_near(&mut self, h: f64, forcing: &Forcing, values: &[Values], states: &[State]) -> usize {
+        Contacts::stays_near(self, h, forcing, values, states)
     }
 
     #[cfg(feature = "std")]

@@ -72,10 +72,9 @@ pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
 }
 
 /// Runs a kernel with AVX-512 where the processor has it, otherwise as [`dispatch`].
-#[cfg(feature = "std")]
 #[inline]
 pub(crate) fn dispatch_wide<K: Kernel>(kernel: K) -> K::Output {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
         use std::arch::is_x86_feature_detected as has;
 

@@ -3,13 +3,17 @@
 use super::loads::{Linear, NonlinearLink, Recovery};
 use crate::model::{ball_force, sided_force};
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, LANES, dispatch};
+use crate::numeric::simd::{Kernel, LANES, dispatch, dispatch_wide};
 use crate::system::{Input, State};
 
 /// Nonlinear links side by side: an AVX2 register, and those of a carriage.
 const LINKS: usize = 4;
 
-/// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k.
+/// Instants whose forces are made before they are summed.
+const BLOCK: usize = 32;
+
+/// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k. Returns whether
+/// all values are finite.
 ///
 /// # Panics
 /// If the length of `out` is not `states * quantities * ROWS`.
@@ -18,8 +22,9 @@ pub fn evaluate<const ROWS: usize>(
     states: &[State],
     input: impl Fn(usize) -> Input,
     out: &mut [f64],
-) {
+) -> bool {
     let width = quantities.len() * ROWS;
+    let mut finite = true;
     assert_eq!(out.len(), states.len() * width, "room for every quantity at every state");
     if quantities.iter().all(|quantity| quantity.nonlinear.as_slice().is_empty()) {
         for from in (0..width).step_by(LANES) {
@@ -27,17 +32,17 @@ pub fn evaluate<const ROWS: usize>(
             for (lane, row) in (from..usize::min(from + LANES, width)).enumerate() {
                 lanes.copy_row(lane, &quantities[row / ROWS].linear, row % ROWS);
             }
-            dispatch(LinearKernel { lanes: &lanes, states, input: &input, out, from, width });
+            finite &= dispatch_wide(LinearKernel { lanes: &lanes, states, input: &input, out, from, width });
         }
-        return;
+        return finite;
     }
     for (index, quantity) in quantities.iter().enumerate() {
         let from = index * ROWS;
         let nonlinear = quantity.nonlinear.as_slice();
         if let Some(group) = LinkGroup::<SidedLanes>::of(quantity) {
-            dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
+            finite &= dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
         } else if let Some(group) = LinkGroup::<BallLanes>::of(quantity) {
-            dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
+            finite &= dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
         } else {
             for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
                 let all = if nonlinear.is_empty() {
@@ -46,8 +51,25 @@ pub fn evaluate<const ROWS: usize>(
                     quantity.at(state, &input(k))
                 };
                 out[from..from + ROWS].copy_from_slice(&all);
+                finite &= all.iter().all(|value| value.is_finite());
             }
         }
+    }
+    finite
+}
+
+/// Zeros as long as only finite values have been multiplied by zero and added: a check that is part of the vector code.
+struct Zeros([f64; LANES]);
+
+impl Zeros {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn add(&mut self, values: &[f64; LANES]) {
+        add_scaled(&mut self.0, values, 0.0);
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn are_left(&self) -> bool {
+        self.0 == [0.0; LANES]
     }
 }
 
@@ -75,15 +97,16 @@ struct LinearKernel<'a, I> {
 }
 
 impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
-    type Output = ();
+    type Output = bool;
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
+    fn run(self) -> bool {
         let Self { lanes, states, input, out, from, width } = self;
-        let count = usize::min(LANES, width - from);
+        let (count, mut zeros) = (usize::min(LANES, width - from), Zeros([0.0; LANES]));
         if lanes.by_input_at_all || count < LANES {
             for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
                 let values = lanes.at(state, &input(k));
+                zeros.add(&values);
                 for (out, value) in out[from..].iter_mut().zip(&values) {
                     *out = *value;
                 }
@@ -93,19 +116,24 @@ impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
             let (pairs, last) = states.as_chunks::<2>();
             let mut rows = out.chunks_exact_mut(width);
             for [a, b] in pairs {
-                let (Some(row_a), Some(row_b)) = (rows.next(), rows.next()) else { return };
+                let (Some(row_a), Some(row_b)) = (rows.next(), rows.next()) else { break };
                 let (mut sum_a, mut sum_b) = (lanes.constant, lanes.constant);
                 for j in 0..12 {
                     add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
                     add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
                 }
+                zeros.add(&sum_a);
+                zeros.add(&sum_b);
                 row_a[from..from + LANES].copy_from_slice(&sum_a);
                 row_b[from..from + LANES].copy_from_slice(&sum_b);
             }
             for (state, row) in last.iter().zip(rows) {
-                row[from..from + LANES].copy_from_slice(&lanes.of_state(state));
+                let values = lanes.of_state(state);
+                zeros.add(&values);
+                row[from..from + LANES].copy_from_slice(&values);
             }
         }
+        zeros.are_left()
     }
 }
 
@@ -211,27 +239,34 @@ impl<L: LaneLaws> LinkGroup<L> {
         Some(group)
     }
 
+    /// Forces of the links at an instant.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn forces(&self, state: &State) -> [f64; LINKS] {
+        let mut at = self.rest;
+        for j in 0..6 {
+            add_scaled(&mut at, &self.deflection[j], state[j]);
+        }
+        self.laws.force(at)
+    }
+
     /// Values at N instants, which share each column while it is in a register. `first`: the first entry of the state with a share in the
     /// linear part.
     #[cfg_attr(feature = "std", inline(always))]
-    fn at<const N: usize>(&self, states: &[State; N], first: usize) -> [[f64; LANES]; N] {
-        let (mut sums, mut at) = ([self.linear.constant; N], [self.rest; N]);
-        for j in 0..6 {
-            for n in 0..N {
-                add_scaled(&mut at[n], &self.deflection[j], states[n][j]);
-            }
-        }
+    fn at<const N: usize>(
+        &self,
+        states: &[State; N],
+        forces: &[[f64; LINKS]; N],
+        first: usize,
+    ) -> [[f64; LANES]; N] {
+        let mut sums = [self.linear.constant; N];
         for j in first..12 {
             for n in 0..N {
                 add_scaled(&mut sums[n], &self.linear.by_state[j], states[n][j]);
             }
         }
-        for n in 0..N {
-            at[n] = self.laws.force(at[n]);
-        }
         for i in 0..LINKS {
             for n in 0..N {
-                add_scaled(&mut sums[n], &self.elastic[i], at[n][i]);
+                add_scaled(&mut sums[n], &self.elastic[i], forces[n][i]);
             }
         }
         sums
@@ -249,28 +284,41 @@ struct GroupKernel<'a, L> {
 }
 
 impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
-    type Output = ();
+    type Output = bool;
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
+    fn run(self) -> bool {
         let Self { group, states, out, from, width, rows } = self;
         let first = if group.linear.by_state[..6].as_flattened() == [0.0; 6 * LANES] { 6 } else { 0 };
-        let (pairs, last) = states.as_chunks::<2>();
-        let mut places = out.chunks_exact_mut(width);
-        for pair in pairs {
-            let sums = if first == 6 { group.at(pair, 6) } else { group.at(pair, 0) };
-            for sum in &sums {
-                let Some(place) = places.next() else { return };
-                if let Some(place) = place.get_mut(from..from + LANES) {
-                    // The lanes past the rows are overwritten by the next quantity.
-                    place.copy_from_slice(sum);
-                } else {
-                    place[from..from + rows].copy_from_slice(&sum[..rows]);
+        let (mut places, mut zeros) = (out.chunks_exact_mut(width), Zeros([0.0; LANES]));
+        for states in states.chunks(BLOCK) {
+            // All forces first: while they wait in memory for the sums, the compiler works on those of an instant as one vector.
+            let mut forces = [[0.0; LINKS]; BLOCK];
+            for (forces, state) in forces.iter_mut().zip(states) {
+                *forces = group.forces(state);
+            }
+            let (pairs, last) = states.as_chunks::<2>();
+            for (pair, forces) in pairs.iter().zip(forces.as_chunks::<2>().0) {
+                let sums = if first == 6 { group.at(pair, forces, 6) } else { group.at(pair, forces, 0) };
+                for sum in &sums {
+                    let Some(place) = places.next() else { break };
+                    zeros.add(sum);
+                    if let Some(place) = place.get_mut(from..from + LANES) {
+                        // The lanes past the rows are overwritten by the next quantity.
+                        place.copy_from_slice(sum);
+                    } else {
+                        place[from..from + rows].copy_from_slice(&sum[..rows]);
+                    }
                 }
             }
+            if let [state] = last
+                && let Some(place) = places.next()
+            {
+                let sums = group.at(&[*state], &[forces[states.len() - 1]], 0)[0];
+                zeros.add(&sums);
+                place[from..from + rows].copy_from_slice(&sums[..rows]);
+            }
         }
-        for (state, place) in last.iter().zip(places) {
-            place[from..from + rows].copy_from_slice(&group.at(&[*state], 0)[0][..rows]);
-        }
+        zeros.are_left()
     }
 }

@@ -1,9 +1,10 @@
 //! What a run records: the trait, and the record of every state, in memory of the caller.
 
 use crate::error::RunError;
+use crate::excitation::Excitation;
 #[cfg(feature = "std")]
 use crate::numeric::watch::Watch;
-use crate::system::{Input, State, StateBox};
+use crate::system::{Input, NO_INPUT, State, StateBox};
 
 /// Receives the instants of a run.
 pub trait Record {
@@ -25,6 +26,19 @@ pub trait Record {
 
     /// Called at each instant with time, state and excitation.
     fn instant(&mut self, time: f64, state: &State, input: &Input);
+
+    /// Called at samples of the excitation one after the other, from sample `first` on, with the states at them, in place of
+    /// [`Record::instant`].
+    fn samples(&mut self, excitation: &Excitation, first: usize, states: &[State]) {
+        let needs_input = self.needs_input();
+        let mut input = NO_INPUT;
+        for (k, state) in (first..).zip(states) {
+            if needs_input {
+                input = excitation.input(k);
+            }
+            self.instant(excitation.time(k), state, &input);
+        }
+    }
 
     /// Whether it needs every instant. If not, an exact run may leave some out, which it asks for with [`Record::leave_out`].
     fn needs_all(&self) -> bool {
@@ -73,6 +87,11 @@ impl Record for History<'_> {
         self.states[self.filled] = *state;
         self.filled += 1;
     }
+
+    fn samples(&mut self, _: &Excitation, _: usize, states: &[State]) {
+        self.states[self.filled..][..states.len()].copy_from_slice(states);
+        self.filled += states.len();
+    }
 }
 
 /// Stores every state.
@@ -90,6 +109,10 @@ impl Record for Vec<State> {
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, _: f64, state: &State, _: &Input) {
         self.push(*state);
+    }
+
+    fn samples(&mut self, _: &Excitation, _: usize, states: &[State]) {
+        self.extend_from_slice(states);
     }
 }
 
@@ -128,6 +151,10 @@ impl<R: Record> Record for Watched<'_, R> {
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, time: f64, state: &State, input: &Input) {
         self.record.instant(time, state, input);
+    }
+
+    fn samples(&mut self, excitation: &Excitation, first: usize, states: &[State]) {
+        self.record.samples(excitation, first, states);
     }
 
     fn contact_change(&mut self, at: (usize, f64), state: &State, segments: &[(usize, u8)]) {

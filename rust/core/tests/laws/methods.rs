@@ -5,6 +5,7 @@ use guideload::{
     Start, State, Summary,
 };
 
+use crate::batch::cart_on;
 use crate::common::{
     ADAPTIVE, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise, paper,
     random_machine,
@@ -219,6 +220,26 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
                 assert!(off <= 10.0, "{name} {rtol:e}: {off} x the tolerance");
             }
         }
+    }
+}
+
+/// Steps from sample to sample are made two at a time where their length recurs, those to output times one by one.
+#[test]
+fn steps_made_two_at_a_time_are_steps_made_one_by_one() {
+    let mut random = Random::new(83);
+    // Stretches of two interval lengths, which are exact in binary, of odd and even numbers of samples.
+    let mut time = vec![0.0];
+    for (turn, count) in [5, 1, 2, 3, 70, 9, 35, 4, 34].into_iter().enumerate() {
+        let step = [1.0 / 1024.0, 1.0 / 4096.0][turn % 2];
+        time.extend((1..=count).map(|k| time[time.len() - 1] + f64::from(k) * step).collect::<Vec<_>>());
+    }
+    let samples = noise(&mut random, time.len());
+    let wrench: Vec<[f64; 6]> =
+        samples.iter().map(|_| core::array::from_fn(|_| random.between(-300.0, 300.0))).collect();
+    let excitation = Excitation::new(&time, &samples, Some(&wrench)).expect("sound");
+    let clearance = Law::sided(6e7, 6e7, 5e-6).expect("a law");
+    for machine in [random_machine(&mut random), cart_stiff(), cart_on(clearance).0] {
+        same(&machine, &Exact::<2>, ADAPTIVE, &excitation, &time, 1e-13);
     }
 }
 
