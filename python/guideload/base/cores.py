@@ -25,8 +25,8 @@ def threads(count: int) -> Iterator[Submit]:
     """Yield `submit(function, argument)`, which runs a function on one of `count` threads.
 
     Only the main thread receives Ctrl-C. If the block ends with an error, what waits is cancelled, and calls of the
-    core on the threads end at once, so that leaving the block does not take long. `submit` raises MemoryError where the
-    system starts no further thread.
+    core on the threads end at once, so that leaving the block does not take long. `submit` raises MemoryError if the
+    system cannot start another thread.
     """
     cancellation = Cancellation()
     with ThreadPoolExecutor(count) as pool:
@@ -35,6 +35,8 @@ def threads(count: int) -> Iterator[Submit]:
             try:
                 return pool.submit(cancellation.run, function, argument)
             except RuntimeError as error:
+                if "start new thread" not in str(error):
+                    raise
                 raise MemoryError(f"{error}: free memory, or raise the limit on threads") from error
 
         try:

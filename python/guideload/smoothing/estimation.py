@@ -102,7 +102,8 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
 
     time: (n,) s, strictly increasing, n >= 8. value: (n,) m or m/s according to `kind`.
     quantum: step of the encoder in the unit of the samples; 0 if unknown.
-    Raises TraceError for samples that `checked` refuses, and for a quantum that does not fit them; MemoryError.
+    Raises TraceError for samples that `checked` refuses, and for a quantum that does not fit them; MemoryError
+    if there is too little memory.
     """
     stamps, samples = checked(time, value, kind)
     spread = float(np.ptp(samples))
@@ -128,9 +129,11 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
     try:
         scaled = ScaledSamples.of(stamps, samples, quantum)
         return _estimate(stamps, samples, kind, scaled, _weighted(scaled, kind))
-    except MemoryError as error:  # those of Python and NumPy may have no text
-        message = f"smoothing: not enough memory for {samples.size} samples: {error}"
-        raise MemoryError(message.removesuffix(": ")) from error
+    except MemoryError as error:
+        if str(error):
+            raise
+        # Those of Python and NumPy may have no text.
+        raise MemoryError(f"smoothing: not enough memory for {samples.size} samples") from error
 
 
 @dataclass(frozen=True, eq=False)

@@ -134,7 +134,7 @@ pub(super) fn history(
     sample: &Instance,
     out: &mut [f64],
 ) -> Result<(), SampleError> {
-    let (mut last, mut rest) = (None, &mut *out);
+    let (mut last, mut rest, mut finite) = (None, out, true);
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;
         let (excitation, peak) = runs.excitation(window);
@@ -149,12 +149,8 @@ pub(super) fn history(
             .collect();
         let (part, after) = rest.split_at_mut(states.len() * groups.len() * 6);
         // Loads of links do not depend on the excitation directly.
-        evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), part);
+        finite &= evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), part);
         (last, rest) = (Some((system, end)), after);
     }
-    if out.iter().fold(true, |all, x| all & x.is_finite()) {
-        Ok(())
-    } else {
-        Err(RunError::OutOfRange.into())
-    }
+    if finite { Ok(()) } else { Err(RunError::OutOfRange.into()) }
 }

@@ -103,8 +103,8 @@ impl<'a> Contacts<'a> {
         true
     }
 
-    /// Number of the first of some steps of `h` s, over these values and from the last state to `states`, that are shown to contain no change
-    /// by their distance from an earlier state, the first test of [`Contacts::stays`].
+    /// How many of these consecutive steps of `h` s, counted from the first, contain no change by the first test of [`Contacts::stays`].
+    /// `values`: at the start of each step and at the end of the last; `states`: at the end of each. Remembers these steps as `stays` does.
     #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn stays_near(

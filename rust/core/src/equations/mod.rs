@@ -33,7 +33,7 @@ pub(crate) use cubic::{CubicStep, advance_cubic};
 #[cfg(feature = "std")]
 pub use leap::Leap;
 #[cfg(feature = "std")]
-pub(crate) use leap::{LEAP, LeapBounds};
+pub(crate) use leap::{LEAP, LeapBounds, LeapSamples};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 #[cfg(feature = "std")]

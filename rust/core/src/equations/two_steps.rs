@@ -1,7 +1,6 @@
 //! Two exact steps of equal length at once.
 //!
-//! The second step of a [`Propagator`] waits for the first. Both written as functions of the state before them take hardly longer than
-//! one:
+//! The second step of a [`Propagator`] waits for the first. Written as functions of the state before both, neither waits:
 //!
 //! ```text
 //! x(h)  = x(0) +        E x(0) + B₀ f(0) + B₁ f(h)
@@ -14,7 +13,7 @@ use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{Aligned, Kernel, dispatch_wide};
 use crate::system::State;
 
-/// The state after two steps, and that after one, each at the start of a cache line.
+/// The state after two steps, and that after one, each in 16 places: packed into 24, vectors would lie across both.
 type Pair = Aligned<[f64; 32]>;
 
 /// The states after one and after two steps of a [`Propagator`].
@@ -50,7 +49,8 @@ impl TwoSteps {
         Self { change, from_constant: pair(&constant[0], &step.from_constant), effects }
     }
 
-    /// Steps from `state` over `values`, the first of which belong to `state`, to `states`: one fewer, an even number.
+    /// Steps from `state` under the excitation `values`, the first of which are at `state`; writes the state after each step to `states`, an
+    /// even number, one fewer than the values.
     pub(crate) fn follow(&self, state: &State, values: &[Values], states: &mut [State]) {
         dispatch_wide(FollowKernel { steps: self, state, values, states });
     }

@@ -134,8 +134,8 @@ impl Forcing {
         constant
     }
 
-    /// Bound on the change of the slope of the modal force from the previous ramp to that over `h` s from `start` to `end`; infinite after a
-    /// jump. `slopes` and `values` hold the slopes and the last values of the previous ramp, and receive those of this one.
+    /// Bound on the change of the slope of the modal force from the previous ramp to the one of `h` s from `start` to `end`; infinite after
+    /// a jump. `slopes` and `values` hold the slopes and the last values of the previous ramp, and receive those of this one.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn slope_change(
         &self,

@@ -13,6 +13,7 @@ pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 use nalgebra::Vector3;
 
 use crate::error::ExcitationError;
+use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{Input, input_from};
 
 /// Times of the samples, s.
@@ -193,21 +194,9 @@ impl<'a> Excitation<'a> {
 
     /// Largest magnitude of each component.
     pub(crate) fn peak(&self) -> Input {
-        fn largest<const N: usize>(samples: &[[f64; N]]) -> [f64; N] {
-            // Four samples at a time: each comparison of a single peak would wait for the one before.
-            let mut peaks = [[0.0; N]; 4];
-            let (fours, rest) = samples.as_chunks::<4>();
-            let mut take = |i: usize, sample: &[f64; N]| {
-                for j in 0..N {
-                    let size = sample[j].abs();
-                    peaks[i][j] = if size > peaks[i][j] { size } else { peaks[i][j] };
-                }
-            };
-            fours.iter().for_each(|four| four.iter().enumerate().for_each(|(i, sample)| take(i, sample)));
-            rest.iter().for_each(|sample| take(0, sample));
-            core::array::from_fn(|j| peaks.iter().fold(0.0, |most, peak| f64::max(most, peak[j])))
-        }
-        input_from(largest(self.acceleration), self.wrench.map_or([0.0; 6], largest))
+        let largest_load = |wrench| dispatch(LargestKernel { samples: wrench });
+        let largest = dispatch(LargestKernel { samples: self.acceleration });
+        input_from(largest, self.wrench.map_or([0.0; 6], largest_load))
     }
 }
 
@@ -217,9 +206,67 @@ pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6]
     [force[0], force[1], force[2], about.x, about.y, about.z]
 }
 
+/// Largest magnitude of each entry.
+struct LargestKernel<'a, const N: usize> {
+    samples: &'a [[f64; N]],
+}
+
+impl<const N: usize> Kernel for LargestKernel<'_, N> {
+    type Output = [f64; N];
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> [f64; N] {
+        // Four samples at a time: each comparison of a single peak would wait for the one before.
+        let mut peaks = [[0.0; N]; 4];
+        let (fours, rest) = self.samples.as_chunks::<4>();
+        for four in fours {
+            for i in 0..4 {
+                raise(&mut peaks[i], &four[i]);
+            }
+        }
+        for sample in rest {
+            raise(&mut peaks[0], sample);
+        }
+        let [mut largest, others @ ..] = peaks;
+        for peak in &others {
+            raise(&mut largest, peak);
+        }
+        largest
+    }
+}
+
+/// Raises peaks to the magnitudes of a sample.
+#[cfg_attr(feature = "std", inline(always))]
+fn raise<const N: usize>(peaks: &mut [f64; N], sample: &[f64; N]) {
+    for j in 0..N {
+        let size = sample[j].abs();
+        peaks[j] = if size > peaks[j] { size } else { peaks[j] };
+    }
+}
+
 /// Whether `test` holds for all items. Unlike `Iterator::all` it does not stop early, so it becomes vector code.
 fn every<T>(items: impl Iterator<Item = T>, test: impl Fn(T) -> bool) -> bool {
-    items.fold(true, |all, item| all & test(item))
+    dispatch(EveryKernel { items, test })
+}
+
+/// [`every`].
+struct EveryKernel<I, F> {
+    items: I,
+    test: F,
+}
+
+impl<T, I: Iterator<Item = T>, F: Fn(T) -> bool> Kernel for EveryKernel<I, F> {
+    type Output = bool;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> bool {
+        let Self { items, test } = self;
+        let mut all = true;
+        for item in items {
+            all &= test(item);
+        }
+        all
+    }
 }
 
 fn first_not_finite(values: &[f64]) -> Option<usize> {

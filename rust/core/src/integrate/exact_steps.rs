@@ -1,4 +1,4 @@
-//! Exact steps that a method has ready: over one interval between samples, and, with `std`, blocks of many, two at once.
+//! Exact steps that a method has prepared: single ones and, with `std`, blocks of up to 32, computed in pairs.
 
 #[cfg(feature = "std")]
 use core::ops::Range;
@@ -21,13 +21,14 @@ pub struct ExactSteps<'m> {
     pub(super) block: &'m mut Block,
 }
 
-/// Most steps in a block, and steps in the first one of a glide, which may end after a few.
+/// Most steps in a block.
 #[cfg(feature = "std")]
 pub(super) const BLOCK: usize = 32;
+/// Steps in the first block of a glide, which may end after a few; each further block has twice as many.
 #[cfg(feature = "std")]
-pub(super) const SHORTEST_BLOCK: usize = 4;
+pub(super) const FIRST_BLOCK: usize = 4;
 
-/// Steps one after the other that are made before they are tested.
+/// Consecutive steps, computed first and tested for contact changes afterwards.
 #[cfg(feature = "std")]
 #[derive(Debug, Clone)]
 pub struct Block {
@@ -41,8 +42,8 @@ pub struct Block {
 impl Block {
     pub(super) const EMPTY: Self = Self { values: [[0.0; 9]; BLOCK + 1], states: [[0.0; 12]; BLOCK] };
 
-    /// Fills the block with steps from `state` over those of the `intervals` that are `h` s long, up to the first that is not; returns their
-    /// number, which is even. At most [`BLOCK`] intervals.
+    /// Computes steps from `state` over the first of the `intervals`, at most [`BLOCK`], as far as these are `h` s long; returns their number,
+    /// rounded down to even.
     #[inline(always)]
     pub(super) fn fill(
         &mut self,

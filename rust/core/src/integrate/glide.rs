@@ -2,7 +2,7 @@
 //! small one.
 
 #[cfg(feature = "std")]
-use super::exact_steps::{BLOCK, Block, SHORTEST_BLOCK};
+use super::exact_steps::{BLOCK, Block, FIRST_BLOCK};
 use super::method::{Method, Output};
 use super::step_loop::Runner;
 use super::switched::SwitchedEquations;
@@ -14,7 +14,7 @@ use crate::system::State;
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Steps from sample to sample, from sample `k` with `state` on, up to sample `until`, as far as the method has an exact step ready and
     /// the equations do not change; returns the sample reached, to which `state` and the values `from` then belong. The states are those of
-    /// [`Runner::step_over`] but for rounding, without its preparations for steps that end within an interval.
+    /// [`Runner::step_over`] up to rounding; its preparations for steps that end within an interval are left out.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn glide(
         &mut self,
@@ -34,9 +34,9 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         // The loop of all steps looks up the budget.
         let until = usize::min(last, k + budget.pause.saturating_sub(work));
         #[cfg(feature = "std")]
-        let mut length = SHORTEST_BLOCK;
+        let mut length = FIRST_BLOCK;
         while k < until && excitation.interval(k) == h {
-            // Samples make the same pairs wherever a glide begins.
+            // Pairs begin at even samples, so that rounding depends little on where a glide begins.
             #[cfg(feature = "std")]
             if k.is_multiple_of(2) {
                 let intervals = k..usize::min(last, k + length);
@@ -44,8 +44,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 if count > 0 {
                     let block = &*steps.block;
                     let done = steps_that_stay(*equations, forcing, h, (k, state), block, count);
-                    recorder.samples(k + 1, &block.states[..done]);
                     if done > 0 {
+                        recorder.samples(k + 1, &block.states[..done]);
                         (**state, **from) = (block.states[done - 1], block.values[done]);
                         k += done;
                     }
@@ -142,7 +142,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     }
 }
 
-/// How many of the first `count` steps of a block, which begins at this sample and state, stay within the equations.
+/// Number of steps from the start of a block, at sample `first` and in `state`, without a contact change. The block has `count` steps.
 #[cfg(feature = "std")]
 #[inline(always)]
 fn steps_that_stay<C: SwitchedEquations>(

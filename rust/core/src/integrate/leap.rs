@@ -5,7 +5,7 @@ use super::method::Method;
 use super::step_loop::Runner;
 use super::switched::SwitchedEquations;
 #[cfg(feature = "std")]
-use crate::equations::LEAP;
+use crate::equations::{LEAP, LeapSamples};
 use crate::excitation::{Forcing, Values};
 #[cfg(feature = "std")]
 use crate::numeric::simd::{Kernel, dispatch};
@@ -28,7 +28,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let leapt = last < excitation.count()
             && !self.budget.is_due(self.work())
             && (k + 1..last).all(|k| excitation.interval(k) == h)
-            && dispatch(LeapKernel { runner: self, forcing, k, h, state, next });
+            && dispatch(LeapKernel { runner: self, samples: &mut plan.samples, forcing, k, h, state, next });
         plan.note(k, leapt);
         if !leapt {
             return None;
@@ -44,6 +44,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
 #[cfg(feature = "std")]
 struct LeapKernel<'s, 'a, 'f, M: Method, C> {
     runner: &'s mut Runner<'a, M, C>,
+    samples: &'s mut LeapSamples,
     forcing: &'f Forcing,
     k: usize,
     h: f64,
@@ -57,16 +58,15 @@ impl<M: Method, C: SwitchedEquations> Kernel for LeapKernel<'_, '_, '_, M, C> {
 
     #[inline(always)]
     fn run(self) -> bool {
-        let Self { runner, forcing, k, h, state, next } = self;
+        let Self { runner, samples, forcing, k, h, state, next } = self;
         let Runner { method, memory, equations, recorder, .. } = runner;
         let Some(leap) = method.leap(memory, equations.equations(), forcing, h) else { return false };
-        let mut samples = [[0.0; LEAP + 1]; 9];
-        forcing.samples(recorder.excitation, k, &mut samples);
-        let bounds = leap.bounds(equations.equations(), forcing, &samples, state);
+        forcing.samples(recorder.excitation, k, samples);
+        let bounds = leap.bounds(equations.equations(), forcing, samples, state);
         // The record is asked last: one that agrees counts these samples as passed.
         let possible = equations.stays_over(&bounds) && recorder.leave_out(LEAP, &bounds.samples);
         if possible {
-            *next = leap.apply(&samples, state);
+            *next = leap.apply(samples, state);
             equations.leapt();
         }
         possible

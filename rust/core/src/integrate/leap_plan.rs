@@ -4,7 +4,7 @@
 use super::method::Output;
 use super::recorder::Recorder;
 #[cfg(feature = "std")]
-use crate::equations::LEAP;
+use crate::equations::{LEAP, LeapSamples};
 
 /// When a run tries to leap. Without `std` never.
 pub(super) struct LeapPlan {
@@ -15,6 +15,9 @@ pub(super) struct LeapPlan {
     pause: usize,
     #[cfg(feature = "std")]
     longest_pause: usize,
+    /// Memory for the samples of a leap.
+    #[cfg(feature = "std")]
+    pub samples: LeapSamples,
 }
 
 #[cfg(feature = "std")]
@@ -22,13 +25,14 @@ impl LeapPlan {
     pub(super) fn new(recorder: &Recorder) -> Self {
         let possible = matches!(recorder.output, Output::Samples) && !recorder.record.needs_all();
         // Under a noisy motion hardly any attempt succeeds; there they must take no time.
-        Self { next: if possible { 0 } else { usize::MAX }, pause: LEAP, longest_pause: 8 * LEAP }
+        let next = if possible { 0 } else { usize::MAX };
+        Self { next, pause: LEAP, longest_pause: 8 * LEAP, samples: [[0.0; LEAP + 1]; 9] }
     }
 
     /// Notes an attempt at sample `k`.
     pub(super) fn note(&mut self, k: usize, succeeded: bool) {
         if succeeded {
-            *self = Self { next: k + LEAP, pause: LEAP, longest_pause: 2 * LEAP };
+            (self.next, self.pause, self.longest_pause) = (k + LEAP, LEAP, 2 * LEAP);
         } else {
             self.next = k + self.pause;
             self.pause = usize::min(2 * self.pause, self.longest_pause);

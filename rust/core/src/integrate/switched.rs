@@ -31,8 +31,8 @@ pub(super) trait SwitchedEquations {
     /// Whether a step of a method without step error stays within these equations, by tests that are cheap and may fail where it does.
     fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool;
 
-    /// Number of the first of some steps of `h` s, over these values and from the last state to `states`, that pass the cheapest of these
-    /// tests.
+    /// How many of these consecutive steps of `h` s, counted from the first, pass the cheapest of these tests. `values`: at the start of each
+    /// step and at the end of the last; `states`: at the end of each.
     #[cfg(feature = "std")]
     #[inline(always)]
     fn stays_near(&mut self, _h: f64, _: &Forcing, _values: &[Values], _states: &[State]) -> usize {

@@ -4,7 +4,7 @@
 //!
 //! - [`Kernel`], here: loops over plain `[f64; LANES]` arrays, which the compiler turns into vector code. Used wherever the numbers of *one*
 //!   run lie side by side (entries of a state, links, quantities, draws). AVX2 is as wide as a state of twelve numbers needs: AVX-512 was
-//!   measured slower there, up to 1.6 times in the step methods. [`dispatch_wide`] is for long loops, where AVX-512 pays.
+//!   measured slower there, up to 1.6 times in the step methods. [`dispatch_wide`] is for long loops and longer columns, where AVX-512 pays.
 //! - the crate `pulp`, in `batch::lanes` and `side_by_side`: *one scene per lane*, with the number of lanes as a type. Used where the algorithm itself is
 //!   written in vectors and masks (Jacobi rotations, whose number of sweeps differs between lanes); no compiler vectorises it by itself.
 //!

@@ -9,7 +9,7 @@ use crate::system::{Input, State};
 /// Nonlinear links side by side: an AVX2 register, and those of a carriage.
 const LINKS: usize = 4;
 
-/// Instants whose forces are made before they are summed.
+/// Instants in a block: the forces of the links are computed at all of them before the loads are summed.
 const BLOCK: usize = 32;
 
 /// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k. Returns whether
@@ -23,8 +23,7 @@ pub fn evaluate<const ROWS: usize>(
     input: impl Fn(usize) -> Input,
     out: &mut [f64],
 ) -> bool {
-    let width = quantities.len() * ROWS;
-    let mut finite = true;
+    let (width, mut finite) = (quantities.len() * ROWS, true);
     assert_eq!(out.len(), states.len() * width, "room for every quantity at every state");
     if quantities.iter().all(|quantity| quantity.nonlinear.as_slice().is_empty()) {
         for from in (0..width).step_by(LANES) {
@@ -58,17 +57,17 @@ pub fn evaluate<const ROWS: usize>(
     finite
 }
 
-/// Zeros as long as only finite values have been multiplied by zero and added: a check that is part of the vector code.
-struct Zeros([f64; LANES]);
+/// Sum of all values times zero: zero while they are finite, NaN after the first that is not. It takes one vector instruction per instant.
+struct FiniteCheck([f64; LANES]);
 
-impl Zeros {
+impl FiniteCheck {
     #[cfg_attr(feature = "std", inline(always))]
     fn add(&mut self, values: &[f64; LANES]) {
         add_scaled(&mut self.0, values, 0.0);
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn are_left(&self) -> bool {
+    fn all_finite(&self) -> bool {
         self.0 == [0.0; LANES]
     }
 }
@@ -102,11 +101,11 @@ impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> bool {
         let Self { lanes, states, input, out, from, width } = self;
-        let (count, mut zeros) = (usize::min(LANES, width - from), Zeros([0.0; LANES]));
+        let (count, mut check) = (usize::min(LANES, width - from), FiniteCheck([0.0; LANES]));
         if lanes.by_input_at_all || count < LANES {
             for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
                 let values = lanes.at(state, &input(k));
-                zeros.add(&values);
+                check.add(&values);
                 for (out, value) in out[from..].iter_mut().zip(&values) {
                     *out = *value;
                 }
@@ -122,18 +121,18 @@ impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
                     add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
                     add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
                 }
-                zeros.add(&sum_a);
-                zeros.add(&sum_b);
+                check.add(&sum_a);
+                check.add(&sum_b);
                 row_a[from..from + LANES].copy_from_slice(&sum_a);
                 row_b[from..from + LANES].copy_from_slice(&sum_b);
             }
             for (state, row) in last.iter().zip(rows) {
                 let values = lanes.of_state(state);
-                zeros.add(&values);
+                check.add(&values);
                 row[from..from + LANES].copy_from_slice(&values);
             }
         }
-        zeros.are_left()
+        check.all_finite()
     }
 }
 
@@ -290,9 +289,9 @@ impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
     fn run(self) -> bool {
         let Self { group, states, out, from, width, rows } = self;
         let first = if group.linear.by_state[..6].as_flattened() == [0.0; 6 * LANES] { 6 } else { 0 };
-        let (mut places, mut zeros) = (out.chunks_exact_mut(width), Zeros([0.0; LANES]));
+        let (mut places, mut check) = (out.chunks_exact_mut(width), FiniteCheck([0.0; LANES]));
         for states in states.chunks(BLOCK) {
-            // All forces first: while they wait in memory for the sums, the compiler works on those of an instant as one vector.
+            // All forces of a block first: stored to memory, the four of an instant are computed as one vector.
             let mut forces = [[0.0; LINKS]; BLOCK];
             for (forces, state) in forces.iter_mut().zip(states) {
                 *forces = group.forces(state);
@@ -302,7 +301,7 @@ impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
                 let sums = if first == 6 { group.at(pair, forces, 6) } else { group.at(pair, forces, 0) };
                 for sum in &sums {
                     let Some(place) = places.next() else { break };
-                    zeros.add(sum);
+                    check.add(sum);
                     if let Some(place) = place.get_mut(from..from + LANES) {
                         // The lanes past the rows are overwritten by the next quantity.
                         place.copy_from_slice(sum);
@@ -315,10 +314,10 @@ impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
                 && let Some(place) = places.next()
             {
                 let sums = group.at(&[*state], &[forces[states.len() - 1]], 0)[0];
-                zeros.add(&sums);
+                check.add(&sums);
                 place[from..from + rows].copy_from_slice(&sums[..rows]);
             }
         }
-        zeros.are_left()
+        check.all_finite()
     }
 }

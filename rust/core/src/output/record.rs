@@ -27,7 +27,7 @@ pub trait Record {
     /// Called at each instant with time, state and excitation.
     fn instant(&mut self, time: f64, state: &State, input: &Input);
 
-    /// Called at samples of the excitation one after the other, from sample `first` on, with the states at them, in place of
+    /// Called with the states at consecutive samples of the excitation, from sample `first` on. Unless overridden, passes each to
     /// [`Record::instant`].
     fn samples(&mut self, excitation: &Excitation, first: usize, states: &[State]) {
         let needs_input = self.needs_input();

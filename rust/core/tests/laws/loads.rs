@@ -1,12 +1,13 @@
 //! Load recovery, paper section 3.6: at every sample forces and moments balance.
 
 use guideload::{
-    Control, Dof, Exact, Excitation, Free, Link, Output, Part, Radau, Rk45, RunError, State, Wrench,
-    group_load, link_load, run,
+    Control, Dof, Exact, Excitation, Free, Law, Link, Output, Part, Radau, Rk45, RunError, State, Wrench,
+    evaluate, group_load, link_load, run,
 };
 use guideload::{acceleration, position, reaction, velocity};
 use nalgebra::{Vector3, Vector6};
 
+use crate::batch::cart_on;
 use crate::common::{
     ADAPTIVE, CART_CENTERS, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise,
     paper, random_machine,
@@ -208,4 +209,45 @@ fn a_link_with_damper_only_has_load_only_in_motion() {
     assert_eq!(damper[0], 0.0);
     assert!(damper[1].abs() > 1.0, "{damper:?}");
     close(damper[2], 0.0, 1e-9, damper[1].abs()); // The vibration has decayed after 20 s.
+}
+
+/// Over odd and even numbers of instants and quantities, for links of each kind: a value that is not finite is found wherever it is.
+#[test]
+fn evaluation_finds_values_that_are_not_finite() {
+    let mut random = Random::new(57);
+    let sided = cart_on(Law::sided(6e7, 5e7, 5e-6).expect("a law")).0;
+    let balls = cart_on(Law::preloaded(6e7, 600.0, 1.5).expect("a law")).0;
+    let mut in_contact = sided.clone();
+    for link in &mut in_contact.links {
+        *link = link.damped_in_contact().expect("a clearance");
+    }
+    let mut found = 0;
+    for machine in [cart(), sided, balls, in_contact] {
+        let system = machine.system();
+        let centers = CART_CENTERS.into_iter().enumerate();
+        let loads: Vec<Wrench> =
+            centers.map(|(g, at)| group_load(&system, 4 * g..4 * g + 4, at.into(), Part::Total)).collect();
+        for count in [1, 2, 31, 32, 33, 65] {
+            let states: Vec<State> =
+                (0..count).map(|_| core::array::from_fn(|_| random.between(-1e-2, 1e-2))).collect();
+            for loads in [&loads[..1], &loads[..3], &loads[..]] {
+                let mut out = vec![0.0; 6 * loads.len() * count];
+                assert!(evaluate(loads, &states, |_| [0.0; 9], &mut out));
+                for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {
+                    for (k, entry) in [(0, 6), (count / 2, 8), (count - 1, 10), (count - 1, 1)] {
+                        let mut states = states.clone();
+                        states[k][entry] = bad;
+                        let finite = evaluate(loads, &states, |_| [0.0; 9], &mut out);
+                        assert_eq!(
+                            finite,
+                            out.iter().all(|value| value.is_finite()),
+                            "{count} {bad} {entry}"
+                        );
+                        found += usize::from(!finite);
+                    }
+                }
+            }
+        }
+    }
+    assert!(found > 500, "{found}");
 }
