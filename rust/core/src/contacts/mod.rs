@@ -40,8 +40,7 @@ pub(crate) struct Contacts<'a> {
     /// Slopes of the excitation over the last step, and its values at the end.
     slopes: Values,
     values: Values,
-    /// A state `ω η`, how far a state may be from it while no link is past an edge, and the square of how far the last one is.
-    haven: ([f64; 6], f64, f64),
+    haven: Haven,
     /// The change that ends the present step, and the state there.
     change: Option<(Change, State)>,
     /// Links that have changed their segment so far.
@@ -58,7 +57,7 @@ impl<'a> Contacts<'a> {
             curvature: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],
-            haven: NO_HAVEN,
+            haven: Haven::NONE,
             change: None,
             changes: 0,
             searched: 0,
@@ -83,12 +82,8 @@ impl<'a> Contacts<'a> {
         let slope_change =
             growth * ramp.forcing.slope_change(ramp.h, [ramp.start, ramp.end], &mut slopes, &mut values);
         let mut curvature = fma(growth, self.curvature, slope_change);
-        let (center, slack, strayed) = &mut self.haven;
-        let room = *slack - bow(ramp.h, curvature);
-        let distance = distance_squared(center, next);
-        // These tests fail for NaN, as they must.
-        if room >= 0.0 && distance <= room * room && *strayed <= room * room {
-            *strayed = distance;
+        if let Some(strayed) = self.haven.reaches(next, bow(ramp.h, curvature)) {
+            self.haven.strayed = strayed;
         } else {
             if !self.segments.ends_clear(ramp.h, state, next, curvature) {
                 curvature = growth * size(&self.segments.second_derivative(ramp, state));
@@ -96,8 +91,7 @@ impl<'a> Contacts<'a> {
                     return false;
                 }
             }
-            center.copy_from_slice(&next[..6]);
-            (*slack, *strayed) = (self.segments.slack(next), 0.0);
+            self.haven = Haven::around(next, self.segments.slack(next));
         }
         (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
         true
@@ -116,24 +110,18 @@ impl<'a> Contacts<'a> {
     ) -> usize {
         let growth = self.segments.growth(h);
         let (mut slopes, mut last, mut curvature) = (self.slopes, self.values, self.curvature);
-        let (center, slack, mut strayed) = self.haven;
-        let mut count = 0;
+        let (mut haven, mut count) = (self.haven, 0);
         for (ends, state) in values.windows(2).zip(states) {
             let slope_change = growth * forcing.slope_change(h, [&ends[0], &ends[1]], &mut slopes, &mut last);
             let after = fma(growth, curvature, slope_change);
-            let room = slack - bow(h, after);
-            let distance = distance_squared(&center, state);
-            // These tests fail for NaN, as they must.
-            if !(room >= 0.0 && distance <= room * room && strayed <= room * room) {
-                break;
-            }
-            (curvature, strayed) = (after, distance);
+            let Some(strayed) = haven.reaches(state, bow(h, after)) else { break };
+            (curvature, haven.strayed) = (after, strayed);
             count += 1;
         }
         if count > 0 {
             let ramp = [&values[count - 1], &values[count]];
             forcing.slope_change(h, ramp, &mut self.slopes, &mut self.values);
-            (self.curvature, self.haven.2) = (curvature, strayed);
+            (self.curvature, self.haven) = (curvature, haven);
         }
         count
     }
@@ -149,14 +137,14 @@ impl<'a> Contacts<'a> {
     #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn leapt(&mut self) {
-        (self.curvature, self.haven) = (f64::INFINITY, NO_HAVEN);
+        (self.curvature, self.haven) = (f64::INFINITY, Haven::NONE);
     }
 
     /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole
     /// step by the present equations.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
-        self.haven = NO_HAVEN;
+        self.haven = Haven::NONE;
         let growth = self.segments.growth(ramp.h);
         let ends = [ramp.start, ramp.end];
         let slope_change =
@@ -201,8 +189,38 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// No state known to be away from all edges.
-const NO_HAVEN: ([f64; 6], f64, f64) = ([0.0; 6], f64::NEG_INFINITY, 0.0);
+/// States around an earlier one, in which no link is past an edge.
+#[derive(Debug, Clone, Copy)]
+struct Haven {
+    /// `ω η` of the earlier state.
+    center: [f64; 6],
+    /// How far a state may be from it.
+    slack: f64,
+    /// Square of how far the last one is.
+    strayed: f64,
+}
+
+impl Haven {
+    const NONE: Self = Self { center: [0.0; 6], slack: f64::NEG_INFINITY, strayed: 0.0 };
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn around(state: &State, slack: f64) -> Self {
+        let mut center = [0.0; 6];
+        center.copy_from_slice(&state[..6]);
+        Self { center, slack, strayed: 0.0 }
+    }
+
+    /// The square of the distance of `next`, if the path there from the last state stays in the haven. The path leaves the straight line by
+    /// at most `bow`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn reaches(&self, next: &State, bow: f64) -> Option<f64> {
+        let room = self.slack - bow;
+        let distance = distance_squared(&self.center, next);
+        // These tests fail for NaN, as they must.
+        let stays = room >= 0.0 && distance <= room * room && self.strayed <= room * room;
+        if stays { Some(distance) } else { None }
+    }
+}
 
 /// Square of the distance of a state from `center` in `ω η`, which deflections depend on.
 #[cfg_attr(feature = "std", inline(always))]
