@@ -4,12 +4,29 @@ from itertools import product
 from math import factorial
 
 import numpy as np
+from scipy.linalg import expm
 
 SEED = 5
 
 
-def transition(states, step):
-    """Transition matrix and process noise of a step, by their definition: integrals of monomials over factorials."""
+def transition(states, step, oscillator=None):
+    """Transition matrix and process noise of a step.
+
+    Of derivatives by their definition: integrals of monomials over factorials. With an oscillator (frequency, damping
+    ratio, index of the acceleration) by the exponential of a block matrix (Van Loan 1978).
+    """
+    if oscillator is not None:
+        frequency, damping, at = oscillator
+        rates = np.diag(np.ones(states - 1), 1)  # each number is the derivative of the one before, but for:
+        rates[at + 1] = 0.0
+        for drive, sign in ((at, -1.0), (at + 2, 1.0)):
+            rates[at, drive] = sign * 2.0 * damping * frequency
+            rates[at + 1, drive] = sign * frequency**2
+        shaken = np.zeros((states, states))
+        shaken[-1, -1] = 1.0
+        both = expm(np.block([[-rates, shaken], [np.zeros((states, states)), rates.T]]) * step)
+        phi = both[states:, states:].T
+        return phi, phi @ both[:states, states:]
     phi, noise = np.zeros((2, states, states))
     for i, j in product(range(states), repeat=2):
         phi[i, j] = step ** (j - i) / factorial(j - i) if j >= i else 0.0
@@ -18,12 +35,12 @@ def transition(states, step):
     return phi, noise
 
 
-def dense(states, step, value, variance, mean, covariance, density):
+def dense(states, step, value, variance, mean, covariance, density, oscillator=None):
     """Posterior mean and covariance of all states at once, and the log likelihood (up to a constant)."""
     count = value.size
     means, blocks = [mean], [[covariance]]
     for k in range(count - 1):
-        phi, noise = transition(states, step[k])
+        phi, noise = transition(states, step[k], oscillator)
         means.append(phi @ means[-1])
         row = [phi @ block for block in blocks[-1]]
         blocks.append([*row, row[-1] @ phi.T + density[k] * noise])

@@ -16,8 +16,11 @@ Segments = NDArray[np.uint32]
 # Samples and their state-space model: step (n - 1,) > 0 between samples; value (n,) of the samples; variance (n,) of
 # their measurement noise; mean (N,) and covariance (N, N) of the state before the first sample; index of the segment
 # (n - 1,) of each step; process-noise density (segments,). The state is the value and its derivatives, N = 2 to 6
-# numbers; the N-th derivative is white process noise.
-SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array]
+# numbers; the N-th derivative is white process noise. With an oscillator (undamped frequency w in radians per unit of
+# time, damping ratio D, index of the acceleration a in the state), N = 4 to 6: the acceleration and the numbers before
+# it, y, the acceleration c of the drive and its derivatives, the last of which is the integral of white process noise;
+# a' = y - 2 D w (a - c), y' = -w^2 (a - c).
+SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array, tuple[float, float, int] | None]
 
 # Equivalent load of a carriage: weights (2, 5, 2) of the groups A and B, of Fy, Fz, Mx, My, Mz, for positive and for
 # negative values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or
@@ -68,9 +71,9 @@ def adapt_motion(
     (segments,): squared process noise over its expectation.
     """
 
-# State-space model without samples: step (n - 1,), variance (n,), covariance (N, N), segment (n - 1,), density, as in
-# `SampledModel`; the variance of a missing sample is infinite.
-StateSpaceModel = tuple[Array, Array, Array, Segments, Array]
+# State-space model without samples: step (n - 1,), variance (n,), covariance (N, N), segment (n - 1,), density,
+# oscillator, as in `SampledModel`; the variance of a missing sample is infinite.
+StateSpaceModel = tuple[Array, Array, Array, Segments, Array, tuple[float, float, int] | None]
 
 def draw_motion(chain: StateSpaceModel, derivative: int, count: int, seed: int) -> Array:
     """Draws (count, n) from the posterior of the deviation of a derivative from its estimate.

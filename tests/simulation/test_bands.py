@@ -30,12 +30,14 @@ DEVIATIONS = (
 BANDS = {*DEVIATIONS, "peak_resultant_lower", "peak_resultant_upper"}
 
 
-def uncertain(states: int, derivative: int = 1, size: float = 0.5) -> tuple[Uncertainty, np.ndarray]:
+def uncertain(
+    states: int, derivative: int = 1, size: float = 0.5, oscillator: tuple[float, float, int] | None = None
+) -> tuple[Uncertainty, np.ndarray]:
     """The uncertainty after 12 samples, and the covariance of the acceleration by conditioning a joint normal."""
     unit = size * np.linspace(0.7, 1.3, 12)
     step, value, variance, mean, covariance, cell, intensity = problem(states)
-    _, full, _ = dense(states, step, value, variance, mean, covariance, intensity[cell])
-    found = Uncertainty(step, variance, covariance, cell, intensity, derivative, unit)
+    _, full, _ = dense(states, step, value, variance, mean, covariance, intensity[cell], oscillator)
+    found = Uncertainty(step, variance, covariance, cell, intensity, derivative, unit, oscillator=oscillator)
     return found, np.outer(unit, unit) * full[derivative::states, derivative::states]
 
 
@@ -65,9 +67,17 @@ def spread(response: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 # ---- the posterior
 
 
-@pytest.mark.parametrize(("states", "derivative"), [(2, 1), (4, 2), (6, 2)])
-def test_draws_have_the_posteriors_covariance(states: int, derivative: int) -> None:
-    found, true = uncertain(states, derivative, 1.0)
+RINGING = 4.0, 0.1, 2  # an oscillator: frequency, damping ratio, index of the acceleration
+
+
+@pytest.mark.parametrize(
+    ("states", "derivative", "oscillator"),
+    [(2, 1, None), (4, 2, None), (6, 2, None), (5, 2, RINGING), (6, 2, RINGING)],
+)
+def test_draws_have_the_posteriors_covariance(
+    states: int, derivative: int, oscillator: tuple[float, float, int] | None
+) -> None:
+    found, true = uncertain(states, derivative, 1.0, oscillator)
     count = 40_000
     drawn = found.draws(count, np.random.default_rng(SEED))
     scale = np.sqrt(np.diag(true))
@@ -120,10 +130,12 @@ def test_intensities_may_differ_by_twenty_decades(decades: list[int]) -> None:
 # ---- linear scenes
 
 
-@pytest.mark.parametrize("states", [2, 4, 6])
-def test_histories_spread_as_impulse_responses_times_the_covariance(states: int) -> None:
+@pytest.mark.parametrize(("states", "oscillator"), [(2, None), (4, None), (6, None), (5, RINGING)])
+def test_histories_spread_as_impulse_responses_times_the_covariance(
+    states: int, oscillator: tuple[float, float, int] | None
+) -> None:
     machine = ref.cart()
-    uncertainty, covariance = uncertain(states)
+    uncertainty, covariance = uncertain(states, 2 if oscillator else 1, oscillator=oscillator)
     motion = short(uncertainty)
     times = np.sort(
         np.concatenate([motion.time, np.random.default_rng(SEED).uniform(0.0, motion.time[-1], 20)])
@@ -218,13 +230,13 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
     covariance, intensity = np.diag([1.0, 0.5, 0.3]), np.array([0.2])
     uncertainty = Uncertainty(step, variance, covariance, cell, intensity, 2, np.ones(count))
     # With samples that tell nothing, draws are of the model before any sample: all numbers of the state.
-    prior = (step, np.full(count, np.inf), covariance, cell, intensity)
+    prior = (step, np.full(count, np.inf), covariance, cell, intensity, None)
     place, truth = (_core.draw_motion(prior, which, runs, SEED) for which in (0, 2))
     outside = {"load": 0, "above": 0, "below": 0}
     for position, acceleration in zip(place, truth, strict=True):
         samples = position + np.sqrt(variance) * rng.standard_normal(count)
         mean, _, _ = _core.smooth_motion(
-            (step, samples, variance, np.zeros(states), covariance, cell, intensity)
+            (step, samples, variance, np.zeros(states), covariance, cell, intensity, None)
         )
         found = simulate(machine, Motion.along_x(time, mean[:, 2], uncertainty=uncertainty))
         true = simulate(machine, Motion.along_x(time, acceleration)).carriage_loads

@@ -44,12 +44,13 @@ MODEL: dict[str, Any] = {
     "step": np.full(SAMPLES - 1, 1e-3),
     "value": np.zeros(SAMPLES),
     "variance": np.full(SAMPLES, 1e-8),
-    "mean": np.zeros(3),
-    "covariance": np.eye(3),
+    "mean": np.zeros(4),
+    "covariance": np.eye(4),
     "segment": np.zeros(SAMPLES - 1, np.uint32),
     "density": np.ones(1),
+    "oscillator": (0.5, 0.1, 1),
 }
-CHAIN = tuple(MODEL[key] for key in ("step", "variance", "covariance", "segment", "density"))
+CHAIN = tuple(MODEL[key] for key in ("step", "variance", "covariance", "segment", "density", "oscillator"))
 scene = Scene(**SCENE)
 
 

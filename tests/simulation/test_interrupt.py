@@ -21,7 +21,7 @@ noise = np.random.default_rng(0).normal(0.0, 1e-6, motion.time.size)
 position = 0.4 * np.sin(0.7 * motion.time) + noise
 count = motion.time.size
 chain = (
-    np.ones(count - 1), np.ones(count), np.eye(4), np.zeros(count - 1, np.uint32), np.array([1e-3])
+    np.ones(count - 1), np.ones(count), np.eye(4), np.zeros(count - 1, np.uint32), np.array([1e-3]), None
 )
 """
 
@@ -70,7 +70,7 @@ def test_arrays_that_another_thread_changes_during_a_call() -> None:
     """A call checks the numbers that it uses: it is refused, or gives the result of the numbers it found sound."""
     count = 20_000
     segment = np.zeros(count - 1, np.uint32)
-    chain = np.ones(count - 1), np.ones(count), np.eye(4), segment, np.array([1e-3])
+    chain = np.ones(count - 1), np.ones(count), np.eye(4), segment, np.array([1e-3]), None
     expected, over = draw_motion(chain, 2, 4, 1), threading.Event()
 
     def spoil() -> None:

@@ -23,10 +23,22 @@ RNG_SEED = 5
 TIME, SINE = np.arange(20.0), np.sin(np.arange(20.0))
 
 
-@pytest.mark.parametrize("states", [2, 3, 4, 5, 6])
-def test_the_kernels_are_the_posterior_of_jointly_normal_numbers(states):
-    model = problem(states)
-    mean, covariance, likelihood = dense(states, *model[:5], model[6][model[5]])
+@pytest.mark.parametrize(
+    ("states", "oscillator"),
+    [
+        *((states, None) for states in (2, 3, 4, 5, 6)),
+        *(
+            (4, (3.0, 0.05, 1)),
+            (5, (3.0, 0.3, 2)),
+            (5, (20.0, 0.0, 1)),
+            (6, (40.0, 0.02, 2)),
+            (6, (0.5, 1.2, 2)),
+        ),
+    ],
+)
+def test_the_kernels_are_the_posterior_of_jointly_normal_numbers(states, oscillator):
+    model = *problem(states), oscillator
+    mean, covariance, likelihood = dense(states, *model[:5], model[6][model[5]], oscillator)
     found, variance, residual = _core.smooth_motion(model)
     for i in range(min(states, 3)):
         np.testing.assert_allclose(found[:, i], mean[i::states], rtol=1e-5, atol=1e-6)
@@ -47,7 +59,7 @@ def test_adapting_never_lowers_the_likelihood():
     variance = np.full(13, level)
     known = -np.inf
     for _ in range(12):
-        model = step, value, variance, mean, covariance, segment, density
+        model = step, value, variance, mean, covariance, segment, density, None
         determinant, misfit = _core.motion_likelihood(model)
         assert -(determinant + misfit) > known - 1e-9
         known = -(determinant + misfit)
@@ -174,7 +186,7 @@ def test_refusals_name_the_place(time, value, options, message):
 
 
 def test_the_kernels_refuse_lengths_that_do_not_agree():
-    model = (*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1))
+    model = (*[np.ones(3)] * 3, np.zeros(3), np.eye(3), np.zeros(2, np.uint32), np.ones(1), None)
     with pytest.raises(ValueError, match="lengths do not agree"):
         _core.motion_likelihood(model)
 

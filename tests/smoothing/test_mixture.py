@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from signals import rms, rounded
 
-from guideload.smoothing import estimation
+from guideload.smoothing import estimation, selection
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.stationary import ScaledSamples
 
@@ -27,8 +27,8 @@ def undecided():
 def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
     """Each order takes part with uneven and with nearly even densities; each of them alone is an estimate too."""
     found = estimate(*undecided())
-    time, value, kind, quantum = undecided()
-    candidates = estimation._weighted(ScaledSamples.of(time, value, quantum), kind)
+    time, value, _, quantum = undecided()
+    candidates = selection.weighted(ScaledSamples.of(time, value, quantum), 0)
     weights = np.array([each.weight for each in candidates])
     assert len(found.weights) > 1 and len(candidates) > len(found.weights)
     assert weights.sum() == pytest.approx(1.0) and weights.min() > 0.0
@@ -37,7 +37,7 @@ def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
     assert found.order == max(found.weights, key=found.weights.__getitem__)
     alone = []
     for each in candidates:
-        monkeypatch.setattr(estimation, "_weighted", lambda *_, each=each: [replace(each, weight=1.0)])
+        monkeypatch.setattr(estimation, "weighted", lambda *_, each=each: [replace(each, weight=1.0)])
         alone.append(estimate(*undecided()))
         assert alone[-1].weights == {each.order: 1.0} and alone[-1].order == each.order
     means = np.array([each.acceleration for each in alone])
@@ -99,8 +99,8 @@ def test_noise_is_not_taken_for_jumps():
 def test_nearly_even_densities_follow_a_vibration_near_the_resolution(monkeypatch):
     """With low densities in the dwells alone, more of the vibration would be smoothed away."""
     errors = []
-    for tried in (estimation.TRIED, -1.0):  # with -1 no order is near enough to be tried with even densities
-        monkeypatch.setattr(estimation, "TRIED", tried)
+    for tried in (selection.TRIED, -1.0):  # with -1 no order is near enough to be tried with even densities
+        monkeypatch.setattr(selection, "TRIED", tried)
         for seed in range(8):
             one = case("ringing", 250.0, 8e-5, 0.0, 0.0, np.random.default_rng(seed))
             found = estimate(one.time, one.value, "position", one.quantum)

@@ -55,6 +55,7 @@ def _weights(order: int, time_constant: float, lag: int, count: int) -> Array:
             np.diag(PRIOR * count * scale**2),
             np.zeros(count - 1, dtype=np.uint32),
             model_noise,
+            None,
         )
         rows.append(smooth_motion(model)[0][count - 1 - lag])
     return np.array(rows)

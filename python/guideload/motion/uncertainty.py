@@ -14,8 +14,8 @@ from guideload.base.arrays import Array
 Segments = NDArray[np.uint32]
 
 COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and the probability on either side of it
-# As the core takes it: step, variance, covariance, segment, density.
-StateSpaceModel: TypeAlias = tuple[Array, Array, Array, Segments, Array]
+# As the core takes it: step, variance, covariance, segment, density, oscillator.
+StateSpaceModel: TypeAlias = tuple[Array, Array, Array, Segments, Array, tuple[float, float, int] | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,8 @@ class Uncertainty:
     """Posterior deviation of the acceleration from its estimate at n time stamps, given the samples.
 
     The state has N numbers: the position and its first N - 1 derivatives (for samples of velocity: the velocity and its
-    derivatives). The N-th derivative is white process noise. Time and values are scaled to be of order 1.
+    derivatives). The N-th derivative is white process noise. With an oscillator the last numbers are others
+    (`SampledModel` in _core.pyi). Time and values are scaled to be of order 1.
 
     step        (n - 1,) time to the next stamp
     variance    (n,) of the measurement noise
@@ -33,6 +34,7 @@ class Uncertainty:
     derivative  index of the acceleration in the state
     unit        (n,) m/s2 per scaled unit of the acceleration, times the calibration of the band
     time        (n,) s, or None for the stamps of the motion. Deviations are linear between stamps
+    oscillator  frequency in radians per scaled unit of time, damping ratio, index of the acceleration; None without
     """
 
     step: Array
@@ -43,11 +45,12 @@ class Uncertainty:
     derivative: int
     unit: Array
     time: Array | None = None
+    oscillator: tuple[float, float, int] | None = None
 
     @property
     def model(self) -> StateSpaceModel:
         """The state-space model as the core takes it."""
-        return self.step, self.variance, self.covariance, self.segment, self.density
+        return self.step, self.variance, self.covariance, self.segment, self.density, self.oscillator
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, n) m/s2, draws of the deviation from the posterior; reproducible by the state of `rng`.

@@ -96,10 +96,16 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     else:
         noise += "; the quantum is unknown"
     length = float(np.diff(estimate.jumps, axis=1).sum())
+    point = "drive's position" if estimate.oscillation else "position"
     jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {length:.3g} s in all"
     return [
-        f"white noise model of derivative {estimate.order} of the position ({MOVES[estimate.order]}), chosen by "
+        f"white noise model of derivative {estimate.order} of the {point} ({MOVES[estimate.order]}), chosen by "
         "likelihood; its density varies along the trace",
+        *(
+            [f"the axis follows its drive as an oscillator of {estimate.oscillation}"]
+            if estimate.oscillation
+            else []
+        ),
         noise,
         f"bandwidth at sudden changes {estimate.bandwidth:.3g} Hz; half the sampling rate is "
         f"{0.5 / inspection.step:.4g} Hz",

@@ -68,7 +68,7 @@ class AdaptedModel:
         samples do not have, by the normalised innovation variances, and the allowance for coloured measurement noise.
         """
         # White noise alone has a normalised innovation variance of 1/(2 N).
-        least = 0.5 / self.smoother.fit.states
+        least = 0.5 / self.smoother.fit.order
         present = (self.fit.innovation - least) / (1.0 - least)
         # Averaged over segments of similar density, as the value of one segment is too uncertain.
         similar = np.argsort(self.fit.density)
@@ -101,7 +101,7 @@ def adapted(
         innovation = smoother.adapt(smoother.segments(length, stationary.density), noise, 1).innovation
         weight = max(WEIGHT[order], _evenness(innovation))
     time_constant = START_CONSTANT * stationary.time_constant
-    start = StationaryFit(stationary.states, START_NOISE * stationary.noise, time_constant)
+    start = replace(stationary, noise=START_NOISE * stationary.noise, time_constant=time_constant)
     segments = smoother.segments(length, start.density)
     fit = smoother.adapt(segments, START_NOISE * noise, ROUNDS, weight)
     segments = _divided(segments[0], fit.density, fit.density > DIVIDED * stationary.density)

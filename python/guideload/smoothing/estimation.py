@@ -12,6 +12,10 @@ order 4   jerk that jumps (jerk-limited moves)
 order 5   smooth moves (sine squared)
 order 6   moves that ring
 
+An axis that rings after each change of its acceleration follows its drive as an oscillator does. If that is much more
+likely, the orders (3 and 4) are those of the position of the drive, and frequency and damping of the oscillator are
+estimated too (`oscillation`).
+
 A rounded sample means that position plus noise lies within half a quantum of it. At standstill and in creep this is not
 white noise of variance quantum^2/12, so site approximations by expectation propagation replace the rounded samples
 (rust/core/src/smoother/rounding.rs). The measurement noise before rounding is estimated, because axes vibrate.
@@ -29,10 +33,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, runs_of
-from guideload.base.cores import cores, threads
-from guideload.base.errors import RunError, TraceError
+from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
-from guideload.smoothing.adaptive import COLOUR, AdaptedModel, adapted, adapted_in_pieces
+from guideload.smoothing.adaptive import COLOUR
 from guideload.smoothing.kinematics import (
     UNIT,
     Kind,
@@ -42,25 +45,22 @@ from guideload.smoothing.kinematics import (
     of_equal_samples,
     travel,
 )
-from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
+from guideload.smoothing.selection import ORDERS, Candidate, weighted
+from guideload.smoothing.stationary import Oscillator, ScaledSamples
 
-ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
-# Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order; times ROUNDED if rounding
-# dominates the noise, because its errors are bounded.
-SCALE = {3: 0.78, 4: 0.89, 5: 0.84, 6: 0.97}
-QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
-# Weight of the adapted models in the score of an order; below 1, as they have been fitted to the same samples.
-ADAPTED_WEIGHT = 0.5
-# Difference of two scores that makes an order e times as probable as another: above 1, as no order is the true model
-# and the scores of neighbouring samples err together. Least weight of an order that takes part.
-TEMPERATURE, LEAST_WEIGHT = 4.0, 0.01
-# Weight of the prior for nearly even densities, and score below the best order's down to which it is tried.
-EVEN, TRIED = 1.0, 30.0
-# Log density subtracted from the score of an order: jumps of acceleration are rare, but fit coarse samples well.
-HANDICAP = {3: 12.0, 4: 0.0, 5: 0.0, 6: 0.0}
 JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
 # Limits within which powers of the step [s] and of the range of samples fit a double; largest range over quantum.
 STEPS, RANGES, FINEST = (1e-15, 1e15), (1e-25, 1e25), 1e15
+
+
+class Oscillation(NamedTuple):
+    """Oscillator between the drive and the encoder."""
+
+    natural_frequency: float  # undamped, Hz
+    damping_ratio: float
+
+    def __str__(self) -> str:
+        return f"{self.natural_frequency:.3g} Hz with damping ratio {self.damping_ratio:.2g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +69,14 @@ class Estimate(Kinematics):
 
     time                   (n,) s
     acceleration_variance  (n,) (m/s2)^2; +-1.96 standard deviations are the 95 % credible band
-    order                  of the white derivative of the position (module docstring), the one with the largest weight
+    order                  of the white derivative of the position, or of the drive if the axis rings, with the
+                           largest weight
     weights                weight of each order in the mixture, the largest first; they sum to 1
     noise                  rms measurement noise, before rounding, in the unit of the samples
     density                (n - 1,) process-noise density in each interval, (m/s^order)^2 s
     stationary_density     density of the stationary fit, in the same unit
     jumps                  (k, 2) s, start and end of stretches whose density is at least 20 times the stationary one
+    oscillation            frequency and damping with which the axis rings; None if it does not, as far as is seen
     warning                if the trace is too noisy or too coarse, else ""
     uncertainty            posterior of the acceleration, for draws; None if all samples are equal
     """
@@ -87,6 +89,7 @@ class Estimate(Kinematics):
     weights: dict[int, float] = field(default_factory=lambda: {ORDERS[0]: 1.0})
     noise: float = 0.0
     stationary_density: float = 0.0
+    oscillation: Oscillation | None = None
     warning: str = ""
     uncertainty: Uncertainty | None = None
 
@@ -128,98 +131,12 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
             )
     try:
         scaled = ScaledSamples.of(stamps, samples, quantum)
-        return _estimate(stamps, samples, kind, scaled, _weighted(scaled, kind))
+        return _estimate(stamps, samples, kind, scaled, weighted(scaled, 0 if kind == "position" else 1))
     except MemoryError as error:
         if str(error):
             raise
         # Those of Python and NumPy may have no text.
         raise MemoryError(f"smoothing: not enough memory for {samples.size} samples") from error
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """An order of the white derivative, adapted to all samples, and its weight in the mixture."""
-
-    order: int
-    weight: float
-    model: AdaptedModel
-
-    def posterior(self, at: int) -> tuple[Array, Array, Array]:
-        """(n, 3) means of the state; (n,) variance of its number `at`, and the same calibrated."""
-        mean, variance = self.model.smoother.smooth(
-            (self.model.segment, self.model.fit.density), self.model.coloured_sites
-        )
-        quiet = self.model.fit.noise < QUIET**2 * self.model.smoother.samples.quantum
-        scale = SCALE[self.order] * (ROUNDED if quiet else 1.0)
-        return mean, variance[:, at], scale**2 * variance[:, at] * self.model.error_share(variance[:, at], at)
-
-
-class Trial(NamedTuple):
-    """An order of the white derivative, adapted to the excerpts, and its score; -inf if it failed."""
-
-    order: int
-    score: float
-    fit: StationaryFit
-    predictive: float  # score of the stationary fit
-    models: list[AdaptedModel]
-
-
-def _tried(excerpts: list[ScaledSamples], order: int, states: int) -> Trial:
-    """The stationary fit of an order, adapted with the weight of the prior that the samples suggest."""
-    fit = StationaryFit(states, 1.0, 1.0)
-    try:
-        fit, predictive = fitted(excerpts, states)
-        if np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf:  # else long gaps, beyond doubles
-            return _adapted_trial(excerpts, Trial(order, -np.inf, fit, predictive, []), None)
-    except RunError:  # beyond the range of numbers
-        pass
-    return Trial(order, -np.inf, fit, -np.inf, [])
-
-
-def _adapted_trial(excerpts: list[ScaledSamples], trial: Trial, weight: float | None) -> Trial:
-    """The trial adapted with this weight of the prior."""
-    try:
-        models = [adapted(part, trial.fit, trial.order, weight) for part in excerpts]
-    except RunError:  # beyond the range of numbers
-        return trial._replace(score=-np.inf)
-    after = sum(float(model.fit.predictive.sum()) for model in models)
-    sound = np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)
-    score = trial.predictive + ADAPTED_WEIGHT * after - HANDICAP[trial.order]
-    return trial._replace(score=score if sound else -np.inf, models=models)
-
-
-def _weighted(samples: ScaledSamples, kind: Kind) -> list[Candidate]:
-    """The orders by their leave-one-out predictive likelihood before and after adapting, the best first."""
-    taken = 0 if kind == "position" else 1  # order of the derivative of the position that was sampled
-    excerpts = samples.excerpts(2 - taken)
-    with threads(cores()) as submit:
-        first = [submit(lambda order: _tried(excerpts, order, order - taken), order) for order in ORDERS]
-        trials: list[Trial] = [future.result() for future in first]
-        best = max(trial.score for trial in trials)
-        near = [trial for trial in trials if trial.score > best - TRIED]
-        even = [submit(lambda trial: _adapted_trial(excerpts, trial, EVEN), trial) for trial in near]
-        trials += [future.result() for future in even]
-    scores = np.array([trial.score for trial in trials])
-    if not np.isfinite(scores.max()):
-        steps = samples.step * samples.time_unit
-        raise TraceError(
-            f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
-            "cut the trace at its longest gaps or leave out samples that lie very close together"
-        )
-    # The scores are those of the excerpts; that of all samples grows with their number.
-    whole = samples.value.size / sum(part.value.size for part in excerpts)
-    weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
-    weights[weights < LEAST_WEIGHT] = 0.0
-    weights /= weights.sum()
-
-    def candidate(number: int) -> Candidate:
-        order, _, fit, _, models = trials[number]
-        if len(models) == 1:
-            return Candidate(order, float(weights[number]), models[0])
-        prior = float(np.mean([model.weight for model in models]))
-        return Candidate(order, float(weights[number]), adapted_in_pieces(samples, fit, order, prior))
-
-    return [candidate(int(number)) for number in np.argsort(-scores) if weights[number] > 0.0]
 
 
 def _estimate(
@@ -250,7 +167,7 @@ def _estimate(
     else:
         position, velocity = travel(time, smoothed, acceleration), smoothed
     density = model.fit.density[model.segment]
-    density_unit = samples.value_unit**2 / samples.time_unit ** (2 * stationary.states - 1)
+    density_unit = samples.value_unit**2 / samples.time_unit**stationary.power
     noise = float(np.sqrt(model.fit.noise)) * samples.value_unit
     quantum = samples.quantum * samples.value_unit
     # A change of acceleration within the time T is process noise of density change^2/T in the next derivative. The
@@ -261,6 +178,8 @@ def _estimate(
     bandwidth = (min(followed, 0.5) if change else 0.5) / samples.time_unit
     warning = noise_warning(noise, value, quantum, samples.time_unit)
     unit = calibration * units[at]
+    oscillation = _oscillation(samples, stationary.oscillator)
+    ringing = f", which the axis follows as an oscillator of {oscillation}" if oscillation else ""
     return Estimate(
         time=time,
         position=position,
@@ -274,9 +193,11 @@ def _estimate(
         stationary_density=stationary.density * density_unit,
         jumps=np.column_stack([time[edge] for edge in runs_of(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
-        note=f"smoother with white derivative {_in_words(shares)} of the position, adapted to jumps, by likelihood: "
+        note=f"smoother with white derivative {_in_words(shares)} of the {'drive' if oscillation else 'position'}"
+        f"{ringing}, adapted to jumps, by likelihood: "
         f"noise {noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes "
         f"followed up to {bandwidth:.3g} Hz" + (f"; warning: {warning}" if warning else ""),
+        oscillation=oscillation,
         warning=warning,
         uncertainty=Uncertainty(
             step=model.smoother.step,
@@ -286,8 +207,17 @@ def _estimate(
             density=model.fit.density,
             derivative=at,
             unit=unit,
+            oscillator=stationary.oscillator,
         ),
     )
+
+
+def _oscillation(samples: ScaledSamples, oscillator: Oscillator | None) -> Oscillation | None:
+    """The oscillator in Hz."""
+    if oscillator is None:
+        return None
+    frequency = oscillator.frequency / (2.0 * np.pi * samples.time_unit)
+    return Oscillation(float(frequency), oscillator.damping)
 
 
 def _harmonic_mean(values: Array, weights: Array) -> Array:

@@ -103,18 +103,37 @@ class ScaledSamples:
         return [self.part(slice(int(start), int(start) + length)) for start in np.sort(chosen)]
 
 
+class Oscillator(NamedTuple):
+    """Oscillator between the drive and the encoder; scaled units."""
+
+    frequency: float  # undamped, rad per unit of time
+    damping: float
+    acceleration: int  # its index in the state
+
+
 @dataclass(frozen=True)
 class StationaryFit:
-    """Number of states N, variance of measurement noise plus rounding, and time constant; scaled units."""
+    """Number of states, variance of measurement noise plus rounding, and time constant; scaled units."""
 
     states: int
     noise: float
     time_constant: float  # (noise/density)^(1/(2 N - 1))
+    oscillator: Oscillator | None = None
+
+    @property
+    def order(self) -> int:
+        """N: order of the derivative of the samples, or of the drive's, that is white noise."""
+        return self.states - (2 if self.oscillator else 0)
+
+    @property
+    def power(self) -> int:
+        """Power of the time constant in noise over density: 2 N - 1."""
+        return 2 * self.order - 1
 
     @property
     def density(self) -> float:
         """Process-noise density."""
-        return float(self.noise * self.time_constant ** (1 - 2 * self.states))
+        return float(self.noise * self.time_constant**-self.power)
 
 
 class Adaptation(NamedTuple):
@@ -140,20 +159,25 @@ class Smoother:
     def __init__(self, samples: ScaledSamples, fit: StationaryFit) -> None:
         # A long gap is shortened, as the variances would leave the range of doubles, and gets a higher density: the
         # samples before it carry almost no information on those after it.
-        longest = max(1.0, fit.time_constant) * 10.0 ** (9.0 / (2 * fit.states - 1))
+        longest = max(1.0, fit.time_constant) * 10.0 ** (9.0 / fit.power)
         self.samples, self.fit = samples, fit
         self.step, self.gap = np.minimum(samples.step, longest), samples.step > longest
         self.normal_sites = samples.value, np.full(samples.value.size, fit.noise)
         time = np.concatenate([[0.0], np.cumsum(self.step)])
         self.mean, self.covariance = _initial_state(time, samples.value, fit)
 
-    def likelihood(self) -> tuple[float, float]:
-        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, for normal samples.
+    def likelihood(
+        self, segments: Partition | None = None, sites: Sites | None = None
+    ) -> tuple[float, float]:
+        """(sum of ln F, sum of v^2/F) over the innovations v and their variances F, of the sites.
+
+        By default with the stationary density, and for normal samples.
 
         nan where the filter breaks down in rounding, as it can far from the maximum.
         """
         try:
-            return motion_likelihood(self._model(self.normal_sites, self.uniform(self.fit.density)))
+            segments = segments or self.uniform(self.fit.density)
+            return motion_likelihood(self._model(sites or self.normal_sites, segments))
         except RunError:  # beyond the range of numbers
             return np.nan, np.nan
 
@@ -185,26 +209,39 @@ class Smoother:
         return mean, variance
 
     def _model(self, sites: Sites, segments: Partition) -> SampledModel:
-        return self.step, *sites, self.mean, self.covariance, *segments
+        return self.step, *sites, self.mean, self.covariance, *segments, self.fit.oscillator
 
 
 def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array, Array]:
     """State before the first sample: a polynomial through the first samples, with 100 times its standard error."""
     near = 2.0 * min(max(fit.time_constant, 0.5), 50.0)
-    count = int(np.clip(np.searchsorted(time, time[0] + near), fit.states + 3, time.size))
+    count = int(np.clip(np.searchsorted(time, time[0] + near), fit.order + 3, time.size))
     since = time[:count] - time[0]
     span = float(since[-1])
-    powers = (since / span)[:, None] ** np.arange(fit.states)
+    powers = (since / span)[:, None] ** np.arange(fit.order)
     q, r = np.linalg.qr(powers)
     coefficients = np.linalg.solve(r, q.T @ value[:count])
     residual = value[:count] - powers @ coefficients
-    noise = max(fit.noise, float(residual @ residual) / (count - fit.states))
+    noise = max(fit.noise, float(residual @ residual) / (count - fit.order))
     inverse = np.linalg.inv(r)
-    units = np.array([factorial(i) / span**i for i in range(fit.states)])
-    return coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
+    units = np.array([factorial(i) / span**i for i in range(fit.order)])
+    mean, covariance = coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
+    if fit.oscillator is None:
+        return mean, covariance
+    # It follows the drive exactly, a = c and y = c', give or take as much as the acceleration is uncertain.
+    frequency, _, at = fit.oscillator
+    follows = np.zeros((fit.states, fit.order))
+    follows[np.arange(at + 1), np.arange(at + 1)] = 1.0
+    follows[np.arange(at + 2, fit.states), np.arange(at, fit.order)] = 1.0
+    follows[at + 1, at + 1 :] = 1.0
+    ringing = np.zeros(fit.states)
+    ringing[[at, at + 1]] = covariance[at, at] * np.array([1.0, frequency**2])
+    return follows @ mean, follows @ covariance @ follows.T + np.diag(ringing)
 
 
-def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> StationaryFit:
+def _with_normal_noise(
+    excerpts: list[ScaledSamples], states: int, oscillator: Oscillator | None
+) -> StationaryFit:
     """The maximum-likelihood fit if rounding is normal noise: search over the time constant, noise in closed form."""
     count = sum(part.value.size for part in excerpts)
     least = excerpts[0].least_noise + excerpts[0].rounding
@@ -212,7 +249,7 @@ def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> Stationary
     @cache
     def at(place: float) -> tuple[float, float]:
         """Log likelihood and noise for the time constant 10^place."""
-        unit = StationaryFit(states, 1.0, 10.0**place)
+        unit = StationaryFit(states, 1.0, 10.0**place, oscillator)
         sums = np.array([Smoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
         determinant, misfit = float(sums[0]), float(sums[1])
         if not (np.isfinite(sums).all() and misfit > 0.0):
@@ -223,26 +260,28 @@ def _with_normal_noise(excerpts: list[ScaledSamples], states: int) -> Stationary
     def likelihood(place: float) -> float:
         return at(round(place, 4))[0]
 
-    lowest = -MOST_DECADES / (2 * states - 1)
+    lowest = -MOST_DECADES / StationaryFit(states, 1.0, 1.0, oscillator).power
     highest = float(np.log10(max(count / 20.0, 4.0)))
     best = float(max(np.arange(lowest, min(highest, 3.5), 0.3), key=likelihood))
     for stride in (0.15, 0.075, 0.0375):
         best = max((best - stride, best, best + stride), key=likelihood)
-    return StationaryFit(states, at(round(best, 4))[1], 10.0**best)
+    return StationaryFit(states, at(round(best, 4))[1], 10.0**best, oscillator)
 
 
-def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, float]:
+def fitted(
+    excerpts: list[ScaledSamples], states: int, oscillator: Oscillator | None = None
+) -> tuple[StationaryFit, float]:
     """The maximum-likelihood fit, and the sum of its leave-one-out log predictive densities.
 
     First with rounding as normal noise, then with site approximations of the rounded samples, in rounds over all
     excerpts, which share noise and density.
     """
-    fit = _with_normal_noise(excerpts, states)
+    fit = _with_normal_noise(excerpts, states, oscillator)
     smoothers = [Smoother(part, fit) for part in excerpts]
     rounding = excerpts[0].rounding
     noise, density = max(fit.noise - rounding, 0.02 * excerpts[0].quantum), fit.density
     longest = LONGEST_CONSTANT * max(float(part.step.sum()) for part in excerpts)
-    bounds = np.array([longest ** (1 - 2 * fit.states), 10.0**MOST_DECADES])
+    bounds = np.array([longest**-fit.power, 10.0**MOST_DECADES])
     sites: list[Sites | None] = [None] * len(smoothers)
     predictive = 0.0
     for _ in range(ROUNDS):
@@ -256,5 +295,5 @@ def fitted(excerpts: list[ScaledSamples], states: int) -> tuple[StationaryFit, f
         density = float(np.clip(density, *((noise + rounding) * bounds)))
         predictive = sum(float(each.predictive.sum()) for each in found)
     noise += rounding
-    time_constant = float(noise / density) ** (1.0 / (2 * fit.states - 1))
-    return StationaryFit(fit.states, noise, time_constant), predictive
+    time_constant = float(noise / density) ** (1.0 / fit.power)
+    return replace(fit, noise=noise, time_constant=time_constant), predictive

@@ -13,7 +13,7 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::chain::Chain;
+use crate::chain::{Chain, OscillatorOfModel};
 use crate::convert::{
     Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, zeros,
 };
@@ -23,21 +23,22 @@ use crate::scene::PyScene;
 
 type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
-/// The arrays of a chain: step, variance, covariance, segment, density.
+/// The arrays of a chain: step, variance, covariance, segment, density, oscillator.
 type ChainArrays<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray2<'py, f64>,
     PyReadonlyArray1<'py, u32>,
     PyReadonlyArray1<'py, f64>,
+    OscillatorOfModel,
 );
 
 /// Checked copies of the arrays of a chain.
 fn checked(
-    (step, variance, covariance, segment, density): &ChainArrays<'_>,
+    (step, variance, covariance, segment, density, oscillator): &ChainArrays<'_>,
     derivative: usize,
 ) -> PyResult<Chain> {
-    let chain = Chain::new(step, variance, covariance, segment, density)?;
+    let chain = Chain::new(step, variance, covariance, segment, density, *oscillator)?;
     let order = chain.order;
     if derivative >= order {
         return Err(PyValueError::new_err(format!(

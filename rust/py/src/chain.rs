@@ -1,11 +1,14 @@
 //! The model of a motion without the values of its samples, from arrays.
 
-use guideload::smoother::{MAX_ORDER, ProcessNoise};
+use guideload::smoother::{MAX_ORDER, Oscillator, ProcessNoise};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{check, check_finite, numbers};
+
+/// Frequency in radians per unit of time, damping ratio, and index of the acceleration in the state.
+pub type OscillatorOfModel = Option<(f64, f64, usize)>;
 
 /// Checked copies of the arrays of a chain.
 pub struct Chain {
@@ -15,6 +18,7 @@ pub struct Chain {
     pub covariance: Vec<f64>,
     pub segment: Vec<u32>,
     pub density: Vec<f64>,
+    pub oscillator: Option<Oscillator>,
 }
 
 impl Chain {
@@ -24,6 +28,7 @@ impl Chain {
         covariance: &PyReadonlyArray2<'_, f64>,
         segment: &PyReadonlyArray1<'_, u32>,
         density: &PyReadonlyArray1<'_, f64>,
+        oscillator: OscillatorOfModel,
     ) -> PyResult<Self> {
         let order = covariance.shape()[0];
         let chain = Self {
@@ -33,6 +38,11 @@ impl Chain {
             covariance: numbers(covariance, "covariance")?,
             segment: numbers(segment, "segment")?,
             density: numbers(density, "density")?,
+            oscillator: oscillator.map(|(frequency, damping, acceleration)| Oscillator {
+                frequency,
+                damping,
+                acceleration,
+            }),
         };
         let intervals = [chain.step.len(), chain.segment.len()];
         let (count, segments) = (chain.variance.len(), chain.density.len());
@@ -50,6 +60,16 @@ impl Chain {
         check(&chain.step, "step", "a finite number > 0", |x| x > 0.0 && x < f64::INFINITY)?;
         check(&chain.variance, "variance", "a number > 0", |x| x > 0.0)?;
         check(&chain.density, "density", "a finite number >= 0", |x| (0.0..f64::INFINITY).contains(&x))?;
+        if let Some(Oscillator { frequency, damping, acceleration }) = chain.oscillator {
+            let fits =
+                frequency > 0.0 && frequency < f64::INFINITY && (0.0..f64::INFINITY).contains(&damping);
+            if !(fits && order >= 4 && acceleration + 3 <= order) {
+                return Err(PyValueError::new_err(format!(
+                    "oscillator: expected a frequency above 0, a damping ratio >= 0 and at least 4 states, got {frequency}, \
+                     {damping}, acceleration {acceleration} of {order} states"
+                )));
+            }
+        }
         chain.check_covariance()?;
         Ok(chain)
     }
@@ -75,7 +95,7 @@ impl Chain {
     }
 
     pub fn noise(&self) -> ProcessNoise<'_> {
-        ProcessNoise { segment: &self.segment, density: &self.density }
+        ProcessNoise { segment: &self.segment, density: &self.density, oscillator: self.oscillator }
     }
 }
 

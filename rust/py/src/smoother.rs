@@ -8,11 +8,11 @@ use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyU
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::chain::Chain;
+use crate::chain::{Chain, OscillatorOfModel};
 use crate::convert::{Array1, Array2, CoreError, check_finite, check_results, numbers, zeros};
 use crate::interrupt::compute;
 
-/// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, segment, density.
+/// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, segment, density, oscillator.
 type Arrays<'py> = (
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
@@ -21,6 +21,7 @@ type Arrays<'py> = (
     PyReadonlyArray2<'py, f64>,
     PyReadonlyArray1<'py, u32>,
     PyReadonlyArray1<'py, f64>,
+    OscillatorOfModel,
 );
 
 /// What `adapt_motion` returns: densities, noise variance, values and variances of the sites, log densities, noise ratios.
@@ -34,9 +35,11 @@ struct Checked {
 }
 
 impl Checked {
-    fn new((step, value, variance, mean, covariance, segment, density): &Arrays<'_>) -> PyResult<Self> {
+    fn new(
+        (step, value, variance, mean, covariance, segment, density, oscillator): &Arrays<'_>,
+    ) -> PyResult<Self> {
         let (value, mean) = (numbers(value, "value")?, numbers(mean, "mean")?);
-        let chain = Chain::new(step, variance, covariance, segment, density)?;
+        let chain = Chain::new(step, variance, covariance, segment, density, *oscillator)?;
         if value.len() != chain.variance.len() || mean.len() != chain.order {
             return Err(PyValueError::new_err("value, variance, mean, covariance: lengths do not agree"));
         }
@@ -136,7 +139,7 @@ pub fn adapt_motion<'py>(
     let rounded = numbers(&rounded, "rounded")?;
     check_finite(&rounded, "rounded")?;
     let Checked { chain, mut value, mean } = given;
-    let Chain { order, step, mut variance, covariance, segment, mut density } = chain;
+    let Chain { order, step, mut variance, covariance, segment, mut density, oscillator } = chain;
     let (log_density, noise_ratio) = (zeros(py, &[count])?, zeros(py, &[density.len()])?);
     let rule =
         AdaptationRule { rounds, typical_density: usual, prior_weight: weight, min_noise_variance: floor };
@@ -149,6 +152,7 @@ pub fn adapt_motion<'py>(
                 rounded: Rounded { value: &rounded, quantum },
                 segment: &segment,
                 density: &mut density,
+                oscillator,
                 sites: SiteApproximations { value: &mut value, variance: &mut variance },
                 noise_variance: level,
                 log_density,

@@ -41,6 +41,8 @@ def digest_of_posterior(motion: Motion) -> str:
     """SHA-256 of all numbers on which the draws depend."""
     uncertainty = motion.uncertainty
     assert uncertainty is not None
-    step, variance, covariance, segment, density = uncertainty.model
-    chain = step, variance, covariance, segment.astype(np.float64), density
+    step, variance, covariance, segment, density, oscillator = uncertainty.model
+    chain = [step, variance, covariance, segment.astype(np.float64), density]
+    if oscillator is not None:
+        chain.append(np.array(oscillator, dtype=np.float64))
     return digest(*chain, np.array([float(uncertainty.derivative)]), uncertainty.unit, uncertainty.time)

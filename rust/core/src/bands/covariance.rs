@@ -183,7 +183,7 @@ mod tests {
             step: &step,
             variance: &variance,
             covariance: &covariance,
-            noise: ProcessNoise { segment: &segment, density: &[0.7] },
+            noise: ProcessNoise { segment: &segment, density: &[0.7], oscillator: None },
             watch: Watch::NEVER,
         };
         let posterior = Posterior::new(3, given).expect("memory").expect("order 3");

@@ -268,7 +268,7 @@ mod tests {
         let variance: Vec<f64> = (0..COUNT).map(|k| variance * (1.0 + (k % 4) as f64)).collect();
         let covariance: Vec<f64> = DMatrix::<f64>::identity(N, N).scale(9.0).iter().copied().collect();
         let segment: Vec<u32> = (1..COUNT as u32).map(|k| k / 5 % 3).collect();
-        let noise = ProcessNoise { segment: &segment, density: &[0.3, 20.0, 1e-3] };
+        let noise = ProcessNoise { segment: &segment, density: &[0.3, 20.0, 1e-3], oscillator: None };
         let watch = Watch::NEVER;
         let given =
             PosteriorInput { step: &step, variance: &variance, covariance: &covariance, noise, watch };

@@ -1,8 +1,11 @@
 //! Adaptation of process noise, measurement noise and site approximations to the samples.
 
-use super::data::{ProcessNoise, Rounded, Samples, SiteApproximations, Start};
+use core::marker::PhantomData;
+
+use super::data::{Oscillator, ProcessNoise, Rounded, Samples, SiteApproximations, Start};
 use super::passes::ForwardBackward;
 use super::rounding::Cavity;
+use super::transition::{Transition, with_transition};
 use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::numeric::watch::{Watch, filled};
@@ -17,6 +20,8 @@ pub struct Adapted<'a> {
     pub segment: &'a [u32],
     /// Process-noise density of each segment, in and out.
     pub density: &'a mut [f64],
+    /// Oscillator that shapes the process noise.
+    pub oscillator: Option<Oscillator>,
     /// Site approximations, in and out.
     pub sites: SiteApproximations<'a>,
     /// Variance of the measurement noise before rounding, in and out.
@@ -42,7 +47,7 @@ pub struct AdaptationRule {
     pub min_noise_variance: f64,
 }
 
-/// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6.
+/// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6 (with an oscillator 4 to 6).
 ///
 /// Each round multiplies a density, and the noise variance, by the square root of squared scores over their expectation. This never lowers
 /// the likelihood (Zhou, Hu, Zhou and Lange 2019). The prior of a segment's density is inverse gamma, which makes the noise Student's t.
@@ -55,15 +60,10 @@ pub fn adapt(
     rule: AdaptationRule,
     adapted: &mut Adapted,
 ) -> Result<Option<()>, Stopped> {
-    match order {
-        2 => dispatch(AdaptKernel::<2> { start, rule, adapted }),
-        3 => dispatch(AdaptKernel::<3> { start, rule, adapted }),
-        4 => dispatch(AdaptKernel::<4> { start, rule, adapted }),
-        5 => dispatch(AdaptKernel::<5> { start, rule, adapted }),
-        6 => dispatch(AdaptKernel::<6> { start, rule, adapted }),
-        _ => return Ok(None),
-    }?;
-    Ok(Some(()))
+    with_transition!(order, adapted.oscillator, N, T => {
+        dispatch(AdaptKernel::<N, T> { start, rule, adapted, transition: PhantomData })
+    })
+    .transpose()
 }
 
 /// Smallest and largest noise density of a segment, relative to the typical one.
@@ -71,19 +71,20 @@ const MIN_DENSITY_RATIO: f64 = 1e-9;
 const MAX_DENSITY_RATIO: f64 = 1e12;
 
 /// [`adapt`] for the order N.
-struct AdaptKernel<'a, 'b, const N: usize> {
+struct AdaptKernel<'a, 'b, const N: usize, T> {
+    transition: PhantomData<T>,
     start: Start<'a>,
     rule: AdaptationRule,
     adapted: &'a mut Adapted<'b>,
 }
 
-impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
+impl<const N: usize, T: Transition<N>> Kernel for AdaptKernel<'_, '_, N, T> {
     type Output = Result<(), Stopped>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { start, rule, adapted } = self;
-        let mut passes = ForwardBackward::<N>::new();
+        let Self { start, rule, adapted, .. } = self;
+        let mut passes = ForwardBackward::<N, T>::new();
         let mut evidence = filled([0.0; 2], adapted.density.len())?;
         let count = adapted.log_density.len();
         let mut cavity = Cavity { mean: filled(0.0, count)?, variance: filled(0.0, count)? };
@@ -94,7 +95,11 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
                 variance: adapted.sites.variance,
                 watch: adapted.watch,
             };
-            let noise = ProcessNoise { segment: adapted.segment, density: adapted.density };
+            let noise = ProcessNoise {
+                segment: adapted.segment,
+                density: adapted.density,
+                oscillator: adapted.oscillator,
+            };
             passes.filter(samples, start, noise)?;
             evidence.fill([0.0; 2]);
             passes.backward(
@@ -104,11 +109,11 @@ impl<const N: usize> Kernel for AdaptKernel<'_, '_, N> {
                     let (mut found, mut expected) = (0.0, 0.0);
                     for i in 0..N {
                         for j in 0..i {
-                            found += 2.0 * transition.noise[i][j] * score.r[i] * score.r[j];
-                            expected += 2.0 * transition.noise[i][j] * score.variance[i][j];
+                            found += 2.0 * transition.noise()[i][j] * score.r[i] * score.r[j];
+                            expected += 2.0 * transition.noise()[i][j] * score.variance[i][j];
                         }
-                        found += transition.noise[i][i] * score.r[i] * score.r[i];
-                        expected += transition.noise[i][i] * score.variance[i][i];
+                        found += transition.noise()[i][i] * score.r[i] * score.r[i];
+                        expected += transition.noise()[i][i] * score.variance[i][i];
                     }
                     let sums = &mut evidence[adapted.segment[k] as usize];
                     sums[0] += found;

@@ -24,6 +24,17 @@ pub struct Start<'a> {
     pub covariance: &'a [f64],
 }
 
+/// Oscillator between the drive and the sampled point, which shapes the process noise (`ringing`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Oscillator {
+    /// Undamped natural frequency w, in radians per unit of time, > 0.
+    pub frequency: f64,
+    /// Damping ratio D, >= 0.
+    pub damping: f64,
+    /// Index of the acceleration in the state.
+    pub acceleration: usize,
+}
+
 /// Process noise: white noise on the N-th derivative, of constant spectral density in each segment, a stretch of intervals between samples.
 #[derive(Clone, Copy)]
 pub struct ProcessNoise<'a> {
@@ -31,6 +42,8 @@ pub struct ProcessNoise<'a> {
     pub segment: &'a [u32],
     /// Noise density of each segment, >= 0.
     pub density: &'a [f64],
+    /// Oscillator that shapes the noise.
+    pub oscillator: Option<Oscillator>,
 }
 
 impl ProcessNoise<'_> {

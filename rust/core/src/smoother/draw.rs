@@ -120,7 +120,7 @@ mod tests {
             step: &step,
             variance: &variance,
             covariance: &covariance,
-            noise: ProcessNoise { segment: &segment, density: &[0.5] },
+            noise: ProcessNoise { segment: &segment, density: &[0.5], oscillator: None },
             watch: Watch::NEVER,
         };
         let chain = Posterior::new(2, given).expect("memory").expect("order 2");

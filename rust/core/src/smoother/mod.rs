@@ -7,7 +7,8 @@
 //!
 //! Files in the order of the data:
 //!
-//! - `data`: samples in, estimates out; `transition`: the state over one interval.
+//! - `data`: samples in, estimates out; `transition`: the state over one interval, of `derivatives` or of a `ringing` axis, which follows its
+//!   drive as an oscillator does.
 //! - `passes`: filter forwards (Kalman 1960, with the exact noise of each interval) and smoother backwards, with the score r and its variance
 //!   (de Jong 1989; Durbin and Koopman 2012, section 4.4). They also give the derivative of the likelihood with respect to each noise
 //!   density, and the leave-one-out residual of each sample (de Jong and Penzer 1998).
@@ -19,9 +20,11 @@
 mod adapt;
 mod block_step;
 mod data;
+mod derivatives;
 mod draw;
 mod passes;
 mod posterior;
+mod ringing;
 mod rounding;
 mod smooth;
 mod square_root;
@@ -30,7 +33,7 @@ mod variance_recovery;
 
 pub use adapt::{AdaptationRule, Adapted, adapt};
 pub(crate) use block_step::{BLOCK, BlockStep};
-pub use data::{ProcessNoise, Rounded, Samples, SiteApproximations, Smoothed, Start};
+pub use data::{Oscillator, ProcessNoise, Rounded, Samples, SiteApproximations, Smoothed, Start};
 pub(crate) use draw::DeviationDraws;
 pub use draw::draw;
 pub use posterior::{MAX_ORDER, MarkovStep, Posterior, PosteriorInput, Square};

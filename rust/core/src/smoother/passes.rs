@@ -2,6 +2,8 @@
 //!
 //! All functions are inlined into the kernels of `smooth` and `adapt`, which are compiled for the widest vectors.
 
+use core::marker::PhantomData;
+
 use super::data::{ProcessNoise, Samples, Start};
 use super::transition::Transition;
 use crate::error::Stopped;
@@ -31,23 +33,24 @@ pub(super) struct Score<const N: usize> {
 
 /// Both passes over the same samples. The forward pass stores only its state before each block; the backward pass repeats it block by
 /// block. This is faster than loading all states from memory, and needs little memory.
-pub(super) struct ForwardBackward<const N: usize> {
+pub(super) struct ForwardBackward<const N: usize, T> {
     before: Vec<State<N>>,
     block: Vec<Prediction<N>>,
+    transition: PhantomData<T>,
 }
 
 const BLOCK: usize = 32; // samples; even for six states they fit into the first-level cache
 
-impl<const N: usize> ForwardBackward<N> {
+impl<const N: usize, T: Transition<N>> ForwardBackward<N, T> {
     pub fn new() -> Self {
-        Self { before: Vec::new(), block: Vec::new() }
+        Self { before: Vec::new(), block: Vec::new(), transition: PhantomData }
     }
 
     /// Runs the filter and passes each prediction to `show`.
     #[inline(always)]
     pub fn forward(samples: Samples, start: Start, noise: ProcessNoise, mut show: impl FnMut(Prediction<N>)) {
         let mut state = State::of(start);
-        let mut transition = Transition::<N>::new(1.0);
+        let mut transition = T::new(noise.oscillator);
         let count = samples.value.len();
         // By blocks: a call in the inner loop would cost a tenth.
         for first in (0..count).step_by(BLOCK) {
@@ -68,7 +71,7 @@ impl<const N: usize> ForwardBackward<N> {
             self.before = room(samples.value.len().div_ceil(BLOCK))?;
         }
         let mut state = State::of(start);
-        let mut transition = Transition::<N>::new(1.0);
+        let mut transition = T::new(noise.oscillator);
         let count = samples.value.len();
         for first in (0..count).step_by(BLOCK) {
             self.before.push(state);
@@ -88,11 +91,11 @@ impl<const N: usize> ForwardBackward<N> {
         &mut self,
         samples: Samples,
         noise: ProcessNoise,
-        mut interval: impl FnMut(usize, &Transition<N>, &Score<N>),
+        mut interval: impl FnMut(usize, &T, &Score<N>),
         mut sample: impl FnMut(usize, &Prediction<N>, &Score<N>, [f64; 2]),
     ) -> Result<(), Stopped> {
         let mut score = Score { r: [0.0; N], variance: [[0.0; N]; N] };
-        let mut transition = Transition::<N>::new(1.0);
+        let mut transition = T::new(noise.oscillator);
         let mut ahead = transition.clone();
         let count = samples.value.len();
         for (number, &before) in self.before.iter().enumerate().rev() {
@@ -148,9 +151,9 @@ impl<const N: usize> State<N> {
 
     /// Predicts sample k and updates the state with it.
     #[inline(always)]
-    fn pass(
+    fn pass<T: Transition<N>>(
         &mut self,
-        transition: &mut Transition<N>,
+        transition: &mut T,
         k: usize,
         samples: Samples,
         noise: ProcessNoise,

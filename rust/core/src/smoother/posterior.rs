@@ -15,7 +15,7 @@
 
 use super::data::ProcessNoise;
 use super::square_root::{Columns, MeasurementUpdate, TimeUpdate, TimeUpdated, upper_cholesky};
-use super::transition::Transition;
+use super::transition::{Transition, with_transition};
 use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::numeric::watch::{Watch, filled};
@@ -66,19 +66,13 @@ pub struct Posterior<'a> {
 }
 
 impl<'a> Posterior<'a> {
-    /// The chain of states with `order` entries; None if `order` is not 2 to 6.
+    /// The chain of states with `order` entries; None if `order` is not 2 to 6 (with an oscillator 4 to 6).
     ///
     /// # Errors
     /// [`Stopped`].
     pub fn new(order: usize, given: PosteriorInput<'a>) -> Result<Option<Self>, Stopped> {
-        let information = match order {
-            2 => information::<2>(given)?,
-            3 => information::<3>(given)?,
-            4 => information::<4>(given)?,
-            5 => information::<5>(given)?,
-            6 => information::<6>(given)?,
-            _ => return Ok(None),
-        };
+        let information = with_transition!(order, given.noise.oscillator, N, T => information::<N, T>(given));
+        let Some(information) = information.transpose()? else { return Ok(None) };
         Ok(Some(Self { order, given, information }))
     }
 
@@ -99,13 +93,10 @@ impl<'a> Posterior<'a> {
 
     /// The steps in order; the first leads to the first sample and has a zero `transition`.
     pub fn steps(&self) -> Box<dyn Iterator<Item = MarkovStep> + '_> {
-        match self.order {
-            2 => Box::new(ChainSteps::<2>::new(self)),
-            3 => Box::new(ChainSteps::<3>::new(self)),
-            4 => Box::new(ChainSteps::<4>::new(self)),
-            5 => Box::new(ChainSteps::<5>::new(self)),
-            _ => Box::new(ChainSteps::<6>::new(self)),
-        }
+        let steps = with_transition!(self.order, self.given.noise.oscillator, N, T => {
+            Box::new(ChainSteps::<N, T>::new(self)) as Box<dyn Iterator<Item = MarkovStep>>
+        });
+        steps.unwrap_or_else(|| Box::new(core::iter::empty()))
     }
 
     /// The variances of the first three entries of each state.
@@ -149,11 +140,11 @@ impl Kernel for CovarianceKernel<'_> {
 }
 
 /// Square roots of the information, upper triangles by rows, sample 0 first.
-fn information<const N: usize>(given: PosteriorInput) -> Result<Vec<f64>, Stopped> {
+fn information<const N: usize, T: Transition<N>>(given: PosteriorInput) -> Result<Vec<f64>, Stopped> {
     let count = given.variance.len();
     let size = N * (N + 1) / 2;
     let mut all = filled(0.0, count.saturating_mul(size))?;
-    let mut interval = IntervalNoise::<N>::new();
+    let mut interval = IntervalNoise::<N, T>::new(given);
     let mut root = [[0.0; N]; N];
     for (k, packed) in all.chunks_exact_mut(size).enumerate().rev() {
         if given.watch.stops_at(k) {
@@ -161,7 +152,7 @@ fn information<const N: usize>(given: PosteriorInput) -> Result<Vec<f64>, Stoppe
         }
         if k + 1 < count {
             let noise = interval.noise(given, k);
-            root = dispatch(TimeUpdate { root: &root, noise, phi: &interval.transition.phi }).rest;
+            root = dispatch(TimeUpdate { root: &root, noise, transition: &interval.transition }).rest;
         }
         root = dispatch(MeasurementUpdate { columns: &root, row: 1.0 / given.variance[k].sqrt() });
         let mut at = 0;
@@ -176,15 +167,15 @@ fn information<const N: usize>(given: PosteriorInput) -> Result<Vec<f64>, Stoppe
 }
 
 /// Transition over one interval, and the root of its noise.
-struct IntervalNoise<const N: usize> {
-    transition: Transition<N>,
+struct IntervalNoise<const N: usize, T> {
+    transition: T,
     step: f64,
     root: Columns<N>,
 }
 
-impl<const N: usize> IntervalNoise<N> {
-    fn new() -> Self {
-        Self { transition: Transition::new(1.0), step: f64::NAN, root: [[0.0; N]; N] }
+impl<const N: usize, T: Transition<N>> IntervalNoise<N, T> {
+    fn new(given: PosteriorInput) -> Self {
+        Self { transition: T::new(given.noise.oscillator), step: f64::NAN, root: [[0.0; N]; N] }
     }
 
     /// Sets the interval to the one after sample k; returns G.
@@ -192,7 +183,7 @@ impl<const N: usize> IntervalNoise<N> {
         if given.step[k] != self.step {
             self.step = given.step[k];
             self.transition.set(self.step);
-            self.root = upper_cholesky(&self.transition.noise);
+            self.root = upper_cholesky(self.transition.noise());
         }
         let size = given.noise.after(k).sqrt();
         self.root.map(|column| column.map(|x| size * x))
@@ -200,19 +191,19 @@ impl<const N: usize> IntervalNoise<N> {
 }
 
 /// The steps of a chain.
-struct ChainSteps<'a, const N: usize> {
+struct ChainSteps<'a, const N: usize, T> {
     chain: &'a Posterior<'a>,
     next: usize,
-    interval: IntervalNoise<N>,
+    interval: IntervalNoise<N, T>,
 }
 
-impl<'a, const N: usize> ChainSteps<'a, N> {
+impl<'a, const N: usize, T: Transition<N>> ChainSteps<'a, N, T> {
     fn new(chain: &'a Posterior<'a>) -> Self {
-        Self { chain, next: 0, interval: IntervalNoise::new() }
+        Self { chain, next: 0, interval: IntervalNoise::new(chain.given) }
     }
 }
 
-impl<const N: usize> Iterator for ChainSteps<'_, N> {
+impl<const N: usize, T: Transition<N>> Iterator for ChainSteps<'_, N, T> {
     type Item = MarkovStep;
 
     fn next(&mut self) -> Option<MarkovStep> {
@@ -233,28 +224,33 @@ impl<const N: usize> Iterator for ChainSteps<'_, N> {
         }
         Some(if k == 0 {
             let covariance = core::array::from_fn(|i| core::array::from_fn(|j| given.covariance[i * N + j]));
-            dispatch(StepKernel { root: &root, noise: upper_cholesky(&covariance), phi: &[0.0; N] })
+            let from_nothing = T::new(given.noise.oscillator);
+            dispatch(StepKernel {
+                root: &root,
+                noise: upper_cholesky(&covariance),
+                transition: &from_nothing,
+            })
         } else {
             let noise = self.interval.noise(given, k - 1);
-            dispatch(StepKernel { root: &root, noise, phi: &self.interval.transition.phi })
+            dispatch(StepKernel { root: &root, noise, transition: &self.interval.transition })
         })
     }
 }
 
 /// The step of a chain: A = Phi - G U^-1 V, L = G U^-1.
-struct StepKernel<'a, const N: usize> {
+struct StepKernel<'a, const N: usize, T> {
     root: &'a Columns<N>,
     noise: Columns<N>,
-    phi: &'a [f64; N],
+    transition: &'a T,
 }
 
-impl<const N: usize> Kernel for StepKernel<'_, N> {
+impl<const N: usize, T: Transition<N>> Kernel for StepKernel<'_, N, T> {
     type Output = MarkovStep;
 
     #[inline(always)]
     fn run(self) -> MarkovStep {
-        let Self { root, noise, phi } = self;
-        let TimeUpdated { u, v, .. } = TimeUpdate { root, noise, phi }.run();
+        let Self { root, noise, transition } = self;
+        let TimeUpdated { u, v, .. } = TimeUpdate { root, noise, transition }.run();
         // L U = G, column by column.
         let mut l = noise;
         for j in 0..N {
@@ -274,9 +270,9 @@ impl<const N: usize> Kernel for StepKernel<'_, N> {
         for i in 0..N {
             for j in i..N {
                 step.noise_root[i][j] = l[j][i];
-                step.transition[i][j] = phi[j - i];
             }
             for j in 0..N {
+                step.transition[i][j] = transition.entry(i, j);
                 for a in i..N {
                     step.transition[i][j] -= l[a][i] * v[j][a];
                 }
@@ -288,6 +284,9 @@ impl<const N: usize> Kernel for StepKernel<'_, N> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::Oscillator;
+    use super::super::derivatives::Derivatives;
+    use super::super::ringing::Ringing;
     use super::*;
     use nalgebra::DMatrix;
 
@@ -295,19 +294,23 @@ mod tests {
     const VARIANCE: [f64; 6] = [0.5, 2.0, f64::INFINITY, 0.1, 1.0, 0.3];
     const SEGMENT: [u32; 5] = [0, 1, 1, 2, 0];
 
-    fn given<'a>(covariance: &'a [f64], density: &'a [f64]) -> PosteriorInput<'a> {
+    fn given<'a>(
+        covariance: &'a [f64],
+        density: &'a [f64],
+        oscillator: Option<Oscillator>,
+    ) -> PosteriorInput<'a> {
         PosteriorInput {
             step: &STEP,
             variance: &VARIANCE,
             covariance,
-            noise: ProcessNoise { segment: &SEGMENT, density },
+            noise: ProcessNoise { segment: &SEGMENT, density, oscillator },
             watch: Watch::NEVER,
         }
     }
 
     /// The whole model as rows of unit noise: of the start, of every interval, of every sample. With QR = rows the covariance is R^-1
     /// R^-T.
-    fn dense<const N: usize>(given: PosteriorInput) -> DMatrix<f64> {
+    fn dense<const N: usize, T: Transition<N>>(given: PosteriorInput) -> DMatrix<f64> {
         let count = given.variance.len();
         let white = |covariance: DMatrix<f64>| {
             let root = covariance.cholesky().expect("positive definite").l();
@@ -316,11 +319,12 @@ mod tests {
         let mut rows = DMatrix::zeros((N + 1) * count, N * count);
         let start = white(DMatrix::from_row_slice(N, N, given.covariance));
         rows.view_mut((0, 0), (N, N)).copy_from(&start);
+        let mut transition = T::new(given.noise.oscillator);
         for k in 0..count - 1 {
-            let transition = Transition::<N>::new(given.step[k]);
+            transition.set(given.step[k]);
             let size = given.noise.after(k);
-            let white = white(DMatrix::from_fn(N, N, |i, j| size * transition.noise[i][j]));
-            let phi = DMatrix::from_fn(N, N, |i, j| if j >= i { transition.phi[j - i] } else { 0.0 });
+            let white = white(DMatrix::from_fn(N, N, |i, j| size * transition.noise()[i][j]));
+            let phi = DMatrix::from_fn(N, N, |i, j| transition.entry(i, j));
             rows.view_mut((N * (k + 1), N * k), (N, N)).copy_from(&(-&white * phi));
             rows.view_mut((N * (k + 1), N * (k + 1)), (N, N)).copy_from(&white);
         }
@@ -335,11 +339,11 @@ mod tests {
         DMatrix::from_fn(order, order, |i, j| rows[i][j])
     }
 
-    fn is_the_posterior<const N: usize>() {
+    fn is_the_posterior<const N: usize, T: Transition<N>>(oscillator: Option<Oscillator>) {
         let start = DMatrix::<f64>::from_fn(N, N, |i, j| if i == j { 3.0 + i as f64 } else { 0.5 });
         let covariance: Vec<f64> = start.iter().copied().collect();
-        let given = given(&covariance, &[1.0, 30.0, 0.02]);
-        let wanted = dense::<N>(given);
+        let given = given(&covariance, &[1.0, 30.0, 0.02], oscillator);
+        let wanted = dense::<N, T>(given);
         let chain = Posterior::new(N, given).expect("memory").expect("an order from 2 to 6");
         let mut before = DMatrix::zeros(N, N);
         for (k, step) in chain.steps().enumerate() {
@@ -357,22 +361,33 @@ mod tests {
 
     #[test]
     fn the_chain_has_the_covariances_of_the_posterior() {
-        is_the_posterior::<2>();
-        is_the_posterior::<3>();
-        is_the_posterior::<4>();
-        is_the_posterior::<5>();
-        is_the_posterior::<6>();
+        is_the_posterior::<2, Derivatives<2>>(None);
+        is_the_posterior::<3, Derivatives<3>>(None);
+        is_the_posterior::<4, Derivatives<4>>(None);
+        is_the_posterior::<5, Derivatives<5>>(None);
+        is_the_posterior::<6, Derivatives<6>>(None);
+    }
+
+    #[test]
+    fn with_an_oscillator_too() {
+        for damping in [0.05, 1.0] {
+            let at = |acceleration| Some(Oscillator { frequency: 1.3, damping, acceleration });
+            is_the_posterior::<4, Ringing<4>>(at(1));
+            is_the_posterior::<5, Ringing<5>>(at(1));
+            is_the_posterior::<5, Ringing<5>>(at(2));
+            is_the_posterior::<6, Ringing<6>>(at(2));
+        }
     }
 
     #[test]
     fn without_noise_there_is_no_deviation() {
-        let chain = Posterior::new(3, given(&[0.0; 9], &[0.0; 3])).expect("memory").expect("order 3");
+        let chain = Posterior::new(3, given(&[0.0; 9], &[0.0; 3], None)).expect("memory").expect("order 3");
         assert!(chain.steps().all(|step| step.noise_root == [[0.0; MAX_ORDER]; MAX_ORDER]));
     }
 
     #[test]
     fn orders_are_2_to_6() {
-        assert!(Posterior::new(1, given(&[1.0], &[1.0; 3])).expect("memory").is_none());
-        assert!(Posterior::new(7, given(&[1.0; 49], &[1.0; 3])).expect("memory").is_none());
+        assert!(Posterior::new(1, given(&[1.0], &[1.0; 3], None)).expect("memory").is_none());
+        assert!(Posterior::new(7, given(&[1.0; 49], &[1.0; 3], None)).expect("memory").is_none());
     }
 }

@@ -1,12 +1,15 @@
 //! Likelihood of the samples, and smoothed estimates with their variances.
 
+use core::marker::PhantomData;
+
 use super::data::{ProcessNoise, Samples, Smoothed, Start};
 use super::passes::ForwardBackward;
+use super::transition::{Transition, with_transition};
 use super::variance_recovery::{LostRange, recover_variances};
 use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
 
-/// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6.
+/// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6 (with an oscillator 4 to 6).
 ///
 /// # Errors
 /// [`Stopped::Interrupted`].
@@ -16,19 +19,14 @@ pub fn likelihood(
     start: Start,
     noise: ProcessNoise,
 ) -> Result<Option<(f64, f64)>, Stopped> {
-    let found = match order {
-        2 => Some(dispatch(LikelihoodKernel::<2> { samples, start, noise })),
-        3 => Some(dispatch(LikelihoodKernel::<3> { samples, start, noise })),
-        4 => Some(dispatch(LikelihoodKernel::<4> { samples, start, noise })),
-        5 => Some(dispatch(LikelihoodKernel::<5> { samples, start, noise })),
-        6 => Some(dispatch(LikelihoodKernel::<6> { samples, start, noise })),
-        _ => None,
-    };
+    let found = with_transition!(order, noise.oscillator, N, T => {
+        dispatch(LikelihoodKernel::<N, T> { samples, start, noise, transition: PhantomData })
+    });
     samples.watch.check()?;
     Ok(found)
 }
 
-/// Smoothed estimates by both passes; None if `order` is not 2 to 6.
+/// Smoothed estimates by both passes; None if `order` is not 2 to 6 (with an oscillator 4 to 6).
 ///
 /// # Errors
 /// [`Stopped`].
@@ -39,14 +37,10 @@ pub fn smooth(
     noise: ProcessNoise,
     out: &mut Smoothed,
 ) -> Result<Option<()>, Stopped> {
-    let ranges = match order {
-        2 => dispatch(SmoothKernel::<2> { samples, start, noise, out }),
-        3 => dispatch(SmoothKernel::<3> { samples, start, noise, out }),
-        4 => dispatch(SmoothKernel::<4> { samples, start, noise, out }),
-        5 => dispatch(SmoothKernel::<5> { samples, start, noise, out }),
-        6 => dispatch(SmoothKernel::<6> { samples, start, noise, out }),
-        _ => return Ok(None),
-    }?;
+    let ranges = with_transition!(order, noise.oscillator, N, T => {
+        dispatch(SmoothKernel::<N, T> { samples, start, noise, out, transition: PhantomData })
+    });
+    let Some(ranges) = ranges.transpose()? else { return Ok(None) };
     recover_variances(&ranges, order, samples, noise, out.variance)?;
     Ok(Some(()))
 }
@@ -55,20 +49,21 @@ pub fn smooth(
 const LOST_DIGITS: f64 = 1e-6;
 
 /// [`likelihood`] for the order N.
-struct LikelihoodKernel<'a, const N: usize> {
+struct LikelihoodKernel<'a, const N: usize, T> {
+    transition: PhantomData<T>,
     samples: Samples<'a>,
     start: Start<'a>,
     noise: ProcessNoise<'a>,
 }
 
-impl<const N: usize> Kernel for LikelihoodKernel<'_, N> {
+impl<const N: usize, T: Transition<N>> Kernel for LikelihoodKernel<'_, N, T> {
     type Output = (f64, f64);
 
     #[inline(always)]
     fn run(self) -> (f64, f64) {
-        let Self { samples, start, noise } = self;
+        let Self { samples, start, noise, .. } = self;
         let (mut determinant, mut misfit) = (0.0, 0.0);
-        ForwardBackward::<N>::forward(samples, start, noise, |at| {
+        ForwardBackward::<N, T>::forward(samples, start, noise, |at| {
             determinant += at.variance.ln();
             misfit += at.innovation * at.innovation / at.variance;
         });
@@ -77,22 +72,23 @@ impl<const N: usize> Kernel for LikelihoodKernel<'_, N> {
 }
 
 /// [`smooth`] for the order N.
-struct SmoothKernel<'a, 'b, const N: usize> {
+struct SmoothKernel<'a, 'b, const N: usize, T> {
+    transition: PhantomData<T>,
     samples: Samples<'a>,
     start: Start<'a>,
     noise: ProcessNoise<'a>,
     out: &'a mut Smoothed<'b>,
 }
 
-impl<const N: usize> Kernel for SmoothKernel<'_, '_, N> {
+impl<const N: usize, T: Transition<N>> Kernel for SmoothKernel<'_, '_, N, T> {
     /// Ranges of samples whose variances are lost in rounding.
     type Output = Result<Vec<LostRange>, Stopped>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { samples, start, noise, out } = self;
+        let Self { samples, start, noise, out, .. } = self;
         let mut ranges = Vec::new();
-        let mut passes = ForwardBackward::<N>::new();
+        let mut passes = ForwardBackward::<N, T>::new();
         passes.filter(samples, start, noise)?;
         passes.backward(
             samples,

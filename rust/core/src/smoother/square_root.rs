@@ -3,6 +3,7 @@
 //! R is a square root of an information matrix: R x is known up to standard normal noise (square-root information filter, Bierman 1977);
 //! see `posterior`.
 
+use super::transition::Transition;
 use crate::numeric::simd::Kernel;
 
 /// A matrix by columns.
@@ -16,25 +17,25 @@ pub(super) struct TimeUpdated<const N: usize> {
 }
 
 /// Time update: eliminates the noise w of an interval, one entry after the other.
-pub(super) struct TimeUpdate<'a, const N: usize> {
+pub(super) struct TimeUpdate<'a, const N: usize, T> {
     pub root: &'a Columns<N>,
     pub noise: Columns<N>,
-    pub phi: &'a [f64; N],
+    pub transition: &'a T,
 }
 
-impl<const N: usize> Kernel for TimeUpdate<'_, N> {
+impl<const N: usize, T: Transition<N>> Kernel for TimeUpdate<'_, N, T> {
     type Output = TimeUpdated<N>;
 
     #[inline(always)]
     fn run(self) -> TimeUpdated<N> {
-        let Self { root, noise, phi } = self;
+        let Self { root, noise, transition } = self;
         let mut of_noise = [[0.0; N]; N];
         let mut rest = [[0.0; N]; N];
         for j in 0..N {
-            for l in 0..=j {
+            for l in 0..N.min(j + 1 + T::BELOW_DIAGONAL) {
                 for i in 0..N {
                     of_noise[j][i] += root[l][i] * noise[j][l];
-                    rest[j][i] += root[l][i] * phi[j - l];
+                    rest[j][i] += root[l][i] * transition.entry(l, j);
                 }
             }
         }

@@ -1,117 +1,66 @@
-//! Transition of the state between two samples: a point whose N-th derivative of position is white noise.
+//! Transition of the state between two samples.
 
-/// Transition matrix and noise covariance of one step: x_i(t + h) = sum_j phi[j - i] x_j(t) + w_i, cov(w) = density * noise.
-#[derive(Clone)]
-pub(super) struct Transition<const N: usize> {
-    step: f64,
-    /// h^i/i!
-    pub phi: [f64; N],
-    /// Covariance of w for a noise density of 1.
-    pub noise: [[f64; N]; N],
-}
+use super::data::Oscillator;
 
-impl<const N: usize> Transition<N> {
-    #[inline(always)]
-    pub fn new(step: f64) -> Self {
-        let mut transition = Self { step: f64::NAN, phi: [0.0; N], noise: [[0.0; N]; N] };
-        transition.set(step);
-        transition
-    }
+/// Transition matrix Phi and noise covariance of one step: x(t + h) = Phi x(t) + w, cov(w) = density * noise.
+pub(super) trait Transition<const N: usize>: Clone {
+    /// Number of diagonals below the main one with entries of Phi other than zero.
+    const BELOW_DIAGONAL: usize;
+
+    /// Before the first step: Phi is zero.
+    fn new(oscillator: Option<Oscillator>) -> Self;
 
     /// Changes the step. Without cost if it is the same as before, as with uniform time stamps.
-    #[inline(always)]
-    pub fn set(&mut self, step: f64) {
-        if step == self.step {
-            return;
-        }
-        self.step = step;
-        self.phi[0] = 1.0;
-        for i in 1..N {
-            self.phi[i] = self.phi[i - 1] * step / i as f64;
-        }
-        for i in 0..N {
-            for j in 0..N {
-                // Integral over s of s^(N-1-i) s^(N-1-j)/((N-1-i)! (N-1-j)!).
-                let power = (2 * N - 1 - i - j) as f64;
-                self.noise[i][j] = self.phi[N - 1 - i] * self.phi[N - 1 - j] * step / power;
-            }
-        }
-    }
+    fn set(&mut self, step: f64);
+
+    /// Covariance of w for a noise density of 1.
+    fn noise(&self) -> &[[f64; N]; N];
+
+    /// Entry of Phi.
+    fn entry(&self, i: usize, j: usize) -> f64;
 
     /// Phi x
-    #[inline(always)]
-    pub fn propagate(&self, x: &mut [f64; N]) {
-        for i in 0..N {
-            let mut sum = x[i];
-            for j in i + 1..N {
-                sum += self.phi[j - i] * x[j];
-            }
-            x[i] = sum;
-        }
-    }
+    fn propagate(&self, x: &mut [f64; N]);
 
     /// Phi^T r
-    #[inline(always)]
-    pub fn propagate_transposed(&self, r: &mut [f64; N]) {
-        for i in (0..N).rev() {
-            let mut sum = r[i];
-            for j in 0..i {
-                sum += self.phi[i - j] * r[j];
-            }
-            r[i] = sum;
-        }
-    }
+    fn propagate_transposed(&self, r: &mut [f64; N]);
 
     /// Phi P Phi^T + density * noise
-    #[inline(always)]
-    pub fn propagate_covariance(&self, p: &mut [[f64; N]; N], density: f64) {
-        for i in 0..N {
-            for j in i + 1..N {
-                let factor = self.phi[j - i];
-                for l in 0..N {
-                    p[i][l] += factor * p[j][l];
-                }
-            }
-        }
-        for i in 0..N {
-            for l in 0..=i {
-                let mut sum = p[i][l] + density * self.noise[i][l];
-                for j in l + 1..N {
-                    sum += self.phi[j - l] * p[i][j];
-                }
-                p[i][l] = sum;
-            }
-        }
-        mirror(p);
-    }
+    fn propagate_covariance(&self, p: &mut [[f64; N]; N], density: f64);
 
     /// Phi^T M Phi
-    #[inline(always)]
-    pub fn propagate_information(&self, m: &mut [[f64; N]; N]) {
-        for i in (0..N).rev() {
-            for j in 0..i {
-                let factor = self.phi[i - j];
-                for l in 0..N {
-                    m[i][l] += factor * m[j][l];
-                }
-            }
-        }
-        for i in 0..N {
-            for l in (0..=i).rev() {
-                let mut sum = m[i][l];
-                for j in 0..l {
-                    sum += self.phi[l - j] * m[i][j];
-                }
-                m[i][l] = sum;
-            }
-        }
-        mirror(m);
-    }
+    fn propagate_information(&self, m: &mut [[f64; N]; N]);
 }
+
+/// The expression with the number of states N and the [`Transition`] T; None if there is none for this number.
+macro_rules! with_transition {
+    ($states:expr, $oscillator:expr, $n:ident, $t:ident => $body:expr) => {{
+        use $crate::smoother::{derivatives::Derivatives, ringing::Ringing};
+        macro_rules! case {
+            ($number:literal, $transition:ident) => {{
+                const $n: usize = $number;
+                type $t = $transition<$number>;
+                Some($body)
+            }};
+        }
+        match ($states, $oscillator.is_some()) {
+            (2, false) => case!(2, Derivatives),
+            (3, false) => case!(3, Derivatives),
+            (4, false) => case!(4, Derivatives),
+            (5, false) => case!(5, Derivatives),
+            (6, false) => case!(6, Derivatives),
+            (4, true) => case!(4, Ringing),
+            (5, true) => case!(5, Ringing),
+            (6, true) => case!(6, Ringing),
+            _ => None,
+        }
+    }};
+}
+pub(super) use with_transition;
 
 /// Copies the lower triangle to the upper one.
 #[inline(always)]
-fn mirror<const N: usize>(m: &mut [[f64; N]; N]) {
+pub(super) fn mirror<const N: usize>(m: &mut [[f64; N]; N]) {
     for i in 0..N {
         for l in 0..i {
             m[l][i] = m[i][l];
@@ -121,47 +70,83 @@ fn mirror<const N: usize>(m: &mut [[f64; N]; N]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::Oscillator;
+    use super::super::derivatives::Derivatives;
+    use super::super::ringing::Ringing;
     use super::Transition;
 
-    #[test]
-    fn two_steps_are_one_of_their_sum() {
-        let (short, long) = (Transition::<4>::new(0.3), Transition::<4>::new(0.6));
-        let mut twice = [[0.0; 4]; 4];
+    fn two_steps_are_one<const N: usize, T: Transition<N>>(oscillator: Option<Oscillator>) {
+        let (mut short, mut long) = (T::new(oscillator), T::new(oscillator));
+        short.set(0.3);
+        long.set(0.6);
+        let mut twice = [[0.0; N]; N];
         short.propagate_covariance(&mut twice, 2.0);
         short.propagate_covariance(&mut twice, 2.0);
-        for i in 0..4 {
-            for j in 0..4 {
-                assert!((twice[i][j] - 2.0 * long.noise[i][j]).abs() < 1e-14 * long.noise[i][j]);
+        for i in 0..N {
+            for j in 0..N {
+                let wanted = 2.0 * long.noise()[i][j];
+                assert!((twice[i][j] - wanted).abs() < 1e-9 * wanted.abs(), "noise {i}, {j}: {oscillator:?}");
             }
         }
-        let mut x = [1.0, -2.0, 3.0, 0.5];
+        let mut x = core::array::from_fn(|i| 1.0 - 0.7 * i as f64);
         let mut y = x;
         short.propagate(&mut x);
         short.propagate(&mut x);
         long.propagate(&mut y);
-        assert!(x.iter().zip(y).all(|(a, b)| (a - b).abs() < 1e-14));
+        assert!(x.iter().zip(y).all(|(a, b)| (a - b).abs() < 1e-13), "{oscillator:?}");
+    }
+
+    fn propagations_are_products<const N: usize, T: Transition<N>>(oscillator: Option<Oscillator>) {
+        let mut transition = T::new(oscillator);
+        transition.set(0.7);
+        let x: [f64; N] = core::array::from_fn(|i| (1.0 + 2.0 * i as f64).sin());
+        let phi = |i, j| transition.entry(i, j);
+        let sum = |term: &dyn Fn(usize) -> f64| (0..N).map(term).sum::<f64>();
+        let ahead: [f64; N] = core::array::from_fn(|i| sum(&|j| phi(i, j) * x[j]));
+        let back: [f64; N] = core::array::from_fn(|i| sum(&|j| phi(j, i) * x[j]));
+        let (mut propagated, mut transposed) = (x, x);
+        transition.propagate(&mut propagated);
+        transition.propagate_transposed(&mut transposed);
+        let rank_one = |x: [f64; N]| x.map(|a| x.map(|b| a * b));
+        let (mut covariance, mut information) = (rank_one(x), rank_one(x));
+        transition.propagate_covariance(&mut covariance, 3.0);
+        transition.propagate_information(&mut information);
+        for i in 0..N {
+            assert!((propagated[i] - ahead[i]).abs() < 1e-13);
+            assert!((transposed[i] - back[i]).abs() < 1e-13);
+            assert!((0..N).all(|j| phi(i, j) == 0.0 || i <= j + T::BELOW_DIAGONAL));
+            for j in 0..N {
+                let noise = 3.0 * transition.noise()[i][j];
+                assert!((covariance[i][j] - ahead[i] * ahead[j] - noise).abs() < 1e-12);
+                assert!((information[i][j] - back[i] * back[j]).abs() < 1e-12);
+            }
+        }
+    }
+
+    /// A law for each number of states, and each place of an oscillator.
+    macro_rules! for_all {
+        ($law:ident) => {{
+            $law::<2, Derivatives<2>>(None);
+            $law::<3, Derivatives<3>>(None);
+            $law::<4, Derivatives<4>>(None);
+            $law::<5, Derivatives<5>>(None);
+            $law::<6, Derivatives<6>>(None);
+            for (frequency, damping) in [(0.1, 0.0), (1.3, 0.1), (4.0, 0.4), (2.0, 1.0), (1.0, 3.0)] {
+                let at = |acceleration| Some(Oscillator { frequency, damping, acceleration });
+                (0..2).for_each(|a| $law::<4, Ringing<4>>(at(a)));
+                (0..3).for_each(|a| $law::<5, Ringing<5>>(at(a)));
+                (0..4).for_each(|a| $law::<6, Ringing<6>>(at(a)));
+            }
+        }};
     }
 
     #[test]
-    fn propagate_transposed_is_the_transpose_of_propagate() {
-        let transition = Transition::<5>::new(0.7);
-        let (a, b) = ([1.0, 0.2, -0.4, 2.0, 0.3], [0.5, -1.0, 0.1, 0.9, -2.0]);
-        let (mut ahead, mut back) = (a, b);
-        transition.propagate(&mut ahead);
-        transition.propagate_transposed(&mut back);
-        let dot = |x: [f64; 5], y: [f64; 5]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
-        assert!((dot(b, ahead) - dot(back, a)).abs() < 1e-14);
-        let mut rank_one = [[0.0; 5]; 5];
-        for i in 0..5 {
-            for j in 0..5 {
-                rank_one[i][j] = b[i] * b[j];
-            }
-        }
-        transition.propagate_information(&mut rank_one);
-        for i in 0..5 {
-            for j in 0..5 {
-                assert!((rank_one[i][j] - back[i] * back[j]).abs() < 1e-13);
-            }
-        }
+    fn two_steps_are_one_of_their_sum() {
+        for_all!(two_steps_are_one);
+    }
+
+    #[test]
+    fn propagations_are_products_with_the_entries() {
+        for_all!(propagations_are_products);
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn recover_variances(
                 step: &samples.step[range.first..end - 1],
                 variance: &samples.variance[range.first..end],
                 covariance: &range.covariance,
-                noise: ProcessNoise { segment: &noise.segment[range.first..end - 1], density: noise.density },
+                noise: ProcessNoise { segment: &noise.segment[range.first..end - 1], ..noise },
                 watch: samples.watch,
             };
             let Some(chain) = Posterior::new(order, given)? else { return Ok(()) };

@@ -1,0 +1,213 @@
+"""Search for an oscillator between the drive and the encoder: an axis that rings after each change of its acceleration.
+
+The likelihood of a stationary fit does not tell how an axis rings from how it is driven, because a drive moves now and
+then. The process-noise densities are therefore adapted at each frequency of a grid; the best few frequencies are then
+improved together with their damping. A few hundred to a few thousand samples suffice for that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.cores import Submit
+from guideload.base.errors import RunError
+from guideload.motion.uncertainty import Segments
+from guideload.smoothing.adaptive import LENGTH, WEIGHT
+from guideload.smoothing.stationary import (
+    Adaptation,
+    Oscillator,
+    Partition,
+    ScaledSamples,
+    Smoother,
+    StationaryFit,
+)
+
+EXCERPTS, SAMPLES = 4, 1500  # most excerpts and samples of the search
+PER_CONSTANT = 4.0  # samples per time constant of the stationary fit: more show no more of a ringing
+# Measurement noise over that of rounding, as variances, up to which single samples are taken and not means.
+QUIET = 3.0
+# Frequencies of the grid: least periods in an excerpt, most radians per time constant (faster ringing is lost in the
+# noise) and per sample, and ratio of two neighbours.
+PERIODS, FASTEST, LARGEST_ANGLE, RATIO = 5.0, 1.0, 1.26, 1.1
+DAMPING, DAMPINGS = 0.07, (0.001, 0.35)  # damping ratio at the start of the search, and its limits
+DECAYING = 0.006  # least damping ratio of an axis that rings: a vibration with less is driven
+TRIED = 3  # frequencies that are improved
+# Rounds of adaptation: at each frequency of the grid, and after each improvement.
+ROUNDS, IMPROVED_ROUNDS = 4, (3, 3, 6)
+# First strides of frequency and damping, as factors, and most moves between two adaptations.
+STRIDES, MOVES = (1.05, 1.6), 6
+LEAST_GAIN = (
+    -5.0
+)  # of the score over that without an oscillator, for an oscillator to be tried on all samples
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Adaptation with an oscillator; -inf if it failed."""
+
+    oscillator: Oscillator | None
+    score: float
+    parts: list[Adaptation]
+
+
+def oscillator_of(
+    excerpts: list[ScaledSamples], stationary: StationaryFit, order: int, acceleration: int, submit: Submit
+) -> Oscillator | None:
+    """The oscillator that explains the samples best, None if none does as well as the stationary fit's order alone.
+
+    order: of the white derivative of the position. acceleration: its index in the state. submit: runs a task on a
+    thread (`base/cores.py`).
+    """
+    search = Search.of(excerpts, stationary, order)
+    shortest = min(part.value.size for part in search.parts)
+    fastest = _fastest(search.stationary)
+    if fastest * shortest <= 2.0 * np.pi * PERIODS:
+        return None
+    grid = np.exp(np.arange(np.log(2.0 * np.pi * PERIODS / shortest), np.log(fastest), np.log(RATIO)))
+    starts = [Oscillator(float(frequency), DAMPING, acceleration) for frequency in grid]
+    alone = submit(lambda rounds: search.adapted(None, rounds), sum(IMPROVED_ROUNDS))
+    points = [
+        each.result() for each in [submit(lambda start: search.adapted(start, ROUNDS), s) for s in starts]
+    ]
+    scores = np.array([-np.inf, *(point.score for point in points), -np.inf])
+    peaks = np.flatnonzero((scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]))
+    tried = peaks[np.argsort(-scores[1 + peaks])][:TRIED]
+    improved: list[Point] = [each.result() for each in [submit(search.improved, points[i]) for i in tried]]
+    best = max(improved, key=lambda point: point.score, default=alone.result())
+    if best.oscillator is None or best.score <= alone.result().score + LEAST_GAIN:
+        return None
+    frequency, damping, _ = best.oscillator
+    return Oscillator(frequency / search.factor, damping, acceleration)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Fewer samples, on which oscillators are compared; their unit of time is `factor` units of the samples."""
+
+    parts: list[ScaledSamples]
+    factor: int
+    stationary: StationaryFit
+    noise: float  # before rounding
+    order: int
+
+    @classmethod
+    def of(cls, excerpts: list[ScaledSamples], stationary: StationaryFit, order: int) -> Search:
+        # Those with the longest travel, as an axis at rest does not ring.
+        excerpts = sorted(excerpts, key=lambda part: -float(np.ptp(part.value)))[:EXCERPTS]
+        count = sum(part.value.size for part in excerpts)
+        factor = max(1, int(stationary.time_constant / PER_CONSTANT), -(-count // SAMPLES))
+        rounding = excerpts[0].rounding
+        quiet = stationary.noise - rounding < QUIET * rounding
+        parts = [_every(part, factor) if quiet else _means(part, factor) for part in excerpts]
+        noise = stationary.noise if quiet else stationary.noise / factor
+        density = stationary.density * float(factor) ** stationary.power
+        fit = replace(stationary, noise=noise, time_constant=(noise / density) ** (1.0 / stationary.power))
+        return cls(parts, factor, fit, max(noise - parts[0].rounding, parts[0].least_noise), order)
+
+    def adapted(self, oscillator: Oscillator | None, rounds: int, start: Point | None = None) -> Point:
+        """Densities, noise and sites adapted with this oscillator."""
+        found = []
+        for number, (smoother, (segment, density)) in enumerate(self._smoothers(oscillator)):
+            noise, sites = self.noise, None
+            if start is not None:
+                before = start.parts[number]
+                density, noise, sites = before.density, before.noise, before.sites
+            try:
+                found.append(smoother.adapt((segment, density), noise, rounds, WEIGHT[self.order], sites))
+            except RunError:  # beyond the range of numbers
+                return Point(oscillator, -np.inf, [])
+        score = sum(float(each.predictive.sum()) for each in found)
+        return Point(oscillator, score if np.isfinite(score) else -np.inf, found)
+
+    def improved(self, point: Point) -> Point:
+        """Frequency and damping improved: moves by likelihood and rounds of adaptation in turns."""
+        strides = STRIDES
+        for rounds in IMPROVED_ROUNDS:
+            if point.oscillator is None or not point.parts:
+                return point
+            adapted = [
+                (part, segment, found)
+                for part, (_, (segment, _)), found in zip(
+                    self.parts, self._smoothers(point.oscillator), point.parts, strict=True
+                )
+            ]
+            fit = replace(self.stationary, states=self.stationary.states + 2, oscillator=point.oscillator)
+            oscillator, strides = more_likely(fit, adapted, strides, MOVES)
+            point = self.adapted(oscillator, rounds, point)
+        return point
+
+    def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[Smoother, Partition]]:
+        """A smoother for each part, and its segments."""
+        states = self.stationary.states + (2 if oscillator else 0)
+        fit = replace(self.stationary, states=states, oscillator=oscillator)
+        smoothers = [Smoother(part, fit) for part in self.parts]
+        length = max(1.0, LENGTH[self.order] * fit.time_constant)
+        return [(smoother, smoother.segments(length, fit.density)) for smoother in smoothers]
+
+
+def more_likely(
+    fit: StationaryFit,
+    adapted: Sequence[tuple[ScaledSamples, Segments, Adaptation]],
+    strides: tuple[float, float],
+    moves: int,
+) -> tuple[Oscillator, tuple[float, float]]:
+    """The fit's oscillator, moved to where the adapted samples are more likely, and the strides for further moves.
+
+    A move goes as far as it can in each direction. If none helps, the strides are halved, as logarithms.
+    """
+    assert fit.oscillator is not None
+    acceleration = fit.oscillator.acceleration
+
+    def oscillator(place: Array) -> Oscillator:
+        return Oscillator(float(np.exp(place[0])), float(np.exp(place[1])), acceleration)
+
+    def likelihood(place: Array) -> float:
+        """Logarithm, but for a constant."""
+        frequency, damping = np.exp(place)
+        if not (DAMPINGS[0] <= damping <= DAMPINGS[1] and frequency <= _fastest(fit)):
+            return -np.inf
+        sums = 0.0
+        for samples, segment, found in adapted:
+            smoother = Smoother(samples, replace(fit, oscillator=oscillator(place)))
+            sums += sum(smoother.likelihood((segment, found.density), found.sites))
+        return -0.5 * sums if np.isfinite(sums) else -np.inf
+
+    place, stride = np.log(fit.oscillator[:2]), np.log(strides)
+    best = likelihood(place)
+    for _ in range(moves):
+        before = best
+        for move in (*np.diag(stride), *np.diag(-stride)):
+            here = likelihood(place + move)
+            if here > best:
+                best, place = here, place + move
+        if best == before:
+            stride = 0.5 * stride
+    first, second = np.exp(stride)
+    return oscillator(place), (float(first), float(second))
+
+
+def _fastest(fit: StationaryFit) -> float:
+    """The highest frequency that the samples show, in radians per unit of time."""
+    return min(FASTEST / fit.time_constant, LARGEST_ANGLE)
+
+
+def _every(samples: ScaledSamples, factor: int) -> ScaledSamples:
+    """Every sample number 0, `factor`, ..: rounded samples remain rounded samples."""
+    time, value = samples.time[::factor] / factor, np.ascontiguousarray(samples.value[::factor])
+    return replace(samples, time=time, step=np.diff(time), value=value, time_unit=factor * samples.time_unit)
+
+
+def _means(samples: ScaledSamples, factor: int) -> ScaledSamples:
+    """Means of `factor` samples, whose rounding is then normal noise."""
+    count = samples.value.size // factor * factor
+    time = samples.time[:count].reshape(-1, factor).mean(axis=1) / factor
+    value = samples.value[:count].reshape(-1, factor).mean(axis=1)
+    least = (samples.least_noise + samples.rounding) / factor
+    unit = factor * samples.time_unit
+    return replace(
+        samples, time=time, step=np.diff(time), value=value, quantum=0.0, least_noise=least, time_unit=unit
+    )

@@ -1,0 +1,162 @@
+"""Orders of the white derivative, tried on the samples and weighted: the candidates of the mixture.
+
+The orders are weighted by their leave-one-out predictive likelihood. Each takes part twice, with densities that differ
+as the samples suggest, and with nearly even ones. An oscillator between the drive and the encoder takes part if it is
+much more likely than every order without one; then all candidates have it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.cores import cores, threads
+from guideload.base.errors import RunError, TraceError
+from guideload.smoothing.adaptive import AdaptedModel, adapted, adapted_in_pieces
+from guideload.smoothing.oscillation import DECAYING, more_likely, oscillator_of
+from guideload.smoothing.stationary import Oscillator, ScaledSamples, StationaryFit, fitted
+
+ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
+# Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order, without and with an
+# oscillator; times ROUNDED if rounding dominates the noise, because its errors are bounded.
+SCALE, RINGING_SCALE = {3: 0.78, 4: 0.89, 5: 0.84, 6: 0.97}, {3: 1.0, 4: 1.2}
+QUIET, ROUNDED = 0.1, 0.86  # quanta of measurement noise up to which rounding dominates; factor
+# Weight of the adapted models in the score of an order; below 1, as they have been fitted to the same samples.
+ADAPTED_WEIGHT = 0.5
+# Difference of two scores that makes an order e times as probable as another: above 1, as no order is the true model
+# and the scores of neighbouring samples err together. Least weight of an order that takes part.
+TEMPERATURE, LEAST_WEIGHT = 4.0, 0.01
+# Weight of the prior for nearly even densities, and score below the best order's down to which it is tried.
+EVEN, TRIED = 1.0, 30.0
+# Log density subtracted from the score of an order: jumps of acceleration are rare, but fit coarse samples well.
+HANDICAP = {3: 12.0, 4: 0.0, 5: 0.0, 6: 0.0}
+# Orders of a drive that the axis follows as an oscillator does, and score by which the best of them must exceed the
+# best without an oscillator: two numbers more are fitted.
+DRIVEN, RINGING = (3, 4), 8.0
+# Strides (as factors of frequency and damping) and moves with which the oscillator is improved on all samples.
+FINE_STRIDES, FINE_MOVES = ((1.03, 1.2), (1.01, 1.07)), 6
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An order of the white derivative, adapted to all samples, and its weight in the mixture."""
+
+    order: int
+    weight: float
+    model: AdaptedModel
+
+    def posterior(self, at: int) -> tuple[Array, Array, Array]:
+        """(n, 3) means of the state; (n,) variance of its number `at`, and the same calibrated."""
+        mean, variance = self.model.smoother.smooth(
+            (self.model.segment, self.model.fit.density), self.model.coloured_sites
+        )
+        quiet = self.model.fit.noise < QUIET**2 * self.model.smoother.samples.quantum
+        scales = RINGING_SCALE if self.model.smoother.fit.oscillator else SCALE
+        scale = scales[self.order] * (ROUNDED if quiet else 1.0)
+        return mean, variance[:, at], scale**2 * variance[:, at] * self.model.error_share(variance[:, at], at)
+
+
+class Trial(NamedTuple):
+    """An order of the white derivative, adapted to the excerpts, and its score; -inf if it failed."""
+
+    order: int
+    score: float
+    fit: StationaryFit
+    predictive: float  # score of the stationary fit
+    models: list[AdaptedModel]
+
+
+def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
+    """The candidates with a weight above 0, the best first. taken: order of the derivative that was sampled, 0 or 1.
+
+    Raises TraceError if no order survives rounding.
+    """
+    excerpts = samples.excerpts(2 - taken)
+    with threads(cores()) as submit:
+        first = [submit(lambda order: _tried(excerpts, order, order - taken), order) for order in ORDERS]
+        trials: list[Trial] = [future.result() for future in first]
+        driven = trials[ORDERS.index(DRIVEN[-1])]
+        if np.isfinite(driven.score):
+            oscillator = oscillator_of(excerpts, driven.fit, driven.order, 2 - taken, submit)
+            if oscillator is not None:
+                ringing = [
+                    submit(lambda order: _ringing(excerpts, order, order - taken, oscillator), order)
+                    for order in DRIVEN
+                ]
+                trials += [future.result() for future in ringing]
+        best = max(trial.score for trial in trials)
+        near = [trial for trial in trials if trial.score > best - TRIED]
+        even = [submit(lambda trial: _adapted(excerpts, trial, EVEN), trial) for trial in near]
+        trials += [future.result() for future in even]
+    trials = _with_or_without_oscillator(trials)
+    scores = np.array([trial.score for trial in trials])
+    if not np.isfinite(scores.max()):
+        steps = samples.step * samples.time_unit
+        raise TraceError(
+            f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
+            "cut the trace at its longest gaps or leave out samples that lie very close together"
+        )
+    # The scores are those of the excerpts; that of all samples grows with their number.
+    whole = samples.value.size / sum(part.value.size for part in excerpts)
+    weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
+    weights[weights < LEAST_WEIGHT] = 0.0
+    weights /= weights.sum()
+
+    def candidate(number: int) -> Candidate:
+        order, _, fit, _, models = trials[number]
+        if len(models) == 1:
+            return Candidate(order, float(weights[number]), models[0])
+        prior = float(np.mean([model.weight for model in models]))
+        return Candidate(order, float(weights[number]), adapted_in_pieces(samples, fit, order, prior))
+
+    return [candidate(int(number)) for number in np.argsort(-scores) if weights[number] > 0.0]
+
+
+def _with_or_without_oscillator(trials: list[Trial]) -> list[Trial]:
+    """Those with an oscillator if the best of them is much more likely than the best of the others; else the others."""
+    others = [trial for trial in trials if trial.fit.oscillator is None]
+    ringing = [trial for trial in trials if (it := trial.fit.oscillator) and it.damping >= DECAYING]
+    best, best_other = (max((trial.score for trial in each), default=-np.inf) for each in (ringing, others))
+    return ringing if best - RINGING > best_other else others
+
+
+def _tried(
+    excerpts: list[ScaledSamples], order: int, states: int, oscillator: Oscillator | None = None
+) -> Trial:
+    """The stationary fit of an order, adapted with the weight of the prior that the samples suggest."""
+    fit = StationaryFit(states, 1.0, 1.0, oscillator)
+    try:
+        fit, predictive = fitted(excerpts, states, oscillator)
+        if np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf:  # else long gaps, beyond doubles
+            return _adapted(excerpts, Trial(order, -np.inf, fit, predictive, []), None)
+    except RunError:  # beyond the range of numbers
+        pass
+    return Trial(order, -np.inf, fit, -np.inf, [])
+
+
+def _ringing(excerpts: list[ScaledSamples], order: int, states: int, oscillator: Oscillator) -> Trial:
+    """The same with an oscillator, whose frequency and damping are improved with the adapted densities."""
+    trial = _tried(excerpts, order, states + 2, oscillator)
+    for strides in FINE_STRIDES:
+        if np.isfinite(trial.score):
+            parts = [
+                (part, each.segment, each.fit) for part, each in zip(excerpts, trial.models, strict=True)
+            ]
+            moved, _ = more_likely(trial.fit, parts, strides, FINE_MOVES)
+            trial = _adapted(excerpts, trial._replace(fit=replace(trial.fit, oscillator=moved)), None)
+    return trial
+
+
+def _adapted(excerpts: list[ScaledSamples], trial: Trial, weight: float | None) -> Trial:
+    """The trial adapted with this weight of the prior."""
+    try:
+        models = [adapted(part, trial.fit, trial.order, weight) for part in excerpts]
+    except RunError:  # beyond the range of numbers
+        return trial._replace(score=-np.inf)
+    after = sum(float(model.fit.predictive.sum()) for model in models)
+    sound = np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)
+    score = trial.predictive + ADAPTED_WEIGHT * after - HANDICAP[trial.order]
+    return trial._replace(score=score if sound else -np.inf, models=models)

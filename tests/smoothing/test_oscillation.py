@@ -1,0 +1,87 @@
+"""Laws of an axis that rings: its oscillator is found, and only where there is one."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from signals import rms, rounded
+
+from guideload.smoothing import selection
+from guideload.smoothing.estimation import estimate
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+from traces import case, ringing
+
+SEED = 11
+# Accelerations of the drive: two moves there and back, with jumps.
+HEIGHTS = np.array([0.0, 5.0, 0.0, -5.0, 0.0, -4.0, 0.0, 4.0, 0.0])
+LENGTHS = np.array([0.4, 0.15, 0.2, 0.15, 0.5, 0.15, 0.25, 0.15, 0.5])
+
+
+def axis(frequency, damping, soft=False, step=1e-3):
+    """Time, position, velocity and acceleration of an axis that follows such a drive; `soft`: with limited jerk."""
+    corners, heights = [0.0], []
+    for height, length in zip(HEIGHTS, LENGTHS, strict=True):
+        ramps = [(0.0, height), (height, height), (height, 0.0)] if soft and height else [(height, height)]
+        for share, pair in zip((0.3, 0.4, 0.3) if len(ramps) == 3 else (1.0,), ramps, strict=True):
+            corners.append(corners[-1] + share * length)
+            heights.append(pair)
+    time = np.arange(0.0, corners[-1], step)
+    return time, *ringing(np.array(corners), np.array(heights), frequency, damping)(time)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "damping", "soft"), [(8.0, 0.04, False), (20.0, 0.12, False), (14.0, 0.03, True)]
+)
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_frequency_and_damping_are_found_and_halve_the_error(frequency, damping, soft, kind, monkeypatch):
+    rng = np.random.default_rng(SEED)
+    time, position, velocity, acceleration = axis(frequency, damping, soft)
+    sampled, noise = (position, 5e-7) if kind == "position" else (velocity, 3e-4)
+    value = sampled + noise * rng.standard_normal(time.size)
+    found = estimate(time, value, kind)
+    assert found.oscillation is not None and f"an oscillator of {found.oscillation}" in found.note
+    assert found.oscillation.natural_frequency == pytest.approx(frequency, rel=0.01)
+    assert found.oscillation.damping_ratio == pytest.approx(damping, rel=0.15)
+    monkeypatch.setattr(selection, "RINGING", np.inf)
+    without = estimate(time, value, kind)
+    assert without.oscillation is None
+    assert rms(found.acceleration - acceleration) < 0.5 * rms(without.acceleration - acceleration)
+
+
+@pytest.mark.parametrize("family", ["jerk-limited", "trapezoid"])
+def test_what_does_not_ring_has_no_oscillator(family):
+    for seed in range(4):
+        one = case(family, 1000.0, 1e-6, 0.0, 0.5, np.random.default_rng(seed))
+        assert estimate(one.time, one.value, "position", one.quantum).oscillation is None
+    pure = np.random.default_rng(SEED).standard_normal(2000)
+    assert estimate(np.arange(2000) * 1e-3, pure, "position").oscillation is None
+
+
+def test_a_unit_of_time_changes_the_frequency_alone():
+    time, position, *_ = axis(10.0, 0.06)
+    value = rounded(position, 1e-5)
+    one, other = (estimate(scale * time, value, "position", 1e-5) for scale in (1.0, 1024.0))
+    assert one.oscillation is not None and other.oscillation is not None
+    assert 1024.0 * other.oscillation.natural_frequency == pytest.approx(
+        one.oscillation.natural_frequency, rel=1e-9
+    )
+    np.testing.assert_allclose(1024.0**2 * other.acceleration, one.acceleration, rtol=1e-7, atol=1e-7)
+
+
+def test_draws_of_a_ringing_axis_scatter_as_its_band_says():
+    time, position, *_ = axis(10.0, 0.06, step=4e-3)
+    found = estimate(time, rounded(position, 1e-5), "position", 1e-5)
+    assert found.uncertainty is not None and found.uncertainty.oscillator is not None
+    drawn = found.draws(600, np.random.default_rng(SEED)).std(axis=0)
+    np.testing.assert_allclose(drawn, np.sqrt(found.acceleration_variance), rtol=5.0 / np.sqrt(2.0 * 600))
+
+
+@pytest.mark.parametrize("count", [8, 9, 12, 20, 30, 45, 70])
+def test_short_records_are_smoothed(count):
+    time, position, *_ = axis(10.0, 0.06, step=0.01)
+    part = slice(40, 40 + count)
+    assert np.isfinite(
+        estimate(time[part], rounded(position, 1e-5)[part], "position", 1e-5).acceleration
+    ).all()
