@@ -38,7 +38,7 @@ def axis(frequency, damping, soft=False, step=1e-3):
 def test_frequency_and_damping_are_found_and_halve_the_error(frequency, damping, soft, kind, monkeypatch):
     rng = np.random.default_rng(SEED)
     time, position, velocity, acceleration = axis(frequency, damping, soft)
-    sampled, noise = (position, 5e-7) if kind == "position" else (velocity, 3e-4)
+    sampled, noise = (position, 5e-7) if kind == "position" else (velocity, 1e-4)
     value = sampled + noise * rng.standard_normal(time.size)
     found = estimate(time, value, kind)
     assert found.oscillation is not None and f"an oscillator of {found.oscillation}" in found.note
@@ -85,3 +85,21 @@ def test_short_records_are_smoothed(count):
     assert np.isfinite(
         estimate(time[part], rounded(position, 1e-5)[part], "position", 1e-5).acceleration
     ).all()
+
+
+def test_a_motion_that_is_driven_to_vibrate_is_not_an_axis_that_rings(monkeypatch):
+    rng = np.random.default_rng(SEED)
+    time = np.arange(0.0, 4.0, 2e-3)
+    value = rounded(1e-3 * np.sin(60.0 * time) + 1e-6 * rng.standard_normal(time.size), 1e-6)
+    found = estimate(time, value, "position", 1e-6)
+    assert found.oscillation is None
+    monkeypatch.setattr(selection, "RINGING", np.inf)
+    assert (found.acceleration == estimate(time, value, "position", 1e-6).acceleration).all()
+
+
+@pytest.mark.parametrize("length", [30, 300])
+def test_a_straight_line_with_a_gap_is_smoothed(length):
+    time = np.arange(float(length))
+    time[length // 2 :] += 1e6
+    found = estimate(time, 0.3 * time + 0.1, "position")
+    assert found.oscillation is None and rms(found.acceleration) < 1e-3

@@ -91,7 +91,7 @@ def adapted(
     order: of the white derivative of the position. weight: of the prior; by default it depends on the samples.
     Segments with a high density are divided, so that a jump is located, and adapted once more.
     """
-    if order in JUMPING and stationary.time_constant < 1.0:
+    if order in JUMPING and stationary.time_constant < 1.0 and stationary.oscillator is None:
         least = max(samples.least_noise, samples.noise_where_smooth())
         samples = replace(samples, least_noise=least)
     smoother = Smoother(samples, stationary)

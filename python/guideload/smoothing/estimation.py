@@ -76,7 +76,7 @@ class Estimate(Kinematics):
     density                (n - 1,) process-noise density in each interval, (m/s^order)^2 s
     stationary_density     density of the stationary fit, in the same unit
     jumps                  (k, 2) s, start and end of stretches whose density is at least 20 times the stationary one
-    oscillation            frequency and damping with which the axis rings; None if it does not, as far as is seen
+    oscillation            frequency and damping with which the axis rings; None if the samples show no ringing
     warning                if the trace is too noisy or too coarse, else ""
     uncertainty            posterior of the acceleration, for draws; None if all samples are equal
     """

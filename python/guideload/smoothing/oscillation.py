@@ -1,8 +1,8 @@
 """Search for an oscillator between the drive and the encoder: an axis that rings after each change of its acceleration.
 
-The likelihood of a stationary fit does not tell how an axis rings from how it is driven, because a drive moves now and
-then. The process-noise densities are therefore adapted at each frequency of a grid; the best few frequencies are then
-improved together with their damping. A few hundred to a few thousand samples suffice for that.
+One density of the process noise for all samples cannot separate ringing from driving, because a drive acts only now
+and then. The densities are therefore adapted at each frequency of a grid; the best few frequencies are then improved
+together with their damping. At most 1500 samples are used.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from guideload.smoothing.stationary import (
     StationaryFit,
 )
 
-EXCERPTS, SAMPLES = 4, 1500  # most excerpts and samples of the search
+SEARCHED, SAMPLES = 4, 1500  # most excerpts and samples of the search
 PER_CONSTANT = 4.0  # samples per time constant of the stationary fit: more show no more of a ringing
 # Measurement noise over that of rounding, as variances, up to which single samples are taken and not means.
-QUIET = 3.0
+ROUNDED_BELOW = 3.0
 # Frequencies of the grid: least periods in an excerpt, most radians per time constant (faster ringing is lost in the
 # noise) and per sample, and ratio of two neighbours.
-PERIODS, FASTEST, LARGEST_ANGLE, RATIO = 5.0, 1.0, 1.26, 1.1
+PERIODS, FASTEST, LARGEST_ANGLE, RATIO = 5.0, 1.0, 1.6, 1.1
 DAMPING, DAMPINGS = 0.07, (0.001, 0.35)  # damping ratio at the start of the search, and its limits
 DECAYING = 0.006  # least damping ratio of an axis that rings: a vibration with less is driven
-TRIED = 3  # frequencies that are improved
+IMPROVED = 3  # frequencies that are improved
 # Rounds of adaptation: at each frequency of the grid, and after each improvement.
-ROUNDS, IMPROVED_ROUNDS = 4, (3, 3, 6)
+GRID_ROUNDS, IMPROVED_ROUNDS = 4, (3, 3, 6)
 # First strides of frequency and damping, as factors, and most moves between two adaptations.
 STRIDES, MOVES = (1.05, 1.6), 6
 LEAST_GAIN = (
@@ -47,7 +47,7 @@ LEAST_GAIN = (
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Adaptation with an oscillator; -inf if it failed."""
+    """Adaptation with an oscillator; its score is -inf if it failed."""
 
     oscillator: Oscillator | None
     score: float
@@ -57,25 +57,25 @@ class Point:
 def oscillator_of(
     excerpts: list[ScaledSamples], stationary: StationaryFit, order: int, acceleration: int, submit: Submit
 ) -> Oscillator | None:
-    """The oscillator that explains the samples best, None if none does as well as the stationary fit's order alone.
+    """The oscillator that explains the samples best; None if its score is more than 5 below that without one.
 
-    order: of the white derivative of the position. acceleration: its index in the state. submit: runs a task on a
-    thread (`base/cores.py`).
+    order: of the white derivative of the drive's position. acceleration: its index in the state. submit: runs a task
+    on a thread (`base/cores.py`).
     """
-    search = Search.of(excerpts, stationary, order)
-    shortest = min(part.value.size for part in search.parts)
-    fastest = _fastest(search.stationary)
-    if fastest * shortest <= 2.0 * np.pi * PERIODS:
+    if _slowest(excerpts) >= _fastest(stationary):
         return None
-    grid = np.exp(np.arange(np.log(2.0 * np.pi * PERIODS / shortest), np.log(fastest), np.log(RATIO)))
+    search = Search.of(excerpts, stationary, order)
+    slowest, fastest = _slowest(search.parts), _fastest(search.stationary)
+    grid = np.exp(np.arange(np.log(slowest), np.log(fastest), np.log(RATIO)))
     starts = [Oscillator(float(frequency), DAMPING, acceleration) for frequency in grid]
     alone = submit(lambda rounds: search.adapted(None, rounds), sum(IMPROVED_ROUNDS))
     points = [
-        each.result() for each in [submit(lambda start: search.adapted(start, ROUNDS), s) for s in starts]
+        each.result()
+        for each in [submit(lambda start: search.adapted(start, GRID_ROUNDS), s) for s in starts]
     ]
     scores = np.array([-np.inf, *(point.score for point in points), -np.inf])
     peaks = np.flatnonzero((scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]))
-    tried = peaks[np.argsort(-scores[1 + peaks])][:TRIED]
+    tried = peaks[np.argsort(-scores[1 + peaks])][:IMPROVED]
     improved: list[Point] = [each.result() for each in [submit(search.improved, points[i]) for i in tried]]
     best = max(improved, key=lambda point: point.score, default=alone.result())
     if best.oscillator is None or best.score <= alone.result().score + LEAST_GAIN:
@@ -97,11 +97,11 @@ class Search:
     @classmethod
     def of(cls, excerpts: list[ScaledSamples], stationary: StationaryFit, order: int) -> Search:
         # Those with the longest travel, as an axis at rest does not ring.
-        excerpts = sorted(excerpts, key=lambda part: -float(np.ptp(part.value)))[:EXCERPTS]
+        excerpts = sorted(excerpts, key=lambda part: -float(np.ptp(part.value)))[:SEARCHED]
         count = sum(part.value.size for part in excerpts)
         factor = max(1, int(stationary.time_constant / PER_CONSTANT), -(-count // SAMPLES))
         rounding = excerpts[0].rounding
-        quiet = stationary.noise - rounding < QUIET * rounding
+        quiet = stationary.noise - rounding < ROUNDED_BELOW * rounding
         parts = [_every(part, factor) if quiet else _means(part, factor) for part in excerpts]
         noise = stationary.noise if quiet else stationary.noise / factor
         density = stationary.density * float(factor) ** stationary.power
@@ -136,8 +136,11 @@ class Search:
                 )
             ]
             fit = replace(self.stationary, states=self.stationary.states + 2, oscillator=point.oscillator)
-            oscillator, strides = more_likely(fit, adapted, strides, MOVES)
-            point = self.adapted(oscillator, rounds, point)
+            oscillator, strides = more_likely(fit, adapted, strides, MOVES, _fastest(fit))
+            after = self.adapted(oscillator, rounds, point)
+            if not after.parts:
+                return point
+            point = after
         return point
 
     def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[Smoother, Partition]]:
@@ -154,10 +157,12 @@ def more_likely(
     adapted: Sequence[tuple[ScaledSamples, Segments, Adaptation]],
     strides: tuple[float, float],
     moves: int,
+    fastest: float,
 ) -> tuple[Oscillator, tuple[float, float]]:
     """The fit's oscillator, moved to where the adapted samples are more likely, and the strides for further moves.
 
-    A move goes as far as it can in each direction. If none helps, the strides are halved, as logarithms.
+    A move tries one stride up and down in frequency and damping, and keeps what helps; if nothing helps, the strides
+    are halved, as logarithms. fastest: limit of the frequency.
     """
     assert fit.oscillator is not None
     acceleration = fit.oscillator.acceleration
@@ -168,7 +173,7 @@ def more_likely(
     def likelihood(place: Array) -> float:
         """Logarithm, but for a constant."""
         frequency, damping = np.exp(place)
-        if not (DAMPINGS[0] <= damping <= DAMPINGS[1] and frequency <= _fastest(fit)):
+        if not (DAMPINGS[0] <= damping <= DAMPINGS[1] and frequency <= fastest):
             return -np.inf
         sums = 0.0
         for samples, segment, found in adapted:
@@ -190,6 +195,11 @@ def more_likely(
     return oscillator(place), (float(first), float(second))
 
 
+def _slowest(parts: list[ScaledSamples]) -> float:
+    """The lowest frequency of which every part has enough periods, in radians per unit of time."""
+    return 2.0 * np.pi * PERIODS / min(part.value.size for part in parts)
+
+
 def _fastest(fit: StationaryFit) -> float:
     """The highest frequency that the samples show, in radians per unit of time."""
     return min(FASTEST / fit.time_constant, LARGEST_ANGLE)
@@ -202,10 +212,11 @@ def _every(samples: ScaledSamples, factor: int) -> ScaledSamples:
 
 
 def _means(samples: ScaledSamples, factor: int) -> ScaledSamples:
-    """Means of `factor` samples, whose rounding is then normal noise."""
+    """Means of `factor` samples, whose rounding is then normal noise. None reaches over a gap."""
     count = samples.value.size // factor * factor
-    time = samples.time[:count].reshape(-1, factor).mean(axis=1) / factor
-    value = samples.value[:count].reshape(-1, factor).mean(axis=1)
+    times, values = samples.time[:count].reshape(-1, factor), samples.value[:count].reshape(-1, factor)
+    together = times[:, -1] - times[:, 0] < 2.0 * factor
+    time, value = times[together].mean(axis=1) / factor, values[together].mean(axis=1)
     least = (samples.least_noise + samples.rounding) / factor
     unit = factor * samples.time_unit
     return replace(

@@ -36,8 +36,9 @@ HANDICAP = {3: 12.0, 4: 0.0, 5: 0.0, 6: 0.0}
 # Orders of a drive that the axis follows as an oscillator does, and score by which the best of them must exceed the
 # best without an oscillator: two numbers more are fitted.
 DRIVEN, RINGING = (3, 4), 8.0
-# Strides (as factors of frequency and damping) and moves with which the oscillator is improved on all samples.
-FINE_STRIDES, FINE_MOVES = ((1.03, 1.2), (1.01, 1.07)), 6
+# Strides (as factors of frequency and damping) and moves with which the oscillator is improved on all samples, and
+# largest factor on its frequency.
+FINE_STRIDES, FINE_MOVES, FINE_RANGE = ((1.03, 1.2), (1.01, 1.07)), 6, 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,11 @@ class Trial(NamedTuple):
     predictive: float  # score of the stationary fit
     models: list[AdaptedModel]
 
+    @property
+    def rings(self) -> bool:
+        """Whether it has an oscillator."""
+        return self.fit.oscillator is not None
+
 
 def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
     """The candidates with a weight above 0, the best first. taken: order of the derivative that was sampled, 0 or 1.
@@ -82,13 +88,16 @@ def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
         if np.isfinite(driven.score):
             oscillator = oscillator_of(excerpts, driven.fit, driven.order, 2 - taken, submit)
             if oscillator is not None:
+                # Else an order that jumps could take noise for jumps.
+                noise = max(trials, key=lambda trial: trial.score).models[0].fit.noise
+                noisy = [replace(part, least_noise=max(part.least_noise, 0.5 * noise)) for part in excerpts]
                 ringing = [
-                    submit(lambda order: _ringing(excerpts, order, order - taken, oscillator), order)
+                    submit(lambda order: _ringing(noisy, order, order - taken, oscillator), order)
                     for order in DRIVEN
                 ]
-                trials += [future.result() for future in ringing]
-        best = max(trial.score for trial in trials)
-        near = [trial for trial in trials if trial.score > best - TRIED]
+                found: list[Trial] = [future.result() for future in ringing]
+                trials += [it for it in found if it.fit.oscillator and it.fit.oscillator.damping >= DECAYING]
+        near = [trial for trial in trials if trial.score > _best(trials, trial.rings) - TRIED]
         even = [submit(lambda trial: _adapted(excerpts, trial, EVEN), trial) for trial in near]
         trials += [future.result() for future in even]
     trials = _with_or_without_oscillator(trials)
@@ -117,10 +126,13 @@ def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
 
 def _with_or_without_oscillator(trials: list[Trial]) -> list[Trial]:
     """Those with an oscillator if the best of them is much more likely than the best of the others; else the others."""
-    others = [trial for trial in trials if trial.fit.oscillator is None]
-    ringing = [trial for trial in trials if (it := trial.fit.oscillator) and it.damping >= DECAYING]
-    best, best_other = (max((trial.score for trial in each), default=-np.inf) for each in (ringing, others))
-    return ringing if best - RINGING > best_other else others
+    rings = _best(trials, True) - RINGING > _best(trials, False)
+    return [trial for trial in trials if trial.rings == rings]
+
+
+def _best(trials: list[Trial], rings: bool) -> float:
+    """The best score of those with an oscillator, or without."""
+    return max((trial.score for trial in trials if trial.rings == rings), default=-np.inf)
 
 
 def _tried(
@@ -141,12 +153,15 @@ def _ringing(excerpts: list[ScaledSamples], order: int, states: int, oscillator:
     """The same with an oscillator, whose frequency and damping are improved with the adapted densities."""
     trial = _tried(excerpts, order, states + 2, oscillator)
     for strides in FINE_STRIDES:
-        if np.isfinite(trial.score):
-            parts = [
-                (part, each.segment, each.fit) for part, each in zip(excerpts, trial.models, strict=True)
-            ]
-            moved, _ = more_likely(trial.fit, parts, strides, FINE_MOVES)
-            trial = _adapted(excerpts, trial._replace(fit=replace(trial.fit, oscillator=moved)), None)
+        if not np.isfinite(trial.score):
+            break
+        parts = [(part, each.segment, each.fit) for part, each in zip(excerpts, trial.models, strict=True)]
+        fastest = FINE_RANGE * oscillator.frequency
+        moved, _ = more_likely(trial.fit, parts, strides, FINE_MOVES, fastest)
+        after = _tried(excerpts, order, states + 2, moved)
+        if not np.isfinite(after.score):
+            break
+        trial = after
     return trial
 
 

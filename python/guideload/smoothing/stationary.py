@@ -1,7 +1,8 @@
 """Stationary fit of the state-space model: one process-noise density and one measurement noise for all samples.
 
-The value and its first N - 1 derivatives are the state; the N-th derivative is white process noise. The samples have
-white measurement noise and are rounded to the quantum.
+The value and its first N - 1 derivatives are the state; the N-th derivative is white process noise. With an oscillator
+these are the value and derivatives of the drive, and the state has two numbers more. The samples have white measurement
+noise and are rounded to the quantum.
 """
 
 from __future__ import annotations
@@ -228,12 +229,12 @@ def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array
     mean, covariance = coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
     if fit.oscillator is None:
         return mean, covariance
-    # It follows the drive exactly, a = c and y = c', give or take as much as the acceleration is uncertain.
+    # It follows the drive, a = c and y = c', with the variance of the acceleration as that of the difference a - c.
     frequency, _, at = fit.oscillator
     follows = np.zeros((fit.states, fit.order))
     follows[np.arange(at + 1), np.arange(at + 1)] = 1.0
     follows[np.arange(at + 2, fit.states), np.arange(at, fit.order)] = 1.0
-    follows[at + 1, at + 1 :] = 1.0
+    follows[at + 1, at + 1 : at + 2] = 1.0
     ringing = np.zeros(fit.states)
     ringing[[at, at + 1]] = covariance[at, at] * np.array([1.0, frequency**2])
     return follows @ mean, follows @ covariance @ follows.T + np.diag(ringing)

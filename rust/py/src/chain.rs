@@ -63,10 +63,10 @@ impl Chain {
         if let Some(Oscillator { frequency, damping, acceleration }) = chain.oscillator {
             let fits =
                 frequency > 0.0 && frequency < f64::INFINITY && (0.0..f64::INFINITY).contains(&damping);
-            if !(fits && order >= 4 && acceleration + 3 <= order) {
+            if !(fits && order >= 4 && acceleration <= order - 3) {
                 return Err(PyValueError::new_err(format!(
-                    "oscillator: expected a frequency above 0, a damping ratio >= 0 and at least 4 states, got {frequency}, \
-                     {damping}, acceleration {acceleration} of {order} states"
+                    "oscillator: expected a frequency above 0, a damping ratio >= 0, and an acceleration with at least two states \
+                     after it, got {frequency}, {damping}, and number {acceleration} of {order} states"
                 )));
             }
         }

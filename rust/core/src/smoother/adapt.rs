@@ -47,7 +47,8 @@ pub struct AdaptationRule {
     pub min_noise_variance: f64,
 }
 
-/// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order` is not 2 to 6 (with an oscillator 4 to 6).
+/// Adapts process-noise densities, site approximations and the noise variance, all in place. None if `order`, the number of
+/// states, is not 2 to 6 (with an oscillator 4 to 6).
 ///
 /// Each round multiplies a density, and the noise variance, by the square root of squared scores over their expectation. This never lowers
 /// the likelihood (Zhou, Hu, Zhou and Lange 2019). The prior of a segment's density is inverse gamma, which makes the noise Student's t.

@@ -31,18 +31,19 @@ pub struct Oscillator {
     pub frequency: f64,
     /// Damping ratio D, >= 0.
     pub damping: f64,
-    /// Index of the acceleration in the state.
+    /// Index of the acceleration in the state, with at least two numbers after it.
     pub acceleration: usize,
 }
 
-/// Process noise: white noise on the N-th derivative, of constant spectral density in each segment, a stretch of intervals between samples.
+/// Process noise: white noise on the last number of the state, of constant spectral density in each segment, a stretch of intervals between
+/// samples.
 #[derive(Clone, Copy)]
 pub struct ProcessNoise<'a> {
     /// Segment of the interval after each sample, n - 1 numbers.
     pub segment: &'a [u32],
     /// Noise density of each segment, >= 0.
     pub density: &'a [f64],
-    /// Oscillator that shapes the noise.
+    /// Oscillator through which the noise acts.
     pub oscillator: Option<Oscillator>,
 }
 
@@ -56,7 +57,7 @@ impl ProcessNoise<'_> {
 
 /// Estimates at each sample, to be filled.
 pub struct Smoothed<'a> {
-    /// n x 3: value and its first two derivatives (of order 2 only the first).
+    /// n x 3: the first three numbers of the state, without an oscillator the value and its first two derivatives (of order 2 only the first).
     pub mean: &'a mut [[f64; 3]],
     /// n x 3: variances of `mean`.
     pub variance: &'a mut [[f64; 3]],

@@ -1,7 +1,8 @@
 //! Kalman filter and fixed-interval smoother of a sampled motion.
 //!
 //! The state is the position and its first N - 1 derivatives, N = 2 to 6. The N-th derivative is white noise (process noise) of constant
-//! spectral density in each segment, a stretch of intervals between samples. A sample is the position (or, for velocity samples, the velocity
+//! spectral density in each segment, a stretch of intervals between samples. (With an oscillator, of 4 to 6 numbers some are others:
+//! `ringing`.) A sample is the position (or, for velocity samples, the velocity
 //! in its place) plus white noise (measurement noise) of its own variance. All quantities have the caller's units; a time unit near the
 //! sampling interval scales the numbers well.
 //!

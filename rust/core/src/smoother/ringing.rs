@@ -142,7 +142,7 @@ impl<const N: usize> Ringing<N> {
         self.assemble(a, power.map(|x| x[END]), g.map(|x| x[END]), driven.map(|x| x[END]));
         self.transpose();
 
-        // The noise: the responses to an impulse at the end of the state.
+        // The noise: the response of each number of the state to an impulse on the last one.
         let mut response = [[0.0; N]; LANES];
         let root = step.sqrt();
         for i in 0..N {
@@ -243,9 +243,8 @@ impl<const N: usize> Transition<N> for Ringing<N> {
 
     #[inline(always)]
     fn new(oscillator: Option<Oscillator>) -> Self {
-        let mut oscillator =
-            oscillator.unwrap_or(Oscillator { frequency: 0.0, damping: 0.0, acceleration: 0 });
-        oscillator.acceleration = oscillator.acceleration.min(N - 3);
+        // `with_transition` passes one.
+        let oscillator = oscillator.unwrap_or(Oscillator { frequency: 0.0, damping: 0.0, acceleration: 0 });
         let Oscillator { frequency: w, damping, .. } = oscillator;
         let rate = w * (damping.max(1.0) + (damping * damping - 1.0).max(0.0).sqrt());
         // 1/(s^2 + 2 D s + 1) by powers of 1/s, integrated.

@@ -9,7 +9,8 @@ use super::variance_recovery::{LostRange, recover_variances};
 use crate::error::Stopped;
 use crate::numeric::simd::{Kernel, dispatch};
 
-/// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order` is not 2 to 6 (with an oscillator 4 to 6).
+/// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order`, the number of
+/// states, is not 2 to 6 (with an oscillator 4 to 6).
 ///
 /// # Errors
 /// [`Stopped::Interrupted`].

@@ -32,7 +32,8 @@ pub(super) trait Transition<const N: usize>: Clone {
     fn propagate_information(&self, m: &mut [[f64; N]; N]);
 }
 
-/// The expression with the number of states N and the [`Transition`] T; None if there is none for this number.
+/// The expression with the number of states N and the [`Transition`] T; None if there is none: the number of
+/// states is 2 to 6, and with an oscillator 4 to 6, at least two of them after the acceleration.
 macro_rules! with_transition {
     ($states:expr, $oscillator:expr, $n:ident, $t:ident => $body:expr) => {{
         use $crate::smoother::{derivatives::Derivatives, ringing::Ringing};
@@ -43,15 +44,15 @@ macro_rules! with_transition {
                 Some($body)
             }};
         }
-        match ($states, $oscillator.is_some()) {
-            (2, false) => case!(2, Derivatives),
-            (3, false) => case!(3, Derivatives),
-            (4, false) => case!(4, Derivatives),
-            (5, false) => case!(5, Derivatives),
-            (6, false) => case!(6, Derivatives),
-            (4, true) => case!(4, Ringing),
-            (5, true) => case!(5, Ringing),
-            (6, true) => case!(6, Ringing),
+        match ($states, $oscillator.map(|it| it.acceleration)) {
+            (2, None) => case!(2, Derivatives),
+            (3, None) => case!(3, Derivatives),
+            (4, None) => case!(4, Derivatives),
+            (5, None) => case!(5, Derivatives),
+            (6, None) => case!(6, Derivatives),
+            (4, Some(0..=1)) => case!(4, Ringing),
+            (5, Some(0..=2)) => case!(5, Ringing),
+            (6, Some(0..=3)) => case!(6, Ringing),
             _ => None,
         }
     }};
