@@ -120,7 +120,7 @@ def test_intensities_may_differ_by_twenty_decades(decades: list[int]) -> None:
     step = np.array([1.0, 1.5, 0.5, 1000.0, 1.0, 0.75, 1.25])
     variance = np.array([1.0, 0.5, 2.0, 1e12, 0.25, 1.0, 0.125, 2.0])
     intensity = 10.0 ** np.array(decades, float)
-    chain = (step, variance, np.eye(3), np.arange(7, dtype=np.uint32), intensity)
+    chain = (step, variance, np.eye(3), np.arange(7, dtype=np.uint32), intensity, None)
     time = np.arange(8.0)
     nothing = (np.zeros((8, 0, 6)), [], np.zeros((0, 3)))
     found, *_ = _core.load_spread(ref.cart().scene, chain, 2, np.ones(8), time, time, *nothing)
