@@ -104,3 +104,13 @@ def test_a_straight_line_with_a_gap_has_no_oscillator(length):
     value = 0.3 * time + 1e-3 * np.random.default_rng(SEED).standard_normal(length)
     found = estimate(time, value, "position")
     assert found.oscillation is None and np.isfinite(found.acceleration).all()
+
+
+@pytest.mark.parametrize("burst", [2, 3, 5])
+def test_bursts_of_samples_are_smoothed(burst):
+    """Means of samples that reach over gaps are left out of the search; here they may be all."""
+    rng = np.random.default_rng(SEED)
+    time = (np.arange(600 * burst) % burst) * 1e-3 + np.repeat(0.05 * np.arange(600.0), burst)
+    value = np.sin(3.0 * time) + 1e-5 * rng.standard_normal(time.size)
+    found = estimate(time, value, "position")
+    assert rms(found.acceleration + 9.0 * np.sin(3.0 * time)) < 0.1

@@ -40,9 +40,8 @@ IMPROVED = 3  # frequencies that are improved
 GRID_ROUNDS, IMPROVED_ROUNDS = 4, (3, 3, 6)
 # First strides of frequency and damping, as factors, and most moves between two adaptations.
 STRIDES, MOVES = (1.05, 1.6), 6
-LEAST_GAIN = (
-    -5.0
-)  # of the score over that without an oscillator, for an oscillator to be tried on all samples
+# Least gain in score over that without an oscillator, for an oscillator to be tried on all samples.
+LEAST_GAIN = -5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +65,8 @@ def oscillator_of(
         return None
     search = Search.of(excerpts, stationary, order)
     slowest, fastest = _slowest(search.parts), _fastest(search.stationary)
+    if slowest >= fastest:
+        return None
     grid = np.exp(np.arange(np.log(slowest), np.log(fastest), np.log(RATIO)))
     starts = [Oscillator(float(frequency), DAMPING, acceleration) for frequency in grid]
     alone = submit(lambda rounds: search.adapted(None, rounds), sum(IMPROVED_ROUNDS))
@@ -197,7 +198,8 @@ def more_likely(
 
 def _slowest(parts: list[ScaledSamples]) -> float:
     """The lowest frequency of which every part has enough periods, in radians per unit of time."""
-    return 2.0 * np.pi * PERIODS / min(part.value.size for part in parts)
+    shortest = min(part.value.size for part in parts)
+    return 2.0 * np.pi * PERIODS / shortest if shortest else np.inf
 
 
 def _fastest(fit: StationaryFit) -> float:
