@@ -20,7 +20,8 @@ Segments = NDArray[np.uint32]
 # time, damping ratio D, index of the acceleration a in the state), N = 4 to 6: the acceleration and the numbers before
 # it, y, the acceleration c of the drive and its derivatives, the last of which is the integral of white process noise;
 # a' = y - 2 D w (a - c), y' = -w^2 (a - c).
-SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array, tuple[float, float, int] | None]
+OscillatorOfModel = tuple[float, float, int]
+SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array, OscillatorOfModel | None]
 
 # Equivalent load of a carriage: weights (2, 5, 2) of the groups A and B, of Fy, Fz, Mx, My, Mz, for positive and for
 # negative values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or
@@ -73,7 +74,7 @@ def adapt_motion(
 
 # State-space model without samples: step (n - 1,), variance (n,), covariance (N, N), segment (n - 1,), density,
 # oscillator, as in `SampledModel`; the variance of a missing sample is infinite.
-StateSpaceModel = tuple[Array, Array, Array, Segments, Array, tuple[float, float, int] | None]
+StateSpaceModel = tuple[Array, Array, Array, Segments, Array, OscillatorOfModel | None]
 
 def draw_motion(chain: StateSpaceModel, derivative: int, count: int, seed: int) -> Array:
     """Draws (count, n) from the posterior of the deviation of a derivative from its estimate.

@@ -14,8 +14,10 @@ from guideload.base.arrays import Array
 Segments = NDArray[np.uint32]
 
 COVER, TAIL = 1.96, 0.025  # standard deviations of the 95 % band, and the probability on either side of it
-# As the core takes it: step, variance, covariance, segment, density, oscillator.
-StateSpaceModel: TypeAlias = tuple[Array, Array, Array, Segments, Array, tuple[float, float, int] | None]
+# As the core takes them: frequency, damping ratio, index of the acceleration; step, variance, covariance, segment,
+# density, oscillator.
+OscillatorOfModel: TypeAlias = tuple[float, float, int]
+StateSpaceModel: TypeAlias = tuple[Array, Array, Array, Segments, Array, OscillatorOfModel | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +47,7 @@ class Uncertainty:
     derivative: int
     unit: Array
     time: Array | None = None
-    oscillator: tuple[float, float, int] | None = None
+    oscillator: OscillatorOfModel | None = None
 
     @property
     def model(self) -> StateSpaceModel:

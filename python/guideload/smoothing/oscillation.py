@@ -136,7 +136,7 @@ class Search:
                     self.parts, self._smoothers(point.oscillator), point.parts, strict=True
                 )
             ]
-            fit = replace(self.stationary, states=self.stationary.states + 2, oscillator=point.oscillator)
+            fit = self.stationary.with_oscillator(point.oscillator)
             oscillator, strides = more_likely(fit, adapted, strides, MOVES, _fastest(fit))
             after = self.adapted(oscillator, rounds, point)
             if not after.parts:
@@ -146,8 +146,7 @@ class Search:
 
     def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[Smoother, Partition]]:
         """A smoother for each part, and its segments."""
-        states = self.stationary.states + (2 if oscillator else 0)
-        fit = replace(self.stationary, states=states, oscillator=oscillator)
+        fit = self.stationary.with_oscillator(oscillator) if oscillator else self.stationary
         smoothers = [Smoother(part, fit) for part in self.parts]
         length = max(1.0, LENGTH[self.order] * fit.time_constant)
         return [(smoother, smoother.segments(length, fit.density)) for smoother in smoothers]

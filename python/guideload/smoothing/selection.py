@@ -17,7 +17,13 @@ from guideload.base.cores import cores, threads
 from guideload.base.errors import RunError, TraceError
 from guideload.smoothing.adaptive import AdaptedModel, adapted, adapted_in_pieces
 from guideload.smoothing.oscillation import DECAYING, more_likely, oscillator_of
-from guideload.smoothing.stationary import Oscillator, ScaledSamples, StationaryFit, fitted
+from guideload.smoothing.stationary import (
+    RINGING_STATES,
+    Oscillator,
+    ScaledSamples,
+    StationaryFit,
+    fitted,
+)
 
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order, without and with an
@@ -151,14 +157,14 @@ def _tried(
 
 def _ringing(excerpts: list[ScaledSamples], order: int, states: int, oscillator: Oscillator) -> Trial:
     """The same with an oscillator, whose frequency and damping are improved with the adapted densities."""
-    trial = _tried(excerpts, order, states + 2, oscillator)
+    trial = _tried(excerpts, order, states + RINGING_STATES, oscillator)
     for strides in FINE_STRIDES:
         if not np.isfinite(trial.score):
             break
         parts = [(part, each.segment, each.fit) for part, each in zip(excerpts, trial.models, strict=True)]
         fastest = FINE_RANGE * oscillator.frequency
         moved, _ = more_likely(trial.fit, parts, strides, FINE_MOVES, fastest)
-        after = _tried(excerpts, order, states + 2, moved)
+        after = _tried(excerpts, order, states + RINGING_STATES, moved)
         if not np.isfinite(after.score):
             break
         trial = after

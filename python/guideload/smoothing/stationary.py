@@ -27,6 +27,7 @@ Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segmen
 
 # Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
+RINGING_STATES = 2  # that an oscillator adds
 ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
 MOST_DECADES = 12.0  # of density over noise, per median step: above, rounding breaks the filter down
@@ -124,7 +125,11 @@ class StationaryFit:
     @property
     def order(self) -> int:
         """N: order of the derivative of the samples, or of the drive's, that is white noise."""
-        return self.states - (2 if self.oscillator else 0)
+        return self.states - (RINGING_STATES if self.oscillator else 0)
+
+    def with_oscillator(self, oscillator: Oscillator) -> StationaryFit:
+        """The same noise and order, through an oscillator."""
+        return replace(self, states=self.order + RINGING_STATES, oscillator=oscillator)
 
     @property
     def power(self) -> int:

@@ -20,7 +20,7 @@ pub struct Adapted<'a> {
     pub segment: &'a [u32],
     /// Process-noise density of each segment, in and out.
     pub density: &'a mut [f64],
-    /// Oscillator that shapes the process noise.
+    /// Oscillator through which the process noise acts.
     pub oscillator: Option<Oscillator>,
     /// Site approximations, in and out.
     pub sites: SiteApproximations<'a>,

@@ -24,7 +24,7 @@ pub struct Start<'a> {
     pub covariance: &'a [f64],
 }
 
-/// Oscillator between the drive and the sampled point, which shapes the process noise (`ringing`).
+/// Oscillator between the drive and the sampled point, through which the process noise acts (`ringing`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Oscillator {
     /// Undamped natural frequency w, in radians per unit of time, > 0.
