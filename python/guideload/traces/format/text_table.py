@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.cores import threads
 from guideload.base.errors import TraceError, shortened
 from guideload.traces.format.dialect_detection import COMMENT, MOST_COLUMNS, Dialect, dialect_of, rows_of
 from guideload.traces.format.table import Table, listed_rows, unique
@@ -185,16 +186,21 @@ def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) 
         ragged.append(row)
         return "skip"
 
-    names = [str(i) for i in range(dialect.width)]
-    try:
-        table = csv.read_csv(
-            pa.BufferReader(body.encode()),
+    def read(text: bytes) -> Any:
+        names = [str(i) for i in range(dialect.width)]
+        return csv.read_csv(
+            pa.BufferReader(text),
             read_options=csv.ReadOptions(use_threads=False, column_names=names, block_size=1 << 22),
             parse_options=csv.ParseOptions(delimiter=dialect.separator, invalid_row_handler=skip),
             convert_options=csv.ConvertOptions(
                 decimal_point=decimal, null_values=NULLS, strings_can_be_null=True
             ),
         )
+
+    try:
+        # On the main thread pyarrow would handle Ctrl-C itself, and lose one that comes as the reading ends.
+        with threads(1) as submit:
+            table = submit(read, body.encode()).result()
     except (pa.ArrowInvalid, ValueError) as error:
         raise TraceError(f"{source}: not a readable CSV table: {shortened(str(error))}") from None
     return None if ragged or table.num_rows != count else table
