@@ -143,6 +143,16 @@ def test_no_more_is_shown_than_half_the_samples_rate():
     assert estimate(time, velocity, "velocity", 1e-4).bandwidth <= 5.0
 
 
+@pytest.mark.parametrize("count", [36, 108, 210, 318, 366])
+def test_a_line_with_a_gap_of_a_million_steps_is_smoothed(count):
+    """The best orders do not survive rounding when they smooth all samples; the others do."""
+    time = np.arange(float(count))
+    time[count // 2 :] += 1e6
+    found = estimate(time, 0.3 * time + 0.1, "position")
+    assert (np.abs(found.acceleration) < 1.96 * np.sqrt(found.acceleration_variance)).all()
+    assert sum(found.weights.values()) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("quantum", [1e-5, 2e-5])
 def test_a_log_with_long_gaps_is_smoothed(quantum):
     """Of a log on change, where orders that a gap takes beyond the range of doubles are no choice."""

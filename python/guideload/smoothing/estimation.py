@@ -149,14 +149,13 @@ def _estimate(
     leading = next(i for i, each in enumerate(candidates) if each.order == order)
     model = candidates[leading].model
     weights = np.array([each.weight for each in candidates])
-    posteriors = [each.posterior(at) for each in candidates]
-    mean = np.asarray(sum(w * found for w, (found, _, _) in zip(weights, posteriors, strict=True)))
+    mean = np.asarray(sum(each.weight * each.mean for each in candidates))
     between = np.zeros(time.size)
-    for weight, (found, _, _) in zip(weights, posteriors, strict=True):
-        between += weight * (found[:, at] - mean[:, at]) ** 2
-    variance = _harmonic_mean(np.array([own for _, _, own in posteriors]), weights) + between
+    for each in candidates:
+        between += each.weight * (each.mean[:, at] - mean[:, at]) ** 2
+    variance = _harmonic_mean(np.array([each.error for each in candidates]), weights) + between
     # The chain of the best order carries the deviations of the mixture, scaled to its variance.
-    chain = posteriors[leading][1]
+    chain = candidates[leading].variance
     calibration = np.sqrt(np.divide(variance, chain, out=np.ones_like(chain), where=chain > 0.0))
     stationary = model.smoother.fit
     units = [samples.value_unit / samples.time_unit**power for power in range(3)]

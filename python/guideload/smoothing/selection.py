@@ -49,21 +49,30 @@ FINE_STRIDES, FINE_MOVES, FINE_RANGE = ((1.03, 1.2), (1.01, 1.07)), 6, 1.2
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An order of the white derivative, adapted to all samples, and its weight in the mixture."""
+    """An order of the white derivative, adapted to all samples, with its weight and its posterior; scaled units.
+
+    mean      (n, 3) of the state
+    variance  (n,) of the acceleration
+    error     (n,) variance of the acceleration's error: calibrated
+    """
 
     order: int
     weight: float
     model: AdaptedModel
+    mean: Array
+    variance: Array
+    error: Array
 
-    def posterior(self, at: int) -> tuple[Array, Array, Array]:
-        """(n, 3) means of the state; (n,) variance of its number `at`, and the same calibrated."""
-        mean, variance = self.model.smoother.smooth(
-            (self.model.segment, self.model.fit.density), self.model.coloured_sites
-        )
-        quiet = self.model.fit.noise < QUIET**2 * self.model.smoother.samples.quantum
-        scales = RINGING_SCALE if self.model.smoother.fit.oscillator else SCALE
-        scale = scales[self.order] * (ROUNDED if quiet else 1.0)
-        return mean, variance[:, at], scale**2 * variance[:, at] * self.model.error_share(variance[:, at], at)
+    @classmethod
+    def of(cls, order: int, weight: float, model: AdaptedModel, at: int) -> Candidate:
+        """The candidate with the posterior of its model. at: index of the acceleration in the state."""
+        mean, variances = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
+        variance = variances[:, at]
+        quiet = model.fit.noise < QUIET**2 * model.smoother.samples.quantum
+        scales = RINGING_SCALE if model.smoother.fit.oscillator else SCALE
+        scale = scales[order] * (ROUNDED if quiet else 1.0)
+        error = scale**2 * variance * model.error_share(variance, at)
+        return cls(order, weight, model, mean, variance, error)
 
 
 class Trial(NamedTuple):
@@ -87,6 +96,33 @@ def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
     Raises TraceError if no order survives rounding.
     """
     excerpts = samples.excerpts(2 - taken)
+    trials = [trial for trial in _trials(excerpts, taken) if np.isfinite(trial.score)]
+    # The scores are those of the excerpts; that of all samples grows with their number.
+    whole = samples.value.size / sum(part.value.size for part in excerpts)
+    while trials:
+        tried = _with_or_without_oscillator(trials)
+        scores = np.array([trial.score for trial in tried])
+        weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
+        weights[weights < LEAST_WEIGHT] = 0.0
+        weights /= weights.sum()
+        candidates: list[Candidate] = []
+        for number in np.argsort(-scores)[: np.count_nonzero(weights)]:
+            try:
+                candidates.append(_candidate(samples, tried[number], float(weights[number]), 2 - taken))
+            except RunError:  # beyond the range of numbers: the others are weighted anew
+                trials = [trial for trial in trials if trial is not tried[number]]
+                break
+        else:
+            return candidates
+    steps = samples.step * samples.time_unit
+    raise TraceError(
+        f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
+        "cut the trace at its longest gaps or leave out samples that lie very close together"
+    )
+
+
+def _trials(excerpts: list[ScaledSamples], taken: int) -> list[Trial]:
+    """The orders, with an oscillator too if the samples show one; the best also with nearly even densities."""
     with threads(cores()) as submit:
         first = [submit(lambda order: _tried(excerpts, order, order - taken), order) for order in ORDERS]
         trials: list[Trial] = [future.result() for future in first]
@@ -105,29 +141,17 @@ def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
                 trials += [it for it in found if it.fit.oscillator and it.fit.oscillator.damping >= DECAYING]
         near = [trial for trial in trials if trial.score > _best(trials, trial.rings) - TRIED]
         even = [submit(lambda trial: _adapted(excerpts, trial, EVEN), trial) for trial in near]
-        trials += [future.result() for future in even]
-    trials = _with_or_without_oscillator(trials)
-    scores = np.array([trial.score for trial in trials])
-    if not np.isfinite(scores.max()):
-        steps = samples.step * samples.time_unit
-        raise TraceError(
-            f"smoothing: no order survives rounding on steps of time from {steps.min():.3g} to {steps.max():.3g} s; "
-            "cut the trace at its longest gaps or leave out samples that lie very close together"
-        )
-    # The scores are those of the excerpts; that of all samples grows with their number.
-    whole = samples.value.size / sum(part.value.size for part in excerpts)
-    weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
-    weights[weights < LEAST_WEIGHT] = 0.0
-    weights /= weights.sum()
+        return trials + [future.result() for future in even]
 
-    def candidate(number: int) -> Candidate:
-        order, _, fit, _, models = trials[number]
-        if len(models) == 1:
-            return Candidate(order, float(weights[number]), models[0])
-        prior = float(np.mean([model.weight for model in models]))
-        return Candidate(order, float(weights[number]), adapted_in_pieces(samples, fit, order, prior))
 
-    return [candidate(int(number)) for number in np.argsort(-scores) if weights[number] > 0.0]
+def _candidate(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> Candidate:
+    """The trial adapted to all samples. Raises RunError if its numbers do not survive rounding."""
+    if len(trial.models) == 1:
+        model = trial.models[0]
+    else:
+        prior = float(np.mean([model.weight for model in trial.models]))
+        model = adapted_in_pieces(samples, trial.fit, trial.order, prior)
+    return Candidate.of(trial.order, weight, model, at)
 
 
 def _with_or_without_oscillator(trials: list[Trial]) -> list[Trial]:
