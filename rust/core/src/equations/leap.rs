@@ -67,6 +67,10 @@ pub(crate) struct LeapBounds {
     pub samples: StateBox,
     /// How far a state may be out of the box between them.
     pub bow: f64,
+    /// Start of the path, bound on the distance from it, and what the bounds on z contain beside its start, but for the rounding of that.
+    path: State,
+    reach: State,
+    everywhere: f64,
 }
 
 impl Leap {
@@ -204,15 +208,14 @@ impl Leap {
         let unbalanced = sqrt(square);
         rest += unbalanced;
 
-        let rounding = ROUNDING * (size(state) + size(&ends[0]) + size(&ends[1]));
+        let rounding = ROUNDING * (size(&ends[0]) + size(&ends[1]));
         let everywhere = fma(self.growth * duration, unbalanced, rounding);
+        // Twice, so that the bounds hold for the next leap too where nothing but rounding vibrates any more.
+        let twice = 2.0 * fma(ROUNDING, size(state), everywhere);
         for i in 0..12 {
-            vibration[i] += (state[i] - ends[0][i]).abs() + everywhere;
+            vibration[i] += (state[i] - ends[0][i]).abs() + twice;
         }
-        let mut reach = [0.0; 12];
-        for (column, &entry) in self.largest.iter().zip(&vibration) {
-            add_scaled(&mut reach, column, (1.0 + MARGIN) * entry);
-        }
+        let reach = self.reach(&vibration);
         let (mut low, mut high) = ([0.0; 12], [0.0; 12]);
         for i in 0..12 {
             let (a, b) = (ends[0][i], ends[1][i]);
@@ -220,7 +223,33 @@ impl Leap {
             (low[i], high[i]) = (least - reach[i], most + reach[i]);
         }
         let bow = if E::PIECEWISE { self.bow(&reach, rest) } else { 0.0 };
-        LeapBounds { samples: StateBox::between(low, high), bow }
+        LeapBounds { samples: StateBox::between(low, high), bow, path: ends[0], reach, everywhere }
+    }
+
+    /// Bound on |z| at all samples, from that on its start with all integrals.
+    #[inline(always)]
+    fn reach(&self, vibration: &State) -> State {
+        let mut reach = [0.0; 12];
+        for (column, &entry) in self.largest.iter().zip(vibration) {
+            add_scaled(&mut reach, column, (1.0 + MARGIN) * entry);
+        }
+        reach
+    }
+
+    /// Whether these bounds of a leap under a constant excitation hold for another leap from `state`, under the same excitation.
+    #[inline(always)]
+    pub(crate) fn holds(&self, bounds: &LeapBounds, state: &State) -> bool {
+        let everywhere = fma(ROUNDING, size(state), bounds.everywhere);
+        let mut vibration = [0.0; 12];
+        for i in 0..12 {
+            vibration[i] = (state[i] - bounds.path[i]).abs() + everywhere;
+        }
+        let reach = self.reach(&vibration);
+        let mut holds = true;
+        for i in 0..12 {
+            holds &= reach[i] <= bounds.reach[i]; // false for NaN
+        }
+        holds
     }
 
     /// How far a state may be from the straight line between those at two samples. With z up to `reach`, its second derivative lets it
@@ -246,6 +275,12 @@ impl Leap {
             }
         }
         three_sums([sum, second, third], &self.change, state)
+    }
+
+    /// The state at the end of a leap under an excitation that leads from the state zero to `effect`.
+    #[inline(always)]
+    pub(crate) fn again(&self, effect: &State, state: &State) -> State {
+        three_sums([*effect, *state, [0.0; 12]], &self.change, state)
     }
 }
 

@@ -1,5 +1,8 @@
 //! Forcing: the excitation as modal force on a system. Over one step it is a ramp.
 
+#[cfg(feature = "std")]
+use core::ops::Range;
+
 use super::Excitation;
 use super::riding::{Instant, MAX_RIDERS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
@@ -130,6 +133,17 @@ impl Forcing {
         let mut constant = true;
         for &component in &self.components[..self.count] {
             constant &= excitation.component(k, component) == excitation.component(k + 1, component);
+        }
+        constant
+    }
+
+    /// Whether the excitation is the same at all of these samples, apart from riders.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn is_constant_over(&self, excitation: &Excitation, samples: Range<usize>) -> bool {
+        let mut constant = true;
+        for &component in &self.components[..self.count] {
+            constant &= excitation.is_constant_over(samples.clone(), component);
         }
         constant
     }

@@ -10,6 +10,9 @@ pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
 pub(crate) use riding::travel_after;
 pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 
+#[cfg(feature = "std")]
+use core::ops::Range;
+
 use nalgebra::Vector3;
 
 use crate::error::ExcitationError;
@@ -159,6 +162,17 @@ impl<'a> Excitation<'a> {
         }
     }
 
+    /// Whether one component of the excitation is the same at all of these samples.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn is_constant_over(&self, samples: Range<usize>, component: usize) -> bool {
+        match (component, self.wrench) {
+            (0..3, _) => are_equal(&self.acceleration[samples], component),
+            (_, Some(wrench)) => are_equal(&wrench[samples], component - 3),
+            (_, None) => true,
+        }
+    }
+
     /// Excitation at the fraction `theta` of the way from sample `k` to the next.
     pub fn input_between(&self, k: usize, theta: f64) -> Input {
         let (mut from, to) = (self.input(k), self.input(k + 1));
@@ -267,6 +281,17 @@ impl<T, I: Iterator<Item = T>, F: Fn(T) -> bool> Kernel for EveryKernel<I, F> {
         }
         all
     }
+}
+
+/// Whether an entry is the same in all samples.
+#[cfg(feature = "std")]
+#[inline(always)]
+fn are_equal<const N: usize>(samples: &[[f64; N]], entry: usize) -> bool {
+    let mut equal = true;
+    for sample in samples {
+        equal &= sample[entry] == samples[0][entry];
+    }
+    equal
 }
 
 fn first_not_finite(values: &[f64]) -> Option<usize> {

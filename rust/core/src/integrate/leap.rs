@@ -6,6 +6,8 @@ use super::step_loop::Runner;
 use super::switched::SwitchedEquations;
 #[cfg(feature = "std")]
 use crate::equations::{LEAP, LeapSamples};
+#[cfg(feature = "std")]
+use crate::excitation::Excitation;
 use crate::excitation::{Forcing, Values};
 #[cfg(feature = "std")]
 use crate::numeric::simd::{Kernel, dispatch};
@@ -23,24 +25,44 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         [state, next]: [&mut &mut State; 2],
         values: &mut Values,
     ) -> Option<usize> {
-        let (excitation, last) = (self.recorder.excitation, k + LEAP);
+        let excitation = self.recorder.excitation;
         let h = excitation.interval(k);
-        let leapt = last < excitation.count()
-            && !self.budget.is_due(self.work())
-            && (k + 1..last).all(|k| excitation.interval(k) == h)
-            && dispatch(LeapKernel { runner: self, samples: &mut plan.samples, forcing, k, h, state, next });
-        plan.note(k, leapt);
-        if !leapt {
+        let leaps = if !has_intervals(excitation, k, h) || self.budget.is_due(self.work()) {
+            0
+        } else {
+            dispatch(LeapKernel { runner: self, samples: &mut plan.samples, forcing, k, h, state, next })
+        };
+        let reached = k + leaps * LEAP;
+        plan.note(k, reached);
+        if leaps == 0 {
             return None;
         }
         core::mem::swap(state, next);
-        forcing.sample(excitation, last, values);
-        self.summary.steps += 1;
-        Some(last)
+        forcing.sample(excitation, reached, values);
+        self.summary.steps += leaps;
+        Some(reached)
     }
 }
 
-/// The leap from sample `k` into `next`; false if it is not possible.
+/// Whether the intervals of a leap from sample `k` have the length `h`.
+#[cfg(feature = "std")]
+#[inline(always)]
+fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
+    if k + LEAP >= excitation.count() {
+        return false;
+    }
+    let mut equal = true;
+    for k in k..k + LEAP {
+        equal &= excitation.interval(k) == h;
+    }
+    equal
+}
+
+/// Most leaps between two looks at the budget.
+#[cfg(feature = "std")]
+const MOST_LEAPS: usize = 64;
+
+/// Leaps from sample `k` into `next`; returns their number, 0 if none is possible.
 #[cfg(feature = "std")]
 struct LeapKernel<'s, 'a, 'f, M: Method, C> {
     runner: &'s mut Runner<'a, M, C>,
@@ -54,22 +76,40 @@ struct LeapKernel<'s, 'a, 'f, M: Method, C> {
 
 #[cfg(feature = "std")]
 impl<M: Method, C: SwitchedEquations> Kernel for LeapKernel<'_, '_, '_, M, C> {
-    type Output = bool;
+    type Output = usize;
 
     #[inline(always)]
-    fn run(self) -> bool {
+    fn run(self) -> usize {
         let Self { runner, samples, forcing, k, h, state, next } = self;
         let Runner { method, memory, equations, recorder, .. } = runner;
-        let Some(leap) = method.leap(memory, equations.equations(), forcing, h) else { return false };
-        forcing.samples(recorder.excitation, k, samples);
+        let Some(leap) = method.leap(memory, equations.equations(), forcing, h) else { return 0 };
+        let excitation = recorder.excitation;
+        forcing.samples(excitation, k, samples);
         let bounds = leap.bounds(equations.equations(), forcing, samples, state);
         // The record is asked last: one that agrees counts these samples as passed.
-        let possible = equations.stays_over(&bounds) && recorder.leave_out(LEAP, &bounds.samples);
-        if possible {
-            *next = leap.apply(samples, state);
-            equations.leapt();
+        if !equations.stays_over(&bounds) || !recorder.leave_out(LEAP, &bounds.samples) {
+            return 0;
         }
-        possible
+        *next = leap.apply(samples, state);
+        equations.leapt();
+        // While the excitation is constant the vibration decays, and further leaps need neither bounds nor sums of their own.
+        let (mut leaps, mut last) = (1, *next);
+        if forcing.is_constant_over(excitation, k..k + LEAP + 1) {
+            let effect = leap.apply(samples, &[0.0; 12]);
+            while leaps < MOST_LEAPS
+                && has_intervals(excitation, k + leaps * LEAP, h)
+                && forcing.is_constant_over(excitation, k + leaps * LEAP..k + (leaps + 1) * LEAP + 1)
+                && leap.holds(&bounds, &last)
+            {
+                last = leap.again(&effect, &last);
+                leaps += 1;
+            }
+        }
+        if leaps > 1 && recorder.leave_out((leaps - 1) * LEAP, &bounds.samples) {
+            *next = last;
+            return leaps;
+        }
+        1
     }
 }
 

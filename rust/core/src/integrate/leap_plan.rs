@@ -29,10 +29,10 @@ impl LeapPlan {
         Self { next, pause: LEAP, longest_pause: 8 * LEAP, samples: [[0.0; LEAP + 1]; 9] }
     }
 
-    /// Notes an attempt at sample `k`.
-    pub(super) fn note(&mut self, k: usize, succeeded: bool) {
-        if succeeded {
-            (self.next, self.pause, self.longest_pause) = (k + LEAP, LEAP, 2 * LEAP);
+    /// Notes an attempt at sample `k`, and the sample that was reached.
+    pub(super) fn note(&mut self, k: usize, reached: usize) {
+        if reached > k {
+            (self.next, self.pause, self.longest_pause) = (reached, LEAP, 2 * LEAP);
         } else {
             self.next = k + self.pause;
             self.pause = usize::min(2 * self.pause, self.longest_pause);

@@ -8,9 +8,10 @@ use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
 use super::record::Record;
 use crate::error::RunError;
+use crate::excitation::Excitation;
 use crate::model::forces;
 use crate::numeric::float::{add_scaled, fma, sqrt};
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::{Kernel, dispatch, dispatch_wide};
 use crate::system::{Input, NO_INPUT, State, StateBox};
 
 /// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough that bounds pay.
@@ -32,15 +33,33 @@ pub struct Peaks<'a> {
     filled: usize,
     /// Within it no load passes its extremes.
     safe: StateBox,
+    scratch: Scratch,
+}
+
+/// Memory for the evaluation of a block: here, it need not be zeroed for each.
+#[derive(Debug)]
+struct Scratch {
+    /// The entries of the states, each at all instants.
+    entries: [Values; 12],
+    /// Components of a load, y-z resultant of its force, and magnitude of its moment.
+    values: [Values; 8],
 }
 
 impl<'a> Peaks<'a> {
     /// Writes the extremes of each of `loads` to the entry of `extremes` at the same index, by the end of the run.
     pub fn new(loads: &'a [Wrench<'a>], extremes: &'a mut [Extremes]) -> Self {
         extremes.fill(Extremes::NONE);
-        let needs_input = loads.iter().any(|load| load.linear.by_input_at_all);
-        let (times, states, inputs) = ([0.0; BLOCK], [[0.0; 12]; BLOCK], [NO_INPUT; BLOCK]);
-        Self { loads, extremes, needs_input, times, states, inputs, filled: 0, safe: StateBox::NOTHING }
+        Self {
+            loads,
+            extremes,
+            needs_input: loads.iter().any(|load| load.linear.by_input_at_all),
+            times: [0.0; BLOCK],
+            states: [[0.0; 12]; BLOCK],
+            inputs: [NO_INPUT; BLOCK],
+            filled: 0,
+            safe: StateBox::NOTHING,
+            scratch: Scratch { entries: [[0.0; BLOCK]; 12], values: [[0.0; BLOCK]; 8] },
+        }
     }
 }
 
@@ -63,6 +82,31 @@ impl Record for Peaks<'_> {
         self.filled += 1;
         if self.filled == BLOCK {
             self.end();
+        }
+    }
+
+    fn samples(&mut self, excitation: &Excitation, first: usize, states: &[State]) {
+        if let [state] = states {
+            let input = if self.needs_input { excitation.input(first) } else { NO_INPUT };
+            self.instant(excitation.time(first), state, &input);
+            return;
+        }
+        let (mut first, mut rest) = (first, states);
+        while !rest.is_empty() {
+            let place = self.filled..usize::min(self.filled + rest.len(), BLOCK);
+            let (these, later) = rest.split_at(place.len());
+            self.states[place.clone()].copy_from_slice(these);
+            for (k, at) in (first..).zip(place) {
+                self.times[at] = excitation.time(k);
+                if self.needs_input {
+                    self.inputs[at] = excitation.input(k);
+                }
+            }
+            (first, rest) = (first + these.len(), later);
+            self.filled += these.len();
+            if self.filled == BLOCK {
+                self.end();
+            }
         }
     }
 
@@ -93,7 +137,7 @@ impl Kernel for BlockKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Peaks { loads, extremes, needs_input, times, states, inputs, filled, safe } = self.0;
+        let Peaks { loads, extremes, needs_input, times, states, inputs, filled, safe, scratch } = self.0;
         // The last instant is repeated past the end; its copies come later, and so are no first occurrence of an extreme.
         for k in *filled..BLOCK {
             (times[k], states[k], inputs[k]) = (times[*filled - 1], states[*filled - 1], inputs[*filled - 1]);
@@ -102,35 +146,52 @@ impl Kernel for BlockKernel<'_, '_> {
         if here.is_within(safe) && !*needs_input {
             return;
         }
-        // No array of zeros: most blocks need no entries.
-        let mut entries = None;
-        let mut values = [[0.0; BLOCK]; 8];
+        let mut evaluated = false;
         for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {
-            let mut wanted = [true; 8];
-            if load.linear.by_input_at_all {
+            let by_input = load.linear.by_input_at_all;
+            let wanted = if by_input { [true; 8] } else { here.may_pass(load, extremes) };
+            if wanted == [false; 8] {
+                continue;
+            }
+            if by_input {
                 for k in 0..BLOCK {
                     for (row, value) in load.at(&states[k], &inputs[k]).into_iter().enumerate() {
-                        values[row][k] = value;
+                        scratch.values[row][k] = value;
                     }
                 }
-            } else {
-                wanted = here.may_pass(load, extremes);
-                if wanted == [false; 8] {
-                    continue;
-                }
-                if entries.is_none() {
-                    entries = Some(transposed(states));
-                }
-                if let Some(entries) = &entries {
-                    evaluate(load, &needed_for(&wanted), entries, states, &mut values);
-                }
+            } else if !evaluated {
+                transpose(states, &mut scratch.entries);
+                evaluated = true;
             }
-            add_magnitudes(&wanted, &mut values);
-            extremes.update(times, &wanted, &values);
+            dispatch_wide(UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes });
         }
-        if entries.is_none() && !*needs_input {
+        if !evaluated && !*needs_input {
             *safe = safe_box(&here, loads, extremes);
         }
+    }
+}
+
+/// Updates the extremes of a load with the wanted values of a block. Those that do not depend on the excitation are evaluated first.
+struct UpdateKernel<'a, 'b> {
+    load: &'a Wrench<'b>,
+    wanted: &'a [bool; 8],
+    states: &'a [State; BLOCK],
+    times: &'a Values,
+    scratch: &'a mut Scratch,
+    extremes: &'a mut Extremes,
+}
+
+impl Kernel for UpdateKernel<'_, '_> {
+    type Output = ();
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) {
+        let Self { load, wanted, states, times, scratch: Scratch { entries, values }, extremes } = self;
+        if !load.linear.by_input_at_all {
+            evaluate(load, &needed_for(wanted), entries, states, values);
+        }
+        add_magnitudes(wanted, values);
+        extremes.update(times, wanted, values);
     }
 }
 
@@ -177,16 +238,14 @@ fn safe_box(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> State
     if any_may_pass(&wide, loads, extremes) { *states } else { wide }
 }
 
-/// The entries of the states, each at all instants.
+/// Sets the entries of the states.
 #[cfg_attr(feature = "std", inline(always))]
-fn transposed(states: &[State; BLOCK]) -> [Values; 12] {
-    let mut entries = [[0.0; BLOCK]; 12];
+fn transpose(states: &[State; BLOCK], entries: &mut [Values; 12]) {
     for (k, state) in states.iter().enumerate() {
         for j in 0..12 {
             entries[j][k] = state[j];
         }
     }
-    entries
 }
 
 /// The components that are wanted themselves, or for the y-z resultant or the magnitude of the moment.

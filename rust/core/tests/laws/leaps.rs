@@ -125,6 +125,23 @@ fn leaps_miss_no_contact_change() {
     }
 }
 
+/// While the excitation is constant, one leap follows another without bounds of its own; a change of any component ends that.
+#[test]
+fn leaps_under_a_constant_load_end_where_it_changes() {
+    let still = vec![[0.0; 3]; 4000];
+    for (component, size) in [(1, 400.0), (5, 60.0)] {
+        let mut loads = vec![[0.0; 6]; still.len()];
+        for (k, load) in loads.iter_mut().enumerate() {
+            load[component] = size * f64::from(u8::from((700..1900).contains(&k)));
+            load[2] = f64::from(u8::from(k == 2500));
+        }
+        let time: Vec<f64> = (0..still.len()).map(|k| 1e-3 * k as f64).collect();
+        let excitation = Excitation::new(&time, &still, Some(&loads)).expect("sound");
+        let part = compare(&cart(), &excitation, 1e-12);
+        assert!(part > 0.9, "{part}");
+    }
+}
+
 /// Uneven times: a leap needs intervals of one length.
 #[test]
 fn leaps_pass_over_equal_intervals_only() {
