@@ -43,6 +43,36 @@ def test_ctrl_c_ends_a_command(command: list[str], later: float, trace: Path, tm
     assert list(tmp_path.iterdir()) == []
 
 
+def test_ctrl_c_ends_the_reading_of_a_text(trace: Path) -> None:
+    """pyarrow reads on a thread: on the main thread it would take over Ctrl-C, and lose one as the reading ends."""
+    source = f"""
+import os, signal, threading, time
+from pyarrow import csv
+from guideload.traces import read_trace
+
+def read_csv(content, **_):
+    assert threading.current_thread() is not threading.main_thread()
+    time.sleep(0.3)  # until the main thread waits
+    os.kill(os.getpid(), signal.SIGINT)
+    start = time.monotonic()
+    while time.monotonic() < start + 60.0:
+        try:
+            content.seek(0)
+            content.read(1)
+        except InterruptedError:
+            print("ended")
+            raise
+
+csv.read_csv = read_csv
+try:
+    read_trace({str(trace)!r})
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    done = run_process(source)
+    assert done.stdout.split() == ["ended", "interrupted"], done.stderr
+
+
 def test_too_little_memory_is_an_error_of_the_command(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from signals import rms, rounded
 
+from guideload.base.errors import RunError, TraceError
 from guideload.smoothing import estimation, selection
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.stationary import ScaledSamples
@@ -46,6 +47,46 @@ def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
     variance = 1.0 / (weights @ (1.0 / own)) + weights @ (means - found.acceleration) ** 2
     np.testing.assert_allclose(found.acceleration_variance, variance, rtol=1e-9)
     np.testing.assert_allclose(found.position, weights @ [each.position for each in alone], rtol=1e-9)
+
+
+def test_orders_that_do_not_survive_rounding_drop_out(monkeypatch):
+    time, value, _, quantum = undecided()
+    samples = ScaledSamples.of(time, value, quantum)
+    before = selection.weighted(samples, 0)
+    adapted, failing = selection._candidate, {before[0].order}
+
+    def fails(samples, trial, weight, at):
+        if trial.order in failing:
+            raise RunError("the result is beyond the range of numbers")
+        return adapted(samples, trial, weight, at)
+
+    monkeypatch.setattr(selection, "_candidate", fails)
+    after = selection.weighted(samples, 0)
+    assert sum(each.weight for each in after) == pytest.approx(1.0)
+    assert not failing & {each.order for each in after}
+    others = [each for each in before if each.order not in failing]
+    for each, same in zip(others, after, strict=False):  # in proportion to the weights before
+        assert each.order == same.order
+        assert same.weight / after[0].weight == pytest.approx(each.weight / others[0].weight)
+    failing |= set(selection.ORDERS)
+    with pytest.raises(TraceError, match="no order survives rounding"):
+        selection.weighted(samples, 0)
+
+
+def test_no_oscillator_is_used_because_the_orders_without_one_fail(monkeypatch):
+    """Whether the axis rings follows from likelihood, not from the range of numbers."""
+    ringing = case("ringing", 1000.0, 1e-6, 0.0, 1.0, np.random.default_rng(SEED))
+    samples = ScaledSamples.of(ringing.time, ringing.value, ringing.quantum)
+    assert all(each.model.smoother.fit.oscillator for each in selection.weighted(samples, 0))
+    monkeypatch.setattr(selection, "RINGING", np.inf)
+    assert not any(each.model.smoother.fit.oscillator for each in selection.weighted(samples, 0))
+
+    def fails(*_):
+        raise RunError("the result is beyond the range of numbers")
+
+    monkeypatch.setattr(selection, "_candidate", fails)
+    with pytest.raises(TraceError, match="no order survives rounding"):
+        selection.weighted(samples, 0)
 
 
 def test_draws_of_a_mixture_scatter_as_its_band_says():

@@ -153,7 +153,7 @@ def _estimate(
     between = np.zeros(time.size)
     for each in candidates:
         between += each.weight * (each.mean[:, at] - mean[:, at]) ** 2
-    variance = _harmonic_mean(np.array([each.error for each in candidates]), weights) + between
+    variance = _harmonic_mean(np.array([each.error_variance for each in candidates]), weights) + between
     # The chain of the best order carries the deviations of the mixture, scaled to its variance.
     chain = candidates[leading].variance
     calibration = np.sqrt(np.divide(variance, chain, out=np.ones_like(chain), where=chain > 0.0))

@@ -51,9 +51,9 @@ FINE_STRIDES, FINE_MOVES, FINE_RANGE = ((1.03, 1.2), (1.01, 1.07)), 6, 1.2
 class Candidate:
     """An order of the white derivative, adapted to all samples, with its weight and its posterior; scaled units.
 
-    mean      (n, 3) of the state
-    variance  (n,) of the acceleration
-    error     (n,) variance of the acceleration's error: calibrated
+    mean            (n, 3) of the state
+    variance        (n,) of the acceleration
+    error_variance  (n,) calibrated variance of the error of the acceleration
     """
 
     order: int
@@ -61,7 +61,7 @@ class Candidate:
     model: AdaptedModel
     mean: Array
     variance: Array
-    error: Array
+    error_variance: Array
 
     @classmethod
     def of(cls, order: int, weight: float, model: AdaptedModel, at: int) -> Candidate:
@@ -71,8 +71,8 @@ class Candidate:
         quiet = model.fit.noise < QUIET**2 * model.smoother.samples.quantum
         scales = RINGING_SCALE if model.smoother.fit.oscillator else SCALE
         scale = scales[order] * (ROUNDED if quiet else 1.0)
-        error = scale**2 * variance * model.error_share(variance, at)
-        return cls(order, weight, model, mean, variance, error)
+        error_variance = scale**2 * variance * model.error_share(variance, at)
+        return cls(order, weight, model, mean, variance, error_variance)
 
 
 class Trial(NamedTuple):
@@ -97,20 +97,22 @@ def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
     """
     excerpts = samples.excerpts(2 - taken)
     trials = [trial for trial in _trials(excerpts, taken) if np.isfinite(trial.score)]
+    # An oscillator is used only if it is much more likely. Without it none has one.
+    rings = _best(trials, True) - RINGING > _best(trials, False)
+    eligible = [trial for trial in trials if trial.rings == rings]
     # The scores are those of the excerpts; that of all samples grows with their number.
     whole = samples.value.size / sum(part.value.size for part in excerpts)
-    while trials:
-        tried = _with_or_without_oscillator(trials)
-        scores = np.array([trial.score for trial in tried])
+    while eligible:
+        scores = np.array([trial.score for trial in eligible])
         weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
         weights[weights < LEAST_WEIGHT] = 0.0
         weights /= weights.sum()
         candidates: list[Candidate] = []
         for number in np.argsort(-scores)[: np.count_nonzero(weights)]:
             try:
-                candidates.append(_candidate(samples, tried[number], float(weights[number]), 2 - taken))
+                candidates.append(_candidate(samples, eligible[number], float(weights[number]), 2 - taken))
             except RunError:  # beyond the range of numbers: the others are weighted anew
-                trials = [trial for trial in trials if trial is not tried[number]]
+                del eligible[number]
                 break
         else:
             return candidates
@@ -145,19 +147,16 @@ def _trials(excerpts: list[ScaledSamples], taken: int) -> list[Trial]:
 
 
 def _candidate(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> Candidate:
-    """The trial adapted to all samples. Raises RunError if its numbers do not survive rounding."""
+    """The trial adapted to all samples. at: index of the acceleration in the state.
+
+    Raises RunError if its numbers do not survive rounding.
+    """
     if len(trial.models) == 1:
         model = trial.models[0]
     else:
         prior = float(np.mean([model.weight for model in trial.models]))
         model = adapted_in_pieces(samples, trial.fit, trial.order, prior)
     return Candidate.of(trial.order, weight, model, at)
-
-
-def _with_or_without_oscillator(trials: list[Trial]) -> list[Trial]:
-    """Those with an oscillator if the best of them is much more likely than the best of the others; else the others."""
-    rings = _best(trials, True) - RINGING > _best(trials, False)
-    return [trial for trial in trials if trial.rings == rings]
 
 
 def _best(trials: list[Trial], rings: bool) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
 from typing import Any
@@ -175,6 +176,20 @@ def _columns(
     return [column[:filled] for column in columns], numbers[:filled], notes
 
 
+class _Content(io.BytesIO):
+    """Bytes that pyarrow reads on a thread, block by block; an error in the `with` block ends the reading."""
+
+    ended = False
+
+    def read(self, size: int | None = -1) -> bytes:
+        if self.ended:
+            raise InterruptedError("the reading was ended")
+        return super().read(size)
+
+    def __exit__(self, *error: object) -> None:
+        self.ended = True
+
+
 def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) -> Any:
     """The samples as a pyarrow table; None unless it has `count` rows of equal width."""
     import pyarrow as pa
@@ -186,10 +201,10 @@ def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) 
         ragged.append(row)
         return "skip"
 
-    def read(text: bytes) -> Any:
+    def read(content: _Content) -> Any:
         names = [str(i) for i in range(dialect.width)]
         return csv.read_csv(
-            pa.BufferReader(text),
+            content,
             read_options=csv.ReadOptions(use_threads=False, column_names=names, block_size=1 << 22),
             parse_options=csv.ParseOptions(delimiter=dialect.separator, invalid_row_handler=skip),
             convert_options=csv.ConvertOptions(
@@ -199,8 +214,8 @@ def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) 
 
     try:
         # On the main thread pyarrow would handle Ctrl-C itself, and lose one that comes as the reading ends.
-        with threads(1) as submit:
-            table = submit(read, body.encode()).result()
+        with threads(1) as submit, _Content(body.encode()) as content:
+            table = submit(read, content).result()
     except (pa.ArrowInvalid, ValueError) as error:
         raise TraceError(f"{source}: not a readable CSV table: {shortened(str(error))}") from None
     return None if ragged or table.num_rows != count else table

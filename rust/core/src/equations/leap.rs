@@ -67,9 +67,11 @@ pub(crate) struct LeapBounds {
     pub samples: StateBox,
     /// How far a state may be out of the box between them.
     pub bow: f64,
-    /// Start of the path, bound on the distance from it, and what the bounds on z contain beside its start, but for the rounding of that.
+    /// Start of the path.
     path: State,
+    /// Bound on |z| at all samples.
     reach: State,
+    /// Bound on what the unbalanced force and the rounding of the path add to each entry of z.
     everywhere: f64,
 }
 
@@ -210,10 +212,10 @@ impl Leap {
 
         let rounding = ROUNDING * (size(&ends[0]) + size(&ends[1]));
         let everywhere = fma(self.growth * duration, unbalanced, rounding);
-        // Twice, so that the bounds hold for the next leap too where nothing but rounding vibrates any more.
-        let twice = 2.0 * fma(ROUNDING, size(state), everywhere);
+        // Rounding counts twice, so that the bounds hold for the next leap too where nothing but rounding vibrates any more.
+        let all = everywhere + 2.0 * ROUNDING * size(state) + rounding;
         for i in 0..12 {
-            vibration[i] += (state[i] - ends[0][i]).abs() + twice;
+            vibration[i] += (state[i] - ends[0][i]).abs() + all;
         }
         let reach = self.reach(&vibration);
         let (mut low, mut high) = ([0.0; 12], [0.0; 12]);
@@ -226,7 +228,7 @@ impl Leap {
         LeapBounds { samples: StateBox::between(low, high), bow, path: ends[0], reach, everywhere }
     }
 
-    /// Bound on |z| at all samples, from that on its start with all integrals.
+    /// Bound on |z| at all samples, from the bound on |z(0)| plus all integrals.
     #[inline(always)]
     fn reach(&self, vibration: &State) -> State {
         let mut reach = [0.0; 12];
@@ -277,9 +279,9 @@ impl Leap {
         three_sums([sum, second, third], &self.change, state)
     }
 
-    /// The state at the end of a leap under an excitation that leads from the state zero to `effect`.
+    /// The state at the end of a leap from `state`. `effect`: the state to which the same excitation leads from zero.
     #[inline(always)]
-    pub(crate) fn again(&self, effect: &State, state: &State) -> State {
+    pub(crate) fn repeat(&self, effect: &State, state: &State) -> State {
         three_sums([*effect, *state, [0.0; 12]], &self.change, state)
     }
 }

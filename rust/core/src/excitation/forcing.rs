@@ -1,6 +1,5 @@
 //! Forcing: the excitation as modal force on a system. Over one step it is a ramp.
 
-#[cfg(feature = "std")]
 use core::ops::Range;
 
 use super::Excitation;
@@ -127,23 +126,12 @@ impl Forcing {
         straight
     }
 
-    /// Whether the excitation is the same at samples `k` and `k + 1`, apart from riders.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn is_constant(&self, excitation: &Excitation, k: usize) -> bool {
-        let mut constant = true;
-        for &component in &self.components[..self.count] {
-            constant &= excitation.component(k, component) == excitation.component(k + 1, component);
-        }
-        constant
-    }
-
     /// Whether the excitation is the same at all of these samples, apart from riders.
-    #[cfg(feature = "std")]
-    #[inline(always)]
-    pub(crate) fn is_constant_over(&self, excitation: &Excitation, samples: Range<usize>) -> bool {
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn is_constant(&self, excitation: &Excitation, samples: Range<usize>) -> bool {
         let mut constant = true;
         for &component in &self.components[..self.count] {
-            constant &= excitation.is_constant_over(samples.clone(), component);
+            constant &= excitation.is_constant(samples.clone(), component);
         }
         constant
     }

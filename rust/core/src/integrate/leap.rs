@@ -44,7 +44,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     }
 }
 
-/// Whether the intervals of a leap from sample `k` have the length `h`.
+/// Whether the intervals of a leap from sample `k` have the length `h`; false if fewer are left.
 #[cfg(feature = "std")]
 #[inline(always)]
 fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
@@ -58,7 +58,7 @@ fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
     equal
 }
 
-/// Most leaps between two looks at the budget.
+/// Most leaps at once: some microseconds, so that a run can be stopped.
 #[cfg(feature = "std")]
 const MOST_LEAPS: usize = 64;
 
@@ -92,16 +92,16 @@ impl<M: Method, C: SwitchedEquations> Kernel for LeapKernel<'_, '_, '_, M, C> {
         }
         *next = leap.apply(samples, state);
         equations.leapt();
-        // While the excitation is constant the vibration decays, and further leaps need neither bounds nor sums of their own.
+        // Under a constant excitation, these bounds often hold for the next leaps too. Their excitation has the same effect.
         let (mut leaps, mut last) = (1, *next);
-        if forcing.is_constant_over(excitation, k..k + LEAP + 1) {
+        if forcing.is_constant(excitation, k..k + LEAP + 1) && leap.holds(&bounds, &last) {
             let effect = leap.apply(samples, &[0.0; 12]);
             while leaps < MOST_LEAPS
                 && has_intervals(excitation, k + leaps * LEAP, h)
-                && forcing.is_constant_over(excitation, k + leaps * LEAP..k + (leaps + 1) * LEAP + 1)
+                && forcing.is_constant(excitation, k + leaps * LEAP..k + (leaps + 1) * LEAP + 1)
                 && leap.holds(&bounds, &last)
             {
-                last = leap.again(&effect, &last);
+                last = leap.repeat(&effect, &last);
                 leaps += 1;
             }
         }

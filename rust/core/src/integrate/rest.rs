@@ -28,7 +28,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let excitation = self.recorder.excitation;
         let h = excitation.interval(k - 1);
         let rests = match &self.steps.controller {
-            Some(controller) if forcing.is_constant(excitation, k - 1) => {
+            Some(controller) if forcing.is_constant(excitation, k - 1..k + 1) => {
                 let mut change = *state;
                 for i in 0..12 {
                     change[i] -= before[i];
@@ -41,7 +41,10 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         };
         let last = if rests { usize::min(k - 1 + REST_INTERVALS, excitation.count() - 1) } else { k };
         let mut until = k;
-        while until < last && excitation.interval(until) == h && forcing.is_constant(excitation, until) {
+        while until < last
+            && excitation.interval(until) == h
+            && forcing.is_constant(excitation, until..until + 2)
+        {
             until += 1;
         }
         until

@@ -45,7 +45,8 @@ pub trait Record {
         true
     }
 
-    /// Asked whether the next `count` instants, whose states are in the box, may be left out. If true, they are.
+    /// Asked whether the next `count` instants, whose states are in the box, may be left out. If true, they are. Asked again with the same
+    /// box for the instants after them, if their states are in it too.
     fn leave_out(&mut self, _count: usize, _states: &StateBox) -> bool {
         false
     }
