@@ -8,13 +8,16 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
-//! exact solution of the linear part over one step; `two_steps`, `leap`: over two and many; `side_by_side`: that of some preloaded scenes at once;
+//! exact solution of the linear part over one step; `two_steps`, `leap`: over two and many; `linearized`: leaps of preloaded scenes near an
+//! equilibrium; `side_by_side`: steps of some preloaded scenes at once;
 //! `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
 
 mod cubic;
 #[cfg(feature = "std")]
 mod leap;
 mod linear;
+#[cfg(feature = "std")]
+mod linearized;
 mod piecewise;
 mod propagator;
 #[cfg(feature = "std")]
@@ -34,6 +37,8 @@ pub(crate) use cubic::{CubicStep, advance_cubic};
 pub use leap::Leap;
 #[cfg(feature = "std")]
 pub(crate) use leap::{LEAP, LeapBounds, LeapSamples};
+#[cfg(feature = "std")]
+pub use linearized::Linearized;
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 #[cfg(feature = "std")]
@@ -52,6 +57,8 @@ pub use two_steps::TwoSteps;
 
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{fma, sqrt};
+#[cfg(feature = "std")]
+use crate::system::StateBox;
 use crate::system::{Force, NO_FORCE, Square, State};
 
 /// Nonlinear loads beyond the linear part of the equations.
@@ -98,6 +105,13 @@ pub trait Equations {
     #[cfg_attr(feature = "std", inline(always))]
     fn remainder(&self, _: &State) -> Remainder {
         Remainder::NONE
+    }
+
+    /// Bounds on the modal force, entry by entry, by which the loads of any state in the box differ from those of the tangent at the state
+    /// `at`; infinite if a row opens or closes in the box.
+    #[cfg(feature = "std")]
+    fn tangent_error(&self, _at: &State, _states: &StateBox) -> Force {
+        NO_FORCE
     }
 
     /// Number of links that have other rows open in one state than in another.

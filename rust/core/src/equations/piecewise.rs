@@ -17,6 +17,12 @@ pub(crate) struct SegmentEquations {
 }
 
 impl SegmentEquations {
+    /// Linear equations with these matrices (columns).
+    #[cfg(feature = "std")]
+    pub(super) fn new(frequency: [f64; 6], [stiffness, damping]: [Square; 2], constant: Force) -> Self {
+        Self { frequency, stiffness, damping, constant, key: 0 }
+    }
+
     /// The equations of the linear links alone, to which the others are added.
     pub(crate) fn of_linear_links(system: &System) -> Self {
         let mut piece = Self {

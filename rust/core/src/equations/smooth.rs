@@ -8,6 +8,8 @@ use crate::model::ball_compressions;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+#[cfg(feature = "std")]
+use crate::system::StateBox;
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
 /// Equations with preloaded links. The linear part contains the links with straight segments, each on its present one, the preloaded links
@@ -71,6 +73,43 @@ impl BallLinks {
         }
         add_scaled(&mut from_rest, &second, 1.0);
         from_rest
+    }
+
+    /// Bounds on how much the loads in a box are off the tangent at the state `at`, N; infinite if a row opens or closes.
+    ///
+    /// Within a segment the slope of the law only falls or only rises with the distance from zero, so the tangent is farthest off at an end of
+    /// the range of deflections, if that is as wide on both sides.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn tangent_errors(&self, at: &State, states: &StateBox) -> Lanes {
+        let (at, mut middle, mut reach) = (self.deflections(at), [0.0; LANES], [0.0; LANES]);
+        for j in 0..6 {
+            add_scaled(&mut middle, &self.deflection[j], states.middle[j]);
+            for i in 0..LANES {
+                reach[i] = fma(self.deflection[j][i].abs(), states.radius[j], reach[i]);
+            }
+        }
+        let mut worst = [0.0; LANES];
+        let mut open = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            reach[i] += (middle[i] - at[i]).abs();
+        }
+        for (side, open) in [-1.0, 1.0].into_iter().zip(&mut open) {
+            for i in 0..LANES {
+                let [a, b] = ball_compressions(self.opening[i], self.rest[i] + at[i]);
+                let [c, d] = ball_compressions(self.opening[i], self.rest[i] + fma(side, reach[i], at[i]));
+                let slope = 1.5 * (sqrt(a) + sqrt(b));
+                let rise = c * sqrt(c) - d * sqrt(d) - (a * sqrt(a) - b * sqrt(b));
+                let off = self.coefficient[i] * fma(-side * slope, reach[i], rise).abs();
+                worst[i] = if off <= worst[i] { worst[i] } else { off }; // NaN stays
+                let [of_c, of_d] = [if c > 0.0 { 1.0 } else { 0.0 }, if d > 0.0 { 1.0 } else { 0.0 }];
+                open[i] = of_c - of_d;
+            }
+        }
+        for i in 0..LANES {
+            worst[i] = if open[0][i] == open[1][i] { worst[i] } else { f64::INFINITY };
+        }
+        worst
     }
 
     /// Loads beyond the linear part at a state, N, and their slopes over the deflection, N/m.
@@ -302,6 +341,27 @@ impl Equations for SmoothEquations<'_> {
         add_scaled(&mut force, &second, 1.0);
         add_scaled(&mut rate, &second_rate, 1.0);
         Remainder { force, rate, open_rows }
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn tangent_error(&self, at: &State, states: &StateBox) -> Force {
+        let mut bounds = NO_FORCE;
+        for balls in self.balls.as_slice() {
+            let errors = balls.tangent_errors(at, states);
+            for i in 0..LANES {
+                for j in 0..6 {
+                    bounds[j] = fma(balls.rate[i][j].abs(), errors[i], bounds[j]);
+                }
+            }
+        }
+        for row in self.others.as_slice() {
+            let error = row.tangent_error(at, states);
+            for j in 0..6 {
+                bounds[j] = fma(row.rate[j].abs(), error, bounds[j]);
+            }
+        }
+        bounds
     }
 
     fn changed_rows(&self, state: &State, other: &State) -> usize {

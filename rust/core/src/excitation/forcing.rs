@@ -1,5 +1,6 @@
 //! Forcing: the excitation as modal force on a system. Over one step it is a ramp.
 
+#[cfg(feature = "std")]
 use core::ops::Range;
 
 use super::Excitation;
@@ -57,17 +58,20 @@ const STRAIGHTNESS: f64 = 8.0 * f64::EPSILON;
 pub(crate) type Values = [f64; 9];
 
 impl Forcing {
+    /// No forcing.
+    pub(crate) const NONE: Self = Self {
+        components: [0; 9],
+        count: 0,
+        influence: [NO_FORCE; 9],
+        size: [0.0; 9],
+        peak: [0.0; 9],
+        rider_peak: [0.0; MAX_RIDERS],
+        riders: 0.0,
+    };
+
     /// The forcing on a system. `peak`: of the excitation before the factors; `factors`: on its accelerations and its external loads.
     pub(crate) fn new(system: &System, peak: &Input, factors: [f64; 2]) -> Self {
-        let mut forcing = Self {
-            components: [0; 9],
-            count: 0,
-            influence: [NO_FORCE; 9],
-            size: [0.0; 9],
-            peak: [0.0; 9],
-            rider_peak: [0.0; MAX_RIDERS],
-            riders: 0.0,
-        };
+        let mut forcing = Self::NONE;
         for component in (0..9).filter(|&component| peak[component] > 0.0) {
             forcing.components[forcing.count] = component;
             let mut influence = system.influence()[component];
@@ -127,7 +131,8 @@ impl Forcing {
     }
 
     /// Whether the excitation is the same at all of these samples, apart from riders.
-    #[cfg_attr(feature = "std", inline(always))]
+    #[cfg(feature = "std")]
+    #[inline(always)]
     pub(crate) fn is_constant(&self, excitation: &Excitation, samples: Range<usize>) -> bool {
         let mut constant = true;
         for &component in &self.components[..self.count] {

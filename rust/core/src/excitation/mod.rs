@@ -10,6 +10,7 @@ pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
 pub(crate) use riding::travel_after;
 pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 
+#[cfg(feature = "std")]
 use core::ops::Range;
 
 use nalgebra::Vector3;
@@ -162,7 +163,8 @@ impl<'a> Excitation<'a> {
     }
 
     /// Whether one component of the excitation is the same at all of these samples.
-    #[cfg_attr(feature = "std", inline(always))]
+    #[cfg(feature = "std")]
+    #[inline(always)]
     pub(crate) fn is_constant(&self, samples: Range<usize>, component: usize) -> bool {
         match (component, self.wrench) {
             (0..3, _) => are_equal(&self.acceleration[samples], component),
@@ -282,7 +284,8 @@ impl<T, I: Iterator<Item = T>, F: Fn(T) -> bool> Kernel for EveryKernel<I, F> {
 }
 
 /// Whether an entry is the same in all samples.
-#[cfg_attr(feature = "std", inline(always))]
+#[cfg(feature = "std")]
+#[inline(always)]
 fn are_equal<const N: usize>(samples: &[[f64; N]], entry: usize) -> bool {
     let mut equal = true;
     for sample in samples {

@@ -230,10 +230,11 @@ impl Controller {
         self.rtol * f64::min(1.0, self.steps * h / self.memory)
     }
 
-    /// A body counts as at rest if its state changes by no more than this over a step of `h` s.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn most_change_at_rest(&self, h: f64) -> f64 {
-        REST * self.rtol * f64::min(1.0, h / self.memory)
+    /// Largest bound on the error of linearised equations over a time `h`, s: rtol in the time for which an error lasts.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn most_linearization_error(&self, h: f64) -> f64 {
+        self.rtol * f64::min(1.0, h / self.memory)
     }
 
     /// Whether thousands of steps with such an `error` would not matter.
@@ -259,10 +260,6 @@ impl Controller {
 /// Error of the shortest step that is accepted beside an edge, over rtol, although it exceeds the share of its length: a run has far fewer
 /// than ten thousand such steps.
 const NEGLIGIBLE_ERROR: f64 = 1e-4;
-
-/// Largest distance from rest, over rtol, at which a body counts as at rest. The distance is taken as the change over a step times the number
-/// of steps for which the slowest mode rings, with all rows closed; where rows are open it may ring for up to some times as long.
-const REST: f64 = 0.25;
 
 /// Error over the tolerance up to which the step size is not reduced: below `SAFETY^5` and `SAFETY^6`.
 const SAME_STEP_RATIO: f64 = 0.5;

@@ -3,12 +3,17 @@
 //! In `x' = A x + f + g(x)` the nonlinear loads g beyond the springs at rest are small and change slowly, so that a step may be as long as
 //! the interval between samples. Over a step, g is the cubic that has its values and rates of change at both ends (Hermite collocation,
 //! order 4); the solution under this cubic is exact (variation of constants; cf. Hochbruck & Ostermann 2010, section 2). Its values at the
-//! end are those of the solution under the tangent of g at the start.
+//! end are those of the solution under the tangent of g at the start. Near an equilibrium under a constant excitation a run replaces g by its
+//! tangent there (`free_vibration`).
 
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
+#[cfg(feature = "std")]
+use crate::equations::Linearized;
 use crate::equations::{CubicForce, CubicPropagator, CubicStep, Equations, Remainder, advance_cubic};
 use crate::excitation::Ramp;
+#[cfg(feature = "std")]
+use crate::excitation::{Forcing, Values};
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::{Force, NO_FORCE, State};
 
@@ -37,7 +42,16 @@ pub struct Memory<const CACHE: usize> {
     start: State,
     open_rows: f64,
     changes: usize,
+    /// Linearised equations, each for one excitation, and the place of the next ones.
+    #[cfg(feature = "std")]
+    linearized: [Option<Box<Linearized>>; LINEARIZED],
+    #[cfg(feature = "std")]
+    next: usize,
 }
+
+/// Excitations whose linearised equations are cached: those of standing still, speeding up and slowing down, and one more.
+#[cfg(feature = "std")]
+const LINEARIZED: usize = 4;
 
 impl<const CACHE: usize> Method for Exponential<CACHE> {
     type Memory = Memory<CACHE>;
@@ -58,7 +72,39 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
             start: [0.0; 12],
             open_rows: f64::NAN,
             changes: 0,
+            #[cfg(feature = "std")]
+            linearized: [const { None }; LINEARIZED],
+            #[cfg(feature = "std")]
+            next: 0,
         }
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn linearized<'m, E: Equations>(
+        &self,
+        memory: &'m mut Self::Memory,
+        equations: &E,
+        (forcing, values): (&Forcing, &Values),
+        h: f64,
+        state: &State,
+        prepares: bool,
+    ) -> Option<&'m Linearized> {
+        let Memory { linearized, next, .. } = memory;
+        for place in 0..LINEARIZED {
+            if let Some(found) = &linearized[place]
+                && found.is_at(values, h, equations.key())
+            {
+                return linearized[place].as_deref();
+            }
+        }
+        if !prepares {
+            return None;
+        }
+        let place = *next;
+        *next = (place + 1) % LINEARIZED;
+        linearized[place] = Linearized::new(equations, forcing, values, h, state);
+        linearized[place].as_deref()
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -69,7 +115,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         ramp: &Ramp,
         state: &State,
     ) -> (State, State) {
-        let Memory { propagators, series, force, end, at_end, start, open_rows, changes } = memory;
+        let Memory { propagators, series, force, end, at_end, start, open_rows, changes, .. } = memory;
         let (place, before) = propagators[usize::from(!ramp.spans_interval)].entry(ramp.h, equations.key());
         if place.is_none() && before >= MIN_OCCURRENCES {
             *place = Some(CubicPropagator::new(equations, ramp.h));

@@ -90,11 +90,10 @@ impl<S: Simd, const N: usize> Group<S, N> {
         self.remainders.set(s, &memory.start(equations.equations(), &scene.state));
     }
 
-    /// Hands the nonlinear loads at sample `k` to the scenes that stepped in lanes. Scenes at rest keep the loads that they
-    /// took when they came to rest; their lanes hold others.
+    /// Hands the nonlinear loads at sample `k` to the scenes that stepped in lanes. The lanes of scenes that vibrate freely hold others.
     pub(super) fn hand_over(&mut self, scenes: &mut [Scene], k: usize) {
         for (s, scene) in scenes.iter_mut().enumerate() {
-            if scene.runner.steps.was_whole && k >= scene.rests_until {
+            if scene.runner.steps.was_whole && k >= scene.free_until {
                 scene.runner.memory.set_end(&scene.state, self.remainders.one(s));
             }
         }
@@ -106,26 +105,20 @@ impl<S: Simd, const N: usize> Group<S, N> {
         for scene in &mut *scenes {
             scene.record();
         }
-        let resting = scenes.iter().all(
+        let all_free = scenes.iter().all(
             #[inline(always)]
-            |scene| k + 1 < scene.rests_until,
+            |scene| k + 1 < scene.free_until,
         );
-        if resting {
-            // Up to sample k + 2 neither states nor forces change.
-            scenes.iter_mut().for_each(
-                #[inline(always)]
-                |scene| scene.due = Some(k + 1),
-            );
-            return NO_FAILURES;
+        if all_free {
+            return NO_FAILURES; // The forces are the same up to sample k + 2.
         }
         let after = self.forces(scenes, k + 2);
         let mut errors = self.step();
         self.force = [self.force[1], after];
         let mut failures = NO_FAILURES;
         for (s, scene) in scenes.iter_mut().enumerate() {
-            if k < scene.rests_until {
-                scene.due = Some(k + 1);
-                if k + 1 == scene.rests_until {
+            if k < scene.free_until {
+                if k + 1 == scene.free_until {
                     self.set(s, scene);
                 }
                 continue;
@@ -139,17 +132,11 @@ impl<S: Simd, const N: usize> Group<S, N> {
                 }
             };
             if tried && scene.runner.is_whole(self.h, error) {
-                let before = scene.state;
                 for (one, entry) in scene.state.iter_mut().zip(&mut self.states) {
                     *one = *number::<S>(entry, s);
                 }
                 scene.due = Some(k + 1);
-                scene.set_rest(
-                    k + 1,
-                    &before,
-                    #[inline(always)]
-                    || self.remainders.one(s),
-                );
+                scene.vibrate_freely(k + 1);
                 continue;
             }
             if tried {

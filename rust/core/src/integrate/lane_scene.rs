@@ -2,9 +2,10 @@
 
 use super::exact::CACHED_STEPS;
 use super::exponential::Exponential;
+use super::free_vibration::is_tried_at;
 use super::step_loop::Runner;
 use super::switched::Unswitched;
-use crate::equations::{Remainder, SmoothEquations};
+use crate::equations::SmoothEquations;
 use crate::error::RunError;
 use crate::excitation::{Forcing, Values};
 use crate::numeric::float::add_scaled;
@@ -28,8 +29,8 @@ pub(super) struct Scene<'a, 'e> {
     pub values: Values,
     /// The sample of the state, if it is not recorded yet.
     pub due: Option<usize>,
-    /// The sample up to which it is at rest.
-    pub rests_until: usize,
+    /// The sample of the state, if that is later: it has vibrated freely up to there.
+    pub free_until: usize,
     /// Index of the run.
     pub place: usize,
 }
@@ -43,13 +44,12 @@ impl Scene<'_, '_> {
         }
     }
 
-    /// Sets `rests_until` at sample `k`, after a step over a whole interval from the state `before`. `remainder`: the nonlinear loads at the
-    /// state, which a body at rest keeps.
+    /// Moves it on from sample `k`, where it has arrived by a step over a whole interval, as far as it vibrates freely.
     #[inline(always)]
-    pub(super) fn set_rest(&mut self, k: usize, before: &State, remainder: impl FnOnce() -> Remainder) {
-        self.rests_until = self.runner.rests_until(&self.forcing, k, before, &self.state);
-        if k < self.rests_until {
-            self.runner.memory.set_end(&self.state, remainder());
+    pub(super) fn vibrate_freely(&mut self, k: usize) {
+        if is_tried_at(k) {
+            self.record();
+            self.free_until = self.runner.vibrate_freely(&self.forcing, k, &mut self.state);
         }
     }
 
@@ -77,9 +77,8 @@ impl Kernel for StepKernel<'_, '_, '_> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Scene { runner, forcing, state, values, rests_until, .. } = self.scene;
-        if self.k < *rests_until {
-            runner.recorder.sample(self.k + 1, state);
+        let Scene { runner, forcing, state, values, free_until, .. } = self.scene;
+        if self.k < *free_until {
             return Ok(());
         }
         let (mut next, mut to) = ([0.0; 12], [0.0; 9]);
@@ -87,7 +86,7 @@ impl Kernel for StepKernel<'_, '_, '_> {
         let (mut at, mut other, mut from, mut until) = (&mut *state, &mut next, &mut *values, &mut to);
         let (states, ends) = ([&mut at, &mut other], [&mut from, &mut until]);
         if self.tries && runner.whole_interval(forcing, self.k, states, ends)? {
-            *rests_until = runner.rests_until(forcing, self.k + 1, other, at);
+            *free_until = runner.vibrate_freely(forcing, self.k + 1, at);
         } else {
             runner.interval(forcing, self.k, [&mut at, &mut other], [&mut from, &mut until])?;
         }

@@ -47,7 +47,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
 /// Whether the intervals of a leap from sample `k` have the length `h`; false if fewer are left.
 #[cfg(feature = "std")]
 #[inline(always)]
-fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
+pub(super) fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
     if k + LEAP >= excitation.count() {
         return false;
     }

@@ -3,10 +3,10 @@
 use super::exact_steps::ExactSteps;
 use crate::equations::Equations;
 #[cfg(feature = "std")]
-use crate::equations::Leap;
-#[cfg(feature = "std")]
-use crate::excitation::Forcing;
+use crate::equations::{Leap, Linearized};
 use crate::excitation::Ramp;
+#[cfg(feature = "std")]
+use crate::excitation::{Forcing, Values};
 use crate::system::State;
 
 /// An integrator: advances the state over one step of given length.
@@ -50,6 +50,21 @@ pub trait Method {
         _: &Forcing,
         _h: f64,
     ) -> Option<&'m Leap> {
+        None
+    }
+
+    /// The equations linearised about the equilibrium under a constant excitation, for intervals of `h` s, if the method has them;
+    /// `prepares`: whether it may prepare them. `state`: where the body is.
+    #[cfg(feature = "std")]
+    fn linearized<'m, E: Equations>(
+        &self,
+        _: &'m mut Self::Memory,
+        _: &E,
+        _: (&Forcing, &Values),
+        _h: f64,
+        _state: &State,
+        _prepares: bool,
+    ) -> Option<&'m Linearized> {
         None
     }
 

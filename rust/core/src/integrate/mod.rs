@@ -8,6 +8,8 @@ mod control;
 mod exact;
 mod exact_steps;
 mod exponential;
+#[cfg(feature = "std")]
+mod free_vibration;
 mod glide;
 mod landing;
 #[cfg(feature = "std")]
@@ -21,7 +23,6 @@ mod method;
 mod named_method;
 mod radau;
 mod recorder;
-mod rest;
 mod rk45;
 mod run;
 #[cfg(feature = "std")]

@@ -76,7 +76,11 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             if M::EXACT_IF_LINEAR
                 && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
             {
-                k = self.rest(forcing, k + 1, next, state);
+                k += 1;
+                #[cfg(feature = "std")]
+                {
+                    k = self.vibrate_freely(forcing, k, state);
+                }
                 continue;
             }
             if M::ERROR_ORDER.is_none() && k >= glide_from {

@@ -1,6 +1,8 @@
 //! Link rows: deflection and load of each link in the undamped modes.
 
 use super::state::State;
+#[cfg(feature = "std")]
+use super::state_box::StateBox;
 use crate::model::{Link, ball_force};
 use crate::numeric::float::{add_scaled, fma};
 
@@ -96,6 +98,27 @@ impl LinkRow {
         let (at, law) = (self.deflection_at(state), self.link.law());
         let spring = fma(self.stiffness, at - self.rest, self.load);
         (law.force(at) - spring, law.tangent(at) - self.stiffness)
+    }
+
+    /// Bound on how much the elastic load in a box is off the tangent at the state `at`, N; infinite if a row opens or closes. Within a
+    /// segment of its law the tangent is farthest off at an end of the range of deflections, if that is as wide on both sides.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub(crate) fn tangent_error(&self, at: &State, states: &StateBox) -> f64 {
+        let (at, law) = (self.deflection_at(at), self.link.law());
+        let (mut middle, mut reach) = (self.rest, 0.0);
+        for j in 0..6 {
+            middle = fma(self.deflection[j], states.middle[j], middle);
+            reach = fma(self.deflection[j].abs(), states.radius[j], reach);
+        }
+        reach += (middle - at).abs();
+        if law.segment_of(at - reach) != law.segment_of(at + reach) {
+            return f64::INFINITY;
+        }
+        let (load, slope) = (law.force(at), law.tangent(at));
+        let off = |way: f64| (law.force(at + way) - fma(slope, way, load)).abs();
+        let (below, above) = (off(-reach), off(reach));
+        if below <= above { above } else { below }
     }
 
     /// Load of the damper at a state, N, whether it acts there or not.

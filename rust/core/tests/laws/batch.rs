@@ -110,7 +110,7 @@ impl Trace {
 
     /// Of a clock that ticks every millisecond, and now and then half a millisecond late.
     fn ticking(random: &mut Random, count: usize) -> Self {
-        Self::with_intervals(random, count, |_, k| if k % 40 == 39 { 1.5 / 1024.0 } else { 1.0 / 1024.0 })
+        Self::with_intervals(random, count, |_, k| if k % 400 == 39 { 1.5 / 1024.0 } else { 1.0 / 1024.0 })
     }
 
     fn with_intervals(

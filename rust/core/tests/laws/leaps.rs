@@ -1,7 +1,8 @@
 //! Leaps over samples that a record does not need: all states of a leap are within its bounds, and no contact change is missed.
 
 use guideload::{
-    Control, Dof, Exact, Excitation, Free, Input, Law, Link, Output, Record, RunError, State, StateBox, run,
+    Control, Dof, Exact, Excitation, Free, Input, Law, Link, Method, Output, Record, RunError, State,
+    StateBox, run,
 };
 
 use crate::batch::cart_on;
@@ -9,13 +10,20 @@ use crate::common::{ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, noise, o
 
 /// Needs no instant: stores the boxes of all leaps, each with the number of instants before it, and the other instants.
 #[derive(Default)]
-struct Needless {
+pub struct Needless {
     /// Whether it refuses every other leap.
     refuses: bool,
     asked: usize,
     instants: Vec<(usize, State)>,
     leaps: Vec<(usize, usize, StateBox)>,
     next: usize,
+}
+
+impl Needless {
+    /// A record that refuses every other leap, or none.
+    pub fn refusing(refuses: bool) -> Self {
+        Self { refuses, ..Self::default() }
+    }
 }
 
 impl Record for Needless {
@@ -45,15 +53,20 @@ impl Record for Needless {
 
 /// Runs a machine sample by sample and with leaps, and compares; returns the part of the samples that was left out.
 fn compare(machine: &Machine, excitation: &Excitation, tolerance: f64) -> f64 {
-    compare_with(&mut Needless::default(), machine, excitation, tolerance)
+    compare_with(&mut Needless::default(), machine, (&Exact::<16>, ADAPTIVE), excitation, tolerance)
 }
 
-/// The same with this record.
-fn compare_with(record: &mut Needless, machine: &Machine, excitation: &Excitation, tolerance: f64) -> f64 {
-    let (states, every) = machine.states(&Exact::<16>, ADAPTIVE, excitation);
-    let control = Control::Adaptive { rtol: 1e-6 };
+/// The same with this record, by this method.
+pub fn compare_with<M: Method>(
+    record: &mut Needless,
+    machine: &Machine,
+    (method, control): (&M, Control),
+    excitation: &Excitation,
+    tolerance: f64,
+) -> f64 {
+    let (states, every) = machine.states(method, control, excitation);
     let system = machine.system();
-    let summary = run(&system, &Exact::<16>, control, excitation, Output::Samples, record).expect("a run");
+    let summary = run(&system, method, control, excitation, Output::Samples, record).expect("a run");
     assert_eq!((summary.recorded, summary.contact_changes), (states.len(), every.contact_changes));
     let scale = states.iter().flatten().fold(0.0, |most, x: &f64| f64::max(most, x.abs()));
     let mut left_out = 0;
@@ -152,7 +165,7 @@ fn bounds_that_serve_several_leaps_end_with_the_constant_excitation() {
         // The slow body vibrates to the end: whether its bounds hold for another leap depends on the phase.
         for machine in [cart(), one_dof(10.0, 0.0)] {
             let mut record = Needless::default();
-            let part = compare_with(&mut record, &machine, &excitation, 1e-12);
+            let part = compare_with(&mut record, &machine, (&Exact::<16>, ADAPTIVE), &excitation, 1e-12);
             assert!(part > 0.9 && part < 1.0, "{part}");
             assert!(record.leaps.iter().any(|(_, count, _)| *count > 320), "{:?}", record.leaps);
         }
@@ -163,8 +176,8 @@ fn bounds_that_serve_several_leaps_end_with_the_constant_excitation() {
 fn a_record_may_refuse_any_leap() {
     let samples = &cycle()[..2500];
     let excitation = Excitation::uniform(0.0, 1e-3, samples).expect("sound");
-    let mut record = Needless { refuses: true, ..Needless::default() };
-    let part = compare_with(&mut record, &cart(), &excitation, 1e-12);
+    let mut record = Needless::refusing(true);
+    let part = compare_with(&mut record, &cart(), (&Exact::<16>, ADAPTIVE), &excitation, 1e-12);
     assert!(record.asked > 20 && part > 0.2, "{} asked, {part}", record.asked);
 }
 

@@ -1,0 +1,254 @@
+//! Equations linearised about an equilibrium under a constant excitation: there a preloaded body vibrates freely, and ever less.
+
+use nalgebra::Matrix6;
+
+use super::leap::{LEAP, Leap, LeapBounds, LeapSamples};
+use super::propagator::Propagator;
+use super::{Equations, SegmentEquations};
+use crate::excitation::{Forcing, Instant, Values};
+use crate::numeric::float::{add_scaled, fma};
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::system::{Force, NO_FORCE, Square, State, size};
+
+/// Linearised equations with their exact steps over intervals of one length.
+#[derive(Debug, Clone)]
+pub struct Linearized {
+    /// The constant excitation, the length of the intervals, s, and the key of the equations.
+    place: (Values, f64, u32),
+    /// About which the equations are linearised.
+    equilibrium: State,
+    equations: SegmentEquations,
+    step: Propagator,
+    leap: Box<Leap>,
+}
+
+impl Linearized {
+    /// The linearised equations under the excitation `values`, for intervals of `h` s. `state`: not far from the equilibrium. None if their
+    /// stiffness is singular.
+    #[inline(never)]
+    pub(crate) fn new<E: Equations>(
+        equations: &E,
+        forcing: &Forcing,
+        values: &Values,
+        h: f64,
+        state: &State,
+    ) -> Option<Box<Self>> {
+        dispatch(LinearizeKernel { equations, forcing, values, h, state })
+    }
+
+    /// Whether they are those of these equations under this excitation, for intervals of this length.
+    #[inline(always)]
+    pub(crate) fn is_at(&self, values: &Values, h: f64, key: u32) -> bool {
+        self.place == (*values, h, key)
+    }
+
+    /// Bounds on the states at the next [`LEAP`] samples.
+    #[inline(always)]
+    pub(crate) fn bounds(&self, state: &State) -> LeapBounds {
+        self.leap.bounds(&self.equations, &Forcing::NONE, &NO_SAMPLES, state)
+    }
+
+    /// Whether these bounds hold from `state` on, too.
+    #[inline(always)]
+    pub(crate) fn holds(&self, bounds: &LeapBounds, state: &State) -> bool {
+        self.leap.holds(bounds, state)
+    }
+
+    /// Bounds on the error of the modal force in any state within `bounds`. `equations`: those that were linearised.
+    #[inline(always)]
+    pub(crate) fn force_error<E: Equations>(&self, equations: &E, bounds: &LeapBounds) -> Force {
+        equations.tangent_error(&self.equilibrium, &bounds.samples)
+    }
+
+    /// The state [`LEAP`] intervals later.
+    #[inline(always)]
+    pub(crate) fn leap(&self, state: &State) -> State {
+        self.leap.apply(&NO_SAMPLES, state)
+    }
+
+    /// The states at the next [`LEAP`] samples.
+    #[inline(always)]
+    pub(crate) fn steps(&self, state: &State) -> [State; LEAP] {
+        let (mut states, mut last) = ([[0.0; 12]; LEAP], *state);
+        for state in &mut states {
+            last = self.step.apply(&last, &[0.0; 9], &[0.0; 9]);
+            *state = last;
+        }
+        states
+    }
+}
+
+/// Of an excitation without components.
+const NO_SAMPLES: LeapSamples = [[0.0; LEAP + 1]; 9];
+
+/// [`Linearized::new`] as a kernel.
+struct LinearizeKernel<'a, E> {
+    equations: &'a E,
+    forcing: &'a Forcing,
+    values: &'a Values,
+    h: f64,
+    state: &'a State,
+}
+
+impl<E: Equations> Kernel for LinearizeKernel<'_, E> {
+    type Output = Option<Box<Linearized>>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { equations, forcing, values, h, state } = self;
+        let mut force = *equations.constant();
+        for (column, &value) in forcing.influence().iter().zip(values) {
+            add_scaled(&mut force, column, value);
+        }
+        let mut at = *state;
+        at[6..].fill(0.0);
+        for _ in 0..MOST_NEWTON_STEPS {
+            let (stiffness, _) = equations.tangent(&at, Instant::FIRST);
+            let step =
+                newton_step(equations.frequency(), &stiffness, &accelerations(equations, &at, &force))?;
+            if size(&step) <= CONVERGED * size(state) {
+                break;
+            }
+            add_scaled(&mut at, &step, 1.0);
+        }
+        let (stiffness, damping) = equations.tangent(&at, Instant::FIRST);
+        let mut constant = accelerations(equations, &at, &force);
+        for i in 0..6 {
+            for j in 0..6 {
+                constant[i] = fma(stiffness[j][i], at[j], constant[i]);
+            }
+        }
+        let linear = SegmentEquations::new(*equations.frequency(), [stiffness, damping], constant);
+        let step = Propagator::new(&linear, &[], h);
+        let leap = Leap::new(&linear, &step, &Forcing::NONE, h)?;
+        let place = (*values, h, equations.key());
+        Some(Box::new(Linearized { place, equilibrium: at, equations: linear, step, leap }))
+    }
+}
+
+/// Steps of Newton's method towards the equilibrium, and the size of a step over that of the first state at which it ends. The state need
+/// not be exact: the equations are linearised in it, and their error is bounded from there.
+const MOST_NEWTON_STEPS: usize = 8;
+const CONVERGED: f64 = 1e-6;
+
+/// The accelerations in a state without velocity.
+#[inline(always)]
+fn accelerations<E: Equations>(equations: &E, state: &State, force: &Force) -> Force {
+    let mut sum = *force;
+    add_scaled(&mut sum, &equations.remainder(state).force, 1.0);
+    let rate = equations.linear(state, &sum);
+    let mut accelerations = NO_FORCE;
+    accelerations[..6].copy_from_slice(&rate[6..]);
+    accelerations
+}
+
+/// The way from a state with these accelerations to the equilibrium of the tangent.
+fn newton_step(frequency: &[f64; 6], stiffness: &Square, accelerations: &Force) -> Option<State> {
+    // Modes that the body does not have stay where they are.
+    let matrix =
+        Matrix6::from_fn(|i, j| stiffness[j][i] + if i == j && frequency[i] == 0.0 { 1.0 } else { 0.0 });
+    let compliance: Square = matrix.try_inverse()?.into();
+    let mut step = [0.0; 12];
+    for (column, &acceleration) in compliance.iter().zip(accelerations) {
+        for i in 0..6 {
+            step[i] += column[i] * acceleration;
+        }
+    }
+    Some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use crate::equations::{Equations, SmoothEquations};
+    use crate::excitation::{Excitation, Instant};
+    use crate::system::{LinkRow, State, StateBox, System};
+    use crate::{Body, Free, Law, Link, Scene, carriage_links};
+
+    /// A cart on rows of balls, rows of rollers, or both and springs.
+    fn systems() -> [System; 3] {
+        [[1.5, 1.5, 1.5], [10.0 / 9.0; 3], [1.5, 10.0 / 9.0, 0.0]].map(|exponents| {
+            let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
+            let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body");
+            let links = [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)].map(|(x, z)| {
+                carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [1e5; 2]).expect("a carriage")
+            });
+            let mut links = links.as_flattened().to_vec();
+            for (i, link) in links.iter_mut().enumerate().filter(|(i, _)| exponents[i % 3] > 1.0) {
+                let law = Law::preloaded(link.stiffness(), 600.0 + 40.0 * i as f64, exponents[i % 3]);
+                let law = law.expect("a law");
+                *link = Link::with_law(link.point(), link.direction(), law, 1e5).expect("a link");
+            }
+            let down = Vector3::new(0.0, -9.80665, 0.0);
+            System::new(&Scene::new(body, &links, down, Free::GUIDED).expect("a scene")).expect("a system")
+        })
+    }
+
+    /// Numbers from -1 to 1 that differ.
+    fn number(at: usize) -> f64 {
+        (1.0 + 7.3 * at as f64).sin()
+    }
+
+    /// Modal force of all loads at a state, without dampers.
+    fn loads(equations: &SmoothEquations, state: &State) -> [f64; 6] {
+        let rate = equations.linear(state, &equations.remainder(state).force);
+        core::array::from_fn(|i| rate[6 + i])
+    }
+
+    #[test]
+    fn no_load_is_farther_off_the_tangent_than_its_bound() {
+        let (samples, mut tight, mut crossed) = ([[0.0; 3]; 2], 0, 0);
+        let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+        for system in systems() {
+            let equations = SmoothEquations::at_rest(&system, &excitation);
+            for case in 0..200 {
+                // The state in which the laws are linearised is near the middle of the box, or at its border.
+                let size = 0.3 * 10f64.powf(-2.0 * number(1000 + case).abs() - 1.0 * (case % 3) as f64);
+                let mut at = [0.0; 12];
+                let (mut low, mut high) = (at, at);
+                for j in 0..system.mode_count() {
+                    at[j] = 0.4 * number(20 * case + j);
+                    let middle = at[j] + size * number(20 * case + 6 + j);
+                    (low[j], high[j]) = (middle - size, middle + size);
+                }
+                let bounds = equations.tangent_error(&at, &StateBox::between(low, high));
+                let (stiffness, _) = equations.tangent(&at, Instant::FIRST);
+                let at_middle = loads(&equations, &at);
+                let mut largest = [0f64; 6];
+                for point in 0..64 {
+                    let mut state = at;
+                    for j in 0..6 {
+                        // Corners of the box and points within.
+                        let place = if point < 32 {
+                            f64::from(point >> j & 1)
+                        } else {
+                            0.5 + 0.5 * number(64 * case + 6 * point as usize + j)
+                        };
+                        state[j] = low[j] + place * (high[j] - low[j]);
+                    }
+                    let found = loads(&equations, &state);
+                    for i in 0..6 {
+                        let tangent: f64 = (0..6).map(|j| stiffness[j][i] * (at[j] - state[j])).sum();
+                        largest[i] = f64::max(largest[i], (found[i] - at_middle[i] - tangent).abs());
+                    }
+                }
+                for i in 0..system.mode_count() {
+                    assert!(
+                        largest[i] <= bounds[i] * (1.0 + 1e-9) + 1e-9,
+                        "{}: {} {}",
+                        case,
+                        largest[i],
+                        bounds[i]
+                    );
+                    tight += usize::from(largest[i] > 0.2 * bounds[i]);
+                }
+                let open = |row: &LinkRow, state: &State| row.link.law().segment_of(row.deflection_at(state));
+                let opens = system.rows().iter().any(|row| open(row, &low) != open(row, &high));
+                assert!(!opens || bounds[0].is_infinite(), "{case}");
+                crossed += usize::from(bounds[0].is_infinite());
+            }
+        }
+        assert!(tight > 300 && (50..400).contains(&crossed), "{tight} {crossed}");
+    }
+}

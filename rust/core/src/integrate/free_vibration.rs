@@ -1,0 +1,123 @@
+//! Free vibration of a preloaded body under a constant excitation: near its equilibrium by linearised equations, exactly.
+
+use super::leap::has_intervals;
+use super::method::{Method, Output};
+use super::step_loop::{Runner, StepControl};
+use super::switched::SwitchedEquations;
+use crate::equations::{Equations, LEAP, LeapBounds, Linearized};
+use crate::excitation::{Excitation, Forcing};
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::system::State;
+
+/// Leaps under a constant excitation for which linearised equations are prepared, which takes as long as some hundred steps.
+const WORTH: usize = 8;
+
+/// Whether free vibration is tried at sample `k`: for all scenes at the same samples, so that those that run side by side are free together.
+#[inline(always)]
+pub(super) fn is_tried_at(k: usize) -> bool {
+    k % LEAP == 1
+}
+
+/// Most leaps at once: some microseconds, or some ten if every sample is recorded, so that a run can be stopped.
+const MOST_LEAPS: usize = 64;
+
+impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
+    /// Moves a body from sample `k`, at which `state` is, as far as the linearised equations hold; returns the sample reached, to which
+    /// `state` then belongs. Those up to it are recorded. Which samples these are does not depend on the record.
+    #[inline(always)]
+    pub(super) fn vibrate_freely(&mut self, forcing: &Forcing, k: usize, state: &mut State) -> usize {
+        let excitation = self.recorder.excitation;
+        if !is_tried_at(k) || k + LEAP >= excitation.count() {
+            return k;
+        }
+        let h = excitation.interval(k);
+        match self.recorder.output {
+            Output::Samples if is_constant(excitation, forcing, k, h) => {
+                dispatch(VibrationKernel { runner: self, forcing, k, h, state })
+            }
+            _ => k,
+        }
+    }
+}
+
+/// Whether the excitation is constant over a leap from sample `k` on, in intervals of `h` s. False if fewer are left.
+#[inline(always)]
+fn is_constant(excitation: &Excitation, forcing: &Forcing, k: usize, h: f64) -> bool {
+    has_intervals(excitation, k, h) && forcing.is_constant(excitation, k..k + LEAP + 1)
+}
+
+/// [`Runner::vibrate_freely`] as a kernel.
+struct VibrationKernel<'r, 'a, 'f, M: Method, C> {
+    runner: &'r mut Runner<'a, M, C>,
+    forcing: &'f Forcing,
+    k: usize,
+    h: f64,
+    state: &'r mut State,
+}
+
+impl<M: Method, C: SwitchedEquations> Kernel for VibrationKernel<'_, '_, '_, M, C> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run(self) -> usize {
+        let Self { runner, forcing, mut k, h, state } = self;
+        let Runner { method, memory, equations, steps, recorder, summary, .. } = runner;
+        let (excitation, equations) = (recorder.excitation, equations.equations());
+        let mut values = [0.0; 9];
+        forcing.sample(excitation, k, &mut values);
+        let mut prepares = true;
+        for leap in 1..WORTH {
+            prepares = prepares && is_constant(excitation, forcing, k + leap * LEAP, h);
+        }
+        let excited = (forcing, &values);
+        let Some(linearized) = method.linearized(memory, equations, excited, h, state, prepares) else {
+            return k;
+        };
+        let leaves_out = !recorder.record.needs_all();
+        let mut bounds = steps.linear_bounds(linearized, equations, h, state);
+        let last = k + MOST_LEAPS * LEAP;
+        while let Some(known) = bounds
+            && k < last
+            && is_constant(excitation, forcing, k, h)
+        {
+            let left_out = leaves_out && recorder.leave_out(LEAP, &known.samples);
+            if left_out {
+                *state = linearized.leap(state);
+                summary.steps += 1;
+            } else {
+                let states = linearized.steps(state);
+                recorder.samples(k + 1, &states);
+                *state = states[LEAP - 1];
+                summary.steps += LEAP;
+            }
+            k += LEAP;
+            // After a refusal narrower bounds may be agreed to.
+            if !left_out || !linearized.holds(&known, state) {
+                bounds = steps.linear_bounds(linearized, equations, h, state);
+            }
+        }
+        k
+    }
+}
+
+impl StepControl {
+    /// Bounds on the states at the next samples, if the linearised `equations` are accurate enough within them.
+    #[inline(always)]
+    fn linear_bounds<E: Equations>(
+        &self,
+        linearized: &Linearized,
+        equations: &E,
+        h: f64,
+        state: &State,
+    ) -> Option<LeapBounds> {
+        let (controller, time) = (self.controller.as_ref()?, LEAP as f64 * h);
+        let bounds = linearized.bounds(state);
+        let force_error = linearized.force_error(equations, &bounds);
+        let mut error = [0.0; 12];
+        for i in 0..6 {
+            error[6 + i] = time * force_error[i];
+        }
+        // Not for NaN.
+        if self.norm.of(&error) <= controller.most_linearization_error(time) { Some(bounds) } else { None }
+    }
+}
