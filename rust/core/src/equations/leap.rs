@@ -85,12 +85,7 @@ impl Leap {
         h: f64,
     ) -> Option<Box<Self>> {
         let (stiffness, _) = equations.tangent(&[0.0; 12], Instant::FIRST);
-        let springs = Matrix6::from_fn(|i, j| {
-            // Modes that the body does not have get a stiffness, too.
-            let weak = if equations.frequency()[i] > 0.0 { WEAK * equations.frequency()[i] } else { 1.0 };
-            stiffness[j][i] + if i == j { weak } else { 0.0 }
-        });
-        let compliance = springs.try_inverse()?.into();
+        let compliance = compliance(equations.frequency(), &stiffness)?;
 
         let once = step.change;
         let (mut power, mut largest) = (identity::<12>(0), identity::<12>(0));
@@ -286,9 +281,19 @@ impl Leap {
     }
 }
 
+/// `(S + weak springs)⁻¹`.
+pub(super) fn compliance(frequency: &[f64; 6], stiffness: &Square) -> Option<Square> {
+    let springs = Matrix6::from_fn(|i, j| {
+        // Modes that the body does not have get a stiffness, too.
+        let weak = if frequency[i] > 0.0 { WEAK * frequency[i] } else { 1.0 };
+        stiffness[j][i] + if i == j { weak } else { 0.0 }
+    });
+    Some(springs.try_inverse()?.into())
+}
+
 /// The accelerations of a state under a force.
 #[inline(always)]
-fn accelerations<E: Equations>(equations: &E, state: &State, force: &Force) -> [f64; 6] {
+pub(super) fn accelerations<E: Equations>(equations: &E, state: &State, force: &Force) -> [f64; 6] {
     let rate = equations.linear(state, force);
     let mut accelerations = [0.0; 6];
     accelerations.copy_from_slice(&rate[6..]);
@@ -297,7 +302,7 @@ fn accelerations<E: Equations>(equations: &E, state: &State, force: &Force) -> [
 
 /// A matrix by columns times a vector.
 #[inline(always)]
-fn times(columns: &Square, vector: &[f64; 6]) -> [f64; 6] {
+pub(super) fn times(columns: &Square, vector: &[f64; 6]) -> [f64; 6] {
     let mut sum = [0.0; 6];
     for (column, &entry) in columns.iter().zip(vector) {
         add_scaled(&mut sum, column, entry);

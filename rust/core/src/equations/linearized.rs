@@ -1,20 +1,18 @@
-//! Equations linearised about an equilibrium under a constant excitation: there a preloaded body vibrates freely, and ever less.
+//! Equations linearised about an equilibrium under a constant excitation, about which a preloaded body vibrates freely.
 
-use nalgebra::Matrix6;
-
-use super::leap::{LEAP, Leap, LeapBounds, LeapSamples};
+use super::leap::{LEAP, Leap, LeapBounds, LeapSamples, accelerations, compliance, times};
 use super::propagator::Propagator;
 use super::{Equations, SegmentEquations};
 use crate::excitation::{Forcing, Instant, Values};
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{Kernel, dispatch};
-use crate::system::{Force, NO_FORCE, Square, State, size};
+use crate::system::{Force, NO_FORCE, State, size};
 
 /// Linearised equations with their exact steps over intervals of one length.
 #[derive(Debug, Clone)]
 pub struct Linearized {
     /// The constant excitation, the length of the intervals, s, and the key of the equations.
-    place: (Values, f64, u32),
+    valid_for: (Values, f64, u32),
     /// About which the equations are linearised.
     equilibrium: State,
     equations: SegmentEquations,
@@ -38,8 +36,8 @@ impl Linearized {
 
     /// Whether they are those of these equations under this excitation, for intervals of this length.
     #[inline(always)]
-    pub(crate) fn is_at(&self, values: &Values, h: f64, key: u32) -> bool {
-        self.place == (*values, h, key)
+    pub(crate) fn is_valid_for(&self, values: &Values, h: f64, key: u32) -> bool {
+        self.valid_for == (*values, h, key)
     }
 
     /// Bounds on the states at the next [`LEAP`] samples.
@@ -104,16 +102,21 @@ impl<E: Equations> Kernel for LinearizeKernel<'_, E> {
         at[6..].fill(0.0);
         for _ in 0..MOST_NEWTON_STEPS {
             let (stiffness, _) = equations.tangent(&at, Instant::FIRST);
-            let step =
-                newton_step(equations.frequency(), &stiffness, &accelerations(equations, &at, &force))?;
+            let mut step = [0.0; 12];
+            step[..6].copy_from_slice(&times(
+                &compliance(equations.frequency(), &stiffness)?,
+                &accelerations(equations, &at, &whole_force(equations, &at, &force)),
+            ));
             if size(&step) <= CONVERGED * size(state) {
                 break;
             }
             add_scaled(&mut at, &step, 1.0);
         }
         let (stiffness, damping) = equations.tangent(&at, Instant::FIRST);
-        let mut constant = accelerations(equations, &at, &force);
+        let found = accelerations(equations, &at, &whole_force(equations, &at, &force));
+        let mut constant = NO_FORCE;
         for i in 0..6 {
+            constant[i] = found[i];
             for j in 0..6 {
                 constant[i] = fma(stiffness[j][i], at[j], constant[i]);
             }
@@ -121,40 +124,22 @@ impl<E: Equations> Kernel for LinearizeKernel<'_, E> {
         let linear = SegmentEquations::new(*equations.frequency(), [stiffness, damping], constant);
         let step = Propagator::new(&linear, &[], h);
         let leap = Leap::new(&linear, &step, &Forcing::NONE, h)?;
-        let place = (*values, h, equations.key());
-        Some(Box::new(Linearized { place, equilibrium: at, equations: linear, step, leap }))
+        let valid_for = (*values, h, equations.key());
+        Some(Box::new(Linearized { valid_for, equilibrium: at, equations: linear, step, leap }))
     }
 }
 
-/// Steps of Newton's method towards the equilibrium, and the size of a step over that of the first state at which it ends. The state need
-/// not be exact: the equations are linearised in it, and their error is bounded from there.
+/// Most steps of Newton's method; it ends at a step below `CONVERGED` times the size of the first state. The equilibrium need not be exact,
+/// because the error is bounded about the state found.
 const MOST_NEWTON_STEPS: usize = 8;
 const CONVERGED: f64 = 1e-6;
 
-/// The accelerations in a state without velocity.
+/// With the nonlinear loads in a state.
 #[inline(always)]
-fn accelerations<E: Equations>(equations: &E, state: &State, force: &Force) -> Force {
+fn whole_force<E: Equations>(equations: &E, state: &State, force: &Force) -> Force {
     let mut sum = *force;
     add_scaled(&mut sum, &equations.remainder(state).force, 1.0);
-    let rate = equations.linear(state, &sum);
-    let mut accelerations = NO_FORCE;
-    accelerations[..6].copy_from_slice(&rate[6..]);
-    accelerations
-}
-
-/// The way from a state with these accelerations to the equilibrium of the tangent.
-fn newton_step(frequency: &[f64; 6], stiffness: &Square, accelerations: &Force) -> Option<State> {
-    // Modes that the body does not have stay where they are.
-    let matrix =
-        Matrix6::from_fn(|i, j| stiffness[j][i] + if i == j && frequency[i] == 0.0 { 1.0 } else { 0.0 });
-    let compliance: Square = matrix.try_inverse()?.into();
-    let mut step = [0.0; 12];
-    for (column, &acceleration) in compliance.iter().zip(accelerations) {
-        for i in 0..6 {
-            step[i] += column[i] * acceleration;
-        }
-    }
-    Some(step)
+    sum
 }
 
 #[cfg(test)]

@@ -111,7 +111,7 @@ pub trait Equations {
     /// `at`; infinite if a row opens or closes in the box.
     #[cfg(feature = "std")]
     fn tangent_error(&self, _at: &State, _states: &StateBox) -> Force {
-        NO_FORCE
+        [f64::INFINITY; NO_FORCE.len()]
     }
 
     /// Number of links that have other rows open in one state than in another.

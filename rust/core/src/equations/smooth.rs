@@ -77,8 +77,8 @@ impl BallLinks {
 
     /// Bounds on how much the loads in a box are off the tangent at the state `at`, N; infinite if a row opens or closes.
     ///
-    /// Within a segment the slope of the law only falls or only rises with the distance from zero, so the tangent is farthest off at an end of
-    /// the range of deflections, if that is as wide on both sides.
+    /// Between the edges of a law its slope falls with |δ|, and ever faster; beyond them it only rises. So the tangent is farthest off at an
+    /// end of a range that is as wide on both sides.
     #[cfg(feature = "std")]
     #[inline(always)]
     fn tangent_errors(&self, at: &State, states: &StateBox) -> Lanes {
@@ -101,7 +101,7 @@ impl BallLinks {
                 let slope = 1.5 * (sqrt(a) + sqrt(b));
                 let rise = c * sqrt(c) - d * sqrt(d) - (a * sqrt(a) - b * sqrt(b));
                 let off = self.coefficient[i] * fma(-side * slope, reach[i], rise).abs();
-                worst[i] = if off <= worst[i] { worst[i] } else { off }; // NaN stays
+                worst[i] = if off <= worst[i] { worst[i] } else { off }; // NaN of both sides stays
                 let [of_c, of_d] = [if c > 0.0 { 1.0 } else { 0.0 }, if d > 0.0 { 1.0 } else { 0.0 }];
                 open[i] = of_c - of_d;
             }

@@ -230,7 +230,7 @@ impl Controller {
         self.rtol * f64::min(1.0, self.steps * h / self.memory)
     }
 
-    /// Largest bound on the error of linearised equations over a time `h`, s: rtol in the time for which an error lasts.
+    /// Largest impulse of the linearisation error over `h` s, as a load over the load scale: rtol in the time for which an error lasts.
     #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn most_linearization_error(&self, h: f64) -> f64 {

@@ -93,7 +93,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
         let Memory { linearized, next, .. } = memory;
         for place in 0..LINEARIZED {
             if let Some(found) = &linearized[place]
-                && found.is_at(values, h, equations.key())
+                && found.is_valid_for(values, h, equations.key())
             {
                 return linearized[place].as_deref();
             }

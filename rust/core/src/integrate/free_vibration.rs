@@ -1,7 +1,7 @@
-//! Free vibration of a preloaded body under a constant excitation: near its equilibrium by linearised equations, exactly.
+//! Free vibration of a preloaded body under a constant excitation: near its equilibrium by exact steps of the linearised equations.
 
 use super::leap::has_intervals;
-use super::method::{Method, Output};
+use super::method::Method;
 use super::step_loop::{Runner, StepControl};
 use super::switched::SwitchedEquations;
 use crate::equations::{Equations, LEAP, LeapBounds, Linearized};
@@ -9,7 +9,8 @@ use crate::excitation::{Excitation, Forcing};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::State;
 
-/// Leaps under a constant excitation for which linearised equations are prepared, which takes as long as some hundred steps.
+/// Linearised equations are prepared only if the excitation stays constant for so many leaps: preparing them takes as long as some hundred
+/// steps.
 const WORTH: usize = 8;
 
 /// Whether free vibration is tried at sample `k`: for all scenes at the same samples, so that those that run side by side are free together.
@@ -18,8 +19,8 @@ pub(super) fn is_tried_at(k: usize) -> bool {
     k % LEAP == 1
 }
 
-/// Most leaps at once: some microseconds, or some ten if every sample is recorded, so that a run can be stopped.
-const MOST_LEAPS: usize = 64;
+/// Most leaps at once: at most some milliseconds, so that a run can be stopped.
+const MOST_LEAPS: usize = 256;
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Moves a body from sample `k`, at which `state` is, as far as the linearised equations hold; returns the sample reached, to which
@@ -27,16 +28,15 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[inline(always)]
     pub(super) fn vibrate_freely(&mut self, forcing: &Forcing, k: usize, state: &mut State) -> usize {
         let excitation = self.recorder.excitation;
-        if !is_tried_at(k) || k + LEAP >= excitation.count() {
+        // Without a load scale no error counts.
+        if !is_tried_at(k) || k + LEAP >= excitation.count() || self.summary.load_scale == 0.0 {
             return k;
         }
         let h = excitation.interval(k);
-        match self.recorder.output {
-            Output::Samples if is_constant(excitation, forcing, k, h) => {
-                dispatch(VibrationKernel { runner: self, forcing, k, h, state })
-            }
-            _ => k,
+        if !is_constant(excitation, forcing, k, h) {
+            return k;
         }
+        dispatch(VibrationKernel { runner: self, forcing, k, h, state })
     }
 }
 
@@ -111,6 +111,10 @@ impl StepControl {
         state: &State,
     ) -> Option<LeapBounds> {
         let (controller, time) = (self.controller.as_ref()?, LEAP as f64 * h);
+        // Over longer intervals a body may swing out and back, of which the samples show nothing.
+        if !controller.allows(h) {
+            return None;
+        }
         let bounds = linearized.bounds(state);
         let force_error = linearized.force_error(equations, &bounds);
         let mut error = [0.0; 12];

@@ -29,7 +29,7 @@ pub(super) struct Scene<'a, 'e> {
     pub values: Values,
     /// The sample of the state, if it is not recorded yet.
     pub due: Option<usize>,
-    /// The sample of the state, if that is later: it has vibrated freely up to there.
+    /// The sample up to which it has vibrated freely, and to which its state belongs, while the others are still before it.
     pub free_until: usize,
     /// Index of the run.
     pub place: usize,

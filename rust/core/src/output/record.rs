@@ -40,7 +40,7 @@ pub trait Record {
         }
     }
 
-    /// Whether it needs every instant. If not, an exact run may leave some out, which it asks for with [`Record::leave_out`].
+    /// Whether it needs every instant. If not, a run by exact steps may leave some out, which it asks for with [`Record::leave_out`].
     fn needs_all(&self) -> bool {
         true
     }

@@ -100,8 +100,9 @@ impl LinkRow {
         (law.force(at) - spring, law.tangent(at) - self.stiffness)
     }
 
-    /// Bound on how much the elastic load in a box is off the tangent at the state `at`, N; infinite if a row opens or closes. Within a
-    /// segment of its law the tangent is farthest off at an end of the range of deflections, if that is as wide on both sides.
+    /// Bound on how much the elastic load in a box is off the tangent at the state `at`, N; infinite if a row opens or closes.
+    /// Between the edges of a law its slope falls with |δ|, and ever faster; beyond them it only rises. So the tangent is farthest off at an
+    /// end of a range that is as wide on both sides.
     #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn tangent_error(&self, at: &State, states: &StateBox) -> f64 {

@@ -1,6 +1,6 @@
 //! Ranges of the entries of some states, which bound every linear combination of them.
 
-use super::State;
+use super::state::State;
 use crate::numeric::float::fma;
 
 /// Ranges of the entries of some states: a run asks a [`crate::Record`] whether it needs states within them.

@@ -1,9 +1,10 @@
 //! The exponential method: its order, its tolerance, what it leaves as it is, and what it refuses.
 
 use guideload::{
-    Control, Exact, Excitation, Exponential, Law, Link, Output, Radau, Rk45, RunError, State, Summary,
-    position, velocity,
+    Control, Exact, Excitation, Exponential, Law, Link, NamedMethod, Output, Radau, Rk45, RunError, Start,
+    State, Summary, position, velocity,
 };
+use nalgebra::Vector6;
 
 use crate::common::{
     ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, difference, largest, noise, one_dof, random_machine,
@@ -185,6 +186,59 @@ fn a_free_vibration_ends_with_the_constant_excitation() {
     }
 }
 
+/// The same constant excitation in intervals of two lengths.
+#[test]
+fn free_vibrations_in_intervals_of_two_lengths_are_kept_apart() {
+    let time: Vec<f64> = (0..1200).map(|k| (2 * k.min(600) + k.max(600) - 600) as f64 / 2048.0).collect();
+    let pulse = |k: usize| f64::from(u8::from((300..320).contains(&k) || (640..660).contains(&k)));
+    let samples: Vec<[f64; 3]> = (0..1200).map(|k| [pulse(k), 0.0, 0.0]).collect();
+    let excitation = Excitation::new(&time, &samples, None).expect("sound");
+    let machine = pressed(cart(), 600.0, BALL, NONE);
+    let truth = machine.loads_of(&machine.states(&Radau, tight(1e-10), &excitation).0);
+    let (found, summary) = loads(&machine, machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
+    assert!(difference(&found, &truth) <= 1e-6 * summary.load_scale);
+}
+
+/// Intervals of half a period: at every sample the body may be where it rests, and far away in between.
+#[test]
+fn samples_in_step_with_a_vibration_do_not_hide_it() {
+    let frequency = std::f64::consts::TAU * 16.0;
+    let machine = pressed(one_dof(frequency, 0.02), 400.0, BALL, NONE);
+    let time: Vec<f64> =
+        (0..400).map(|k| k.min(65) as f64 / 1024.0 + (k.max(65) - 65) as f64 / 32.0).collect();
+    for first in 1..40 {
+        let samples: Vec<[f64; 3]> = (0..400)
+            .map(|k| [0.0, 20.0 * f64::from(u8::from((first..first + 20).contains(&k))), 0.0])
+            .collect();
+        let excitation = Excitation::new(&time, &samples, None).expect("sound");
+        let truth = machine.loads_of(&machine.states(&Radau, tight(1e-11), &excitation).0);
+        let (found, summary) = loads(&machine, machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
+        let off = difference(&found, &truth) / summary.load_scale;
+        assert!(off <= 2e-5, "{first}: {off:e}");
+    }
+}
+
+/// Without weight and excitation there is no load to which an error could be compared.
+#[test]
+fn a_vibration_without_load_scale_is_not_linear() {
+    let mut machine = pressed(one_dof(200.0, 0.0), 400.0, BALL, NONE);
+    machine.gravity.y = 0.0;
+    let samples = vec![[0.0; 3]; 1500];
+    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
+    let mut position = Vector6::zeros();
+    position.y = 0.6 * machine.links[0].law().edges()[1];
+    let start = Start::State { position, velocity: Vector6::zeros() };
+    let loads = |method: NamedMethod, control: Control| {
+        let (system, mut states): (_, Vec<State>) = (machine.system(), Vec::new());
+        let run = method.run(&system, control, start, &excitation, Output::Samples, &mut states);
+        assert_eq!(run.expect("a run").load_scale, 0.0);
+        machine.loads_of(&states)
+    };
+    let truth = loads(NamedMethod::Rk45, Control::Fixed { step: 1e-5 });
+    let found = loads(NamedMethod::Exponential, tight(1e-6));
+    assert!(difference(&found, &truth) <= 1e-3 * largest(&truth));
+}
+
 /// A body whose weight almost opens a row, so that a small vibration does.
 #[test]
 fn rows_that_a_small_vibration_opens_are_counted() {
@@ -276,8 +330,8 @@ fn a_preload_far_beyond_the_loads_is_a_spring() {
 /// To the last bit on rollers; up to rounding of the preload on balls, whose loads are computed by another sum.
 #[test]
 fn a_body_at_rest_stays_at_rest() {
-    let samples = vec![[0.0; 3]; 200];
-    let time = jittered(&mut Random::new(905), 200);
+    let samples = vec![[0.0; 3]; 2000];
+    let time = jittered(&mut Random::new(905), 2000);
     for excitation in [
         Excitation::uniform(0.0, 1e-3, &samples).expect("sound"),
         Excitation::new(&time, &samples, None).expect("sound"),
