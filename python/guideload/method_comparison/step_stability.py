@@ -33,7 +33,6 @@ MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
 STRAIGHT = (
     1e-12  # of the largest excitation: a sample this close to the line through its neighbours lies on it
 )
-AT_REST = "few steps while the body is at rest"
 NEAR = 1.3  # counted steps are put down to stability up to this many times the steps that it needs
 
 
@@ -43,7 +42,7 @@ class Cost:
 
     needed    steps that end at all samples in `step_ends`, none longer than stable
     steps, rejected, seconds: as counted and timed; None where the method was not run
-    note      why it was not run, or took fewer steps than needed; else empty
+    note      why it was not run, else empty
     """
 
     method: MethodName
@@ -168,8 +167,7 @@ def _cost(machine: Machine, motion: Motion, method: MethodName, rtol: float, lon
     began = perf_counter()
     solution = solve(machine, motion, Setting(method, "rtol", rtol))
     seconds = perf_counter() - began
-    note = AT_REST if method == "exponential" and solution.steps < needed else ""
-    return Cost(method, needed, solution.steps, solution.rejected, seconds, note)
+    return Cost(method, needed, solution.steps, solution.rejected, seconds)
 
 
 def step_ends(machine: Machine, motion: Motion, method: MethodName) -> NDArray[np.intp]:
