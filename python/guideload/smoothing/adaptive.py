@@ -31,8 +31,11 @@ WEIGHT = {3: 3e-4, 4: 1e-3, 5: 0.02, 6: 0.1}
 LENGTH = {3: 3.0, 4: 3.0, 5: 10.0, 6: 10.0}
 # Orders whose motion jumps: if such a motion follows single samples, it would take noise for jumps.
 JUMPING = (3, 4)
-ROUNDS, MORE_ROUNDS = 7, 4  # of adaptation, before and after segments are divided; more rounds change little
+ORDER_OF_JUMPS = 3  # the order whose acceleration jumps
+# Rounds of adaptation: before and after segments are divided, and after those of jumps are divided once more.
+ROUNDS, MORE_ROUNDS, LAST_ROUNDS = 7, 4, 7
 DIVIDED, PARTS = 3.0, 6  # segments over DIVIDED times the stationary density are divided into PARTS segments
+JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
 START_CONSTANT, START_NOISE = 2.0, 2.0  # over the stationary fit: adaptation starts with a smoother motion
 COLOUR = 12.0  # factor on the variance of the measurement noise: vibration is stronger at frequencies of the motion
 PIECE = 100_000  # samples in a piece of a long trace; pieces are adapted independently
@@ -54,6 +57,19 @@ class AdaptedModel:
     segment: Segments
     fit: Adaptation
     weight: float
+
+    def with_jumps_located(self, order: int) -> AdaptedModel:
+        """The model with the segments of jumps divided once more, and all densities adapted for longer.
+
+        order: of the white derivative of the position. The same model if the acceleration does not jump: with a higher
+        order (a jerk that jumps moves the peaks of the acceleration little), or with an oscillator.
+        """
+        stationary = self.smoother.fit
+        if order != ORDER_OF_JUMPS or stationary.oscillator is not None:
+            return self
+        segments = _divided(self.segment, self.fit.density, self.fit.density >= JUMP * stationary.density)
+        fit = self.smoother.adapt(segments, self.fit.noise, LAST_ROUNDS, self.weight, self.fit.sites)
+        return replace(self, segment=segments[0], fit=fit)
 
     @property
     def coloured_sites(self) -> Sites:
@@ -112,13 +128,16 @@ def adapted(
 def adapted_in_pieces(
     samples: ScaledSamples, stationary: StationaryFit, order: int, weight: float
 ) -> AdaptedModel:
-    """Adapt to a long trace in pieces, in parallel; the result does not depend on the number of threads."""
+    """Adapt to a long trace and locate its jumps, in pieces and in parallel.
+
+    The result does not depend on the number of threads.
+    """
     count = samples.value.size
     edges = np.linspace(0, count, max(1, count // PIECE) + 1).astype(int)
     slices = [slice(int(first), int(last)) for first, last in pairwise(edges)]
 
     def piece_of(part: slice) -> AdaptedModel:
-        return adapted(samples.part(part), stationary, order, weight)
+        return adapted(samples.part(part), stationary, order, weight).with_jumps_located(order)
 
     with threads(cores()) as submit:
         pieces = [future.result() for future in [submit(piece_of, part) for part in slices]]

@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike
 from guideload.base.arrays import Array, runs_of
 from guideload.base.errors import TraceError
 from guideload.motion.uncertainty import Uncertainty
-from guideload.smoothing.adaptive import COLOUR
+from guideload.smoothing.adaptive import COLOUR, JUMP
 from guideload.smoothing.kinematics import (
     UNIT,
     Kind,
@@ -48,7 +48,6 @@ from guideload.smoothing.kinematics import (
 from guideload.smoothing.selection import ORDERS, Candidate, weighted
 from guideload.smoothing.stationary import Oscillator, ScaledSamples
 
-JUMP = 20.0  # times the stationary density: a segment with at least this density is a jump
 # Limits within which powers of the step [s] and of the range of samples fit a double; largest range over quantum.
 STEPS, RANGES, FINEST = (1e-15, 1e15), (1e-25, 1e25), 1e15
 

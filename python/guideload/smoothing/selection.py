@@ -152,7 +152,7 @@ def _candidate(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> 
     Raises RunError if its numbers do not survive rounding.
     """
     if len(trial.models) == 1:
-        model = trial.models[0]
+        model = trial.models[0].with_jumps_located(trial.order)
     else:
         prior = float(np.mean([model.weight for model in trial.models]))
         model = adapted_in_pieces(samples, trial.fit, trial.order, prior)
