@@ -61,8 +61,8 @@ class AdaptedModel:
     def with_jumps_located(self, order: int) -> AdaptedModel:
         """The model with the segments of jumps divided once more, and all densities adapted for longer.
 
-        order: of the white derivative of the position. The same model if the acceleration does not jump: with a higher
-        order (a jerk that jumps moves the peaks of the acceleration little), or with an oscillator.
+        order: of the white derivative of the position. Only order 3 without an oscillator, whose acceleration jumps;
+        all others give the same model. (With order 4 the error is smaller, too, but peaks overshoot.)
         """
         stationary = self.smoother.fit
         if order != ORDER_OF_JUMPS or stationary.oscillator is not None:

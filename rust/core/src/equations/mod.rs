@@ -7,11 +7,12 @@
 //! d/dt  η'   = -S (ω η) - Ĉ η' + c + f(t) - (nonlinear loads)
 //! ```
 //!
-//! `linear`, `piecewise`, `smooth`: the three kinds; `riding`: what moving riders add to the third. `propagator`, `series`, `cubic`: the
-//! exact solution of the linear part over one step; `two_steps`, `leap`: over two and many; `linearized`: leaps of preloaded scenes near an
-//! equilibrium; `side_by_side`: steps of some preloaded scenes at once;
-//! `propagator_derivative`: its derivatives; `sampled`: at a fixed period.
+//! `linear`, `piecewise`, `smooth`: the three kinds; `ball_links`, `riding`: what preloaded balls and moving riders add to the third.
+//! `propagator`, `series`, `cubic`: the exact solution of the linear part over one step; `propagator_derivative`: its derivatives; `sampled`:
+//! at a fixed period; `two_steps`, `leap`: over two and many steps; `linearized`: steps and leaps of preloaded scenes near an equilibrium;
+//! `side_by_side`: steps of some preloaded scenes at once.
 
+mod ball_links;
 mod cubic;
 #[cfg(feature = "std")]
 mod leap;

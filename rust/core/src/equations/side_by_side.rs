@@ -5,8 +5,9 @@
 
 use pulp::{Simd, bytemuck};
 
+use super::ball_links::{BallLinks, POWERS_OF_3};
 use super::cubic::CubicPropagator;
-use super::smooth::{BallLinks, MIX, POWERS_OF_3, SmoothEquations};
+use super::smooth::{MIX, SmoothEquations};
 use super::{Equations, Remainder};
 use crate::numeric::simd::LANES;
 

@@ -101,6 +101,7 @@ impl LinkRow {
     }
 
     /// Bound on how much the elastic load in a box is off the tangent at the state `at`, N; infinite if a row opens or closes.
+    ///
     /// Between the edges of a law its slope falls with |δ|, and ever faster; beyond them it only rises. So the tangent is farthest off at an
     /// end of a range that is as wide on both sides.
     #[cfg(feature = "std")]
