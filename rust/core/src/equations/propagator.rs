@@ -5,8 +5,8 @@ use crate::excitation::Values;
 use crate::numeric::float::add_scaled;
 use crate::system::{Force, NO_FORCE, State};
 
-/// Terms of the exponential series. For a norm of at most one, the first omitted term is below rounding (1/19! = 8e-18).
-pub(crate) const TERMS: usize = 18;
+/// Term of a series for a norm of at most one that is below rounding.
+const NEGLIGIBLE: f64 = 1e-17;
 
 /// Columns of 12 entries.
 pub(crate) type Columns<const N: usize> = [[f64; 12]; N];
@@ -93,8 +93,7 @@ pub(super) fn integrals<E: Equations, const N: usize>(
     equations: &E,
     h: f64,
 ) -> (Columns<12>, [Columns<6>; N]) {
-    let a = matrix(equations);
-    let norm = h * norm_1(&a);
+    let norm = h * norm_1(&matrix(equations));
     let mut halvings = 0;
     let mut scale = 1.0;
     while norm * scale > 1.0 {
@@ -103,23 +102,20 @@ pub(super) fn integrals<E: Equations, const N: usize>(
     }
     let mut tau = h * scale;
 
-    // S_n = Σ (Aτ)^k / (k+n)!, with E = Aτ S₁. Four terms at a time (Paterson & Stockmeyer 1973) take a third of the products.
-    let mut powers = [a; 4];
-    scale_by(&mut powers[0], tau);
-    for power in 1..4 {
-        powers[power] = product(&powers[power - 1], &powers[0]);
+    let mut integrals = [identity::<6>(6); N];
+    let mut phi = integrals[0];
+    for n in (1..phi_terms(norm * scale)).rev() {
+        phi = next_phi(equations, tau / (n + 1) as f64, &phi);
+        if n <= N {
+            integrals[n - 1] = phi;
+        }
     }
-    let first = phi_series::<12>(&powers, 0, 1);
-    let mut change = product(&powers[0], &first);
-    let mut integrals = [[[0.0; 12]; 6]; N];
-    integrals[0].copy_from_slice(&first[6..]);
-    scale_by(&mut integrals[0], tau);
-    let mut factor = tau;
-    for n in 2..=N {
-        integrals[n - 1] = phi_series::<6>(&powers, 6, n);
+    let mut factor = 1.0;
+    for n in 1..=N {
         factor *= tau / n as f64;
         scale_by(&mut integrals[n - 1], factor);
     }
+    let mut change = change_of(equations, &integrals[0]);
 
     // Two steps of τ make one of 2 τ. In the second one, an integral starts as the Taylor polynomial that the lower ones make of it.
     for _ in 0..halvings {
@@ -139,6 +135,43 @@ pub(super) fn integrals<E: Equations, const N: usize>(
         tau *= 2.0;
     }
     (change, integrals)
+}
+
+/// Number of terms of the series of the φ-functions for a norm of `A τ` of at most one: the first omitted term is below rounding.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn phi_terms(norm: f64) -> usize {
+    let (mut count, mut term) = (1, norm);
+    while term > NEGLIGIBLE {
+        count += 1;
+        term *= norm / count as f64;
+    }
+    count
+}
+
+/// The columns of the force of `φ_n = n! Σ (A τ)^k / (k + n)!` from those of `φ_(n+1)`: `I + A τ φ_(n+1) / (n + 1)`. `fraction`: `τ / (n + 1)`.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn next_phi<E: Equations>(equations: &E, fraction: f64, phi: &Columns<6>) -> Columns<6> {
+    let mut next = identity::<6>(6);
+    for j in 0..6 {
+        add_scaled(&mut next[j], &equations.linear(&phi[j], &NO_FORCE), fraction);
+    }
+    next
+}
+
+/// E from the first integral: `A` times it in the columns of the velocities, and in those of `ω η`, which act by their forces alone,
+/// it times these forces.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn change_of<E: Equations>(equations: &E, once: &Columns<6>) -> Columns<12> {
+    let mut change = matrix(equations);
+    for j in 0..6 {
+        let forces = change[j];
+        change[j] = [0.0; 12];
+        for i in 0..6 {
+            add_scaled(&mut change[j], &once[i], forces[6 + i]);
+        }
+        change[6 + j] = equations.linear(&once[j], &NO_FORCE);
+    }
+    change
 }
 
 /// The system matrix A by columns.
@@ -222,40 +255,6 @@ pub(super) fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<
             column[i] = 2.0 * column[i] + moved[i];
         }
     }
-}
-
-/// Coefficients `n! / (k + n)!` of the φ-function.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn phi_factors(n: usize) -> [f64; TERMS + 2] {
-    let mut factor = [1.0; TERMS + 2];
-    for k in 1..TERMS + 2 {
-        factor[k] = factor[k - 1] / (k + n) as f64;
-    }
-    factor
-}
-
-/// Number of groups of four terms of the series.
-#[cfg(feature = "std")]
-pub(super) const PHI_GROUPS: usize = TERMS / 4 + 1;
-
-/// Columns from `from` on of `n! Σ B^k / (k + n)!` (φ-function), with `powers` B, B², B³, B⁴.
-#[cfg_attr(feature = "std", inline(always))]
-fn phi_series<const N: usize>(powers: &[Columns<12>; 4], from: usize, n: usize) -> Columns<N> {
-    let factor = phi_factors(n);
-    let mut sum = [[0.0; 12]; N];
-    // Groups of four terms, the last first: sum <- B⁴ sum + c₀ + c₁ B + c₂ B² + c₃ B³.
-    for group in (0..=TERMS / 4).rev() {
-        if group < TERMS / 4 {
-            sum = product(&powers[3], &sum);
-        }
-        for j in 0..N {
-            sum[j][from + j] += factor[4 * group];
-            for power in 0..3 {
-                add_scaled(&mut sum[j], &powers[power][from + j], factor[4 * group + power + 1]);
-            }
-        }
-    }
-    sum
 }
 
 #[cfg_attr(feature = "std", inline(always))]

@@ -1,7 +1,9 @@
 //! Derivatives of the exact step by numbers of the equations (Fréchet derivative of the exponential).
 
 use super::Equations;
-use super::propagator::{Columns, PHI_GROUPS, identity, matrix, norm_1, phi_factors, product, scale_by};
+use super::propagator::{
+    Columns, change_of, identity, matrix, next_phi, norm_1, phi_terms, product, scale_by,
+};
 use crate::excitation::Values;
 use crate::numeric::float::add_scaled;
 use crate::system::{Force, State};
@@ -22,21 +24,14 @@ pub(crate) struct EquationsDerivative {
 #[derive(Debug, Clone)]
 pub(crate) struct PropagatorStages {
     h: f64,
+    /// s.
     tau: f64,
-    /// `A τ`, and its second to fourth power.
-    powers: [Columns<12>; 4],
-    inner: Series<12>,
-    twice: Series<6>,
+    /// A.
+    matrix: Columns<12>,
+    /// The columns of the force of the φ-functions of `A τ`, from the highest to φ₁.
+    phi: Vec<Columns<6>>,
     /// E, `∫ exp(A s) ds` and `∫∫ exp(A s) ds²` of the force, before each doubling and at the end.
     stages: Vec<(Columns<12>, Columns<6>, Columns<6>)>,
-}
-
-/// A power series evaluated in groups of four terms: the sum before each group, and the result.
-#[derive(Debug, Clone)]
-struct Series<const N: usize> {
-    sums: Vec<Columns<N>>,
-    factors: Vec<f64>,
-    from: usize,
 }
 
 /// Derivative of the exact step by one number: `x'(h) = (I + E) x'(0) + D (x(0), u(0), u(h), 1)`.
@@ -60,19 +55,16 @@ impl PropagatorStages {
             tau *= 0.5;
             halvings += 1;
         }
-        let mut powers = [a; 4];
-        scale_by(&mut powers[0], tau);
-        for power in 1..4 {
-            powers[power] = product(&powers[power - 1], &powers[0]);
+        // Two terms more, as derivatives of terms are of lower order in A.
+        let count = phi_terms(tau * norm_1(&a)) + 2;
+        let mut phi = vec![identity::<6>(6)];
+        for n in (1..count).rev() {
+            phi.push(next_phi(equations, tau / (n + 1) as f64, &phi[phi.len() - 1]));
         }
-        let (inner, twice) = (Series::<12>::new(&powers, 0, 1), Series::<6>::new(&powers, 6, 2));
-        let sum = inner.sums[PHI_GROUPS];
-        let mut once = identity::<6>(6);
-        once.copy_from_slice(&sum[6..]);
+        let (mut once, mut twice) = (phi[count - 1], phi[count - 2]);
         scale_by(&mut once, tau);
-        let mut double = twice.sums[PHI_GROUPS];
-        scale_by(&mut double, tau * tau / 2.0);
-        let mut stages = vec![(product(&powers[0], &sum), once, double)];
+        scale_by(&mut twice, tau * tau / 2.0);
+        let mut stages = vec![(change_of(equations, &once), once, twice)];
         let mut length = tau;
         for _ in 0..halvings {
             let (change, once, twice) = stages[stages.len() - 1];
@@ -81,7 +73,7 @@ impl PropagatorStages {
             stages.push((doubled(&change, &change), doubled(&once, &change), both));
             length *= 2.0;
         }
-        Self { h, tau, powers, inner, twice, stages }
+        Self { h, tau, matrix: a, phi, stages }
     }
 
     /// E of the whole step.
@@ -97,19 +89,15 @@ impl PropagatorStages {
         influence: &[Force; 9],
         constant: &Force,
     ) -> PropagatorDerivative {
-        let [x, x2, x3, _] = &self.powers;
-        let mut dx = by.matrix;
-        scale_by(&mut dx, self.tau);
-        let dx2 = products([(&dx, x), (x, &dx)]);
-        let dx3 = products([(&dx2, x), (x2, &dx)]);
-        let slopes = [dx, dx2, dx3, products([(&dx3, x), (x3, &dx)])];
-        let inner = self.inner.derivative(&self.powers, &slopes);
-        let mut twice = self.twice.derivative(&self.powers, &slopes);
-        let mut change = products([(&dx, &self.inner.sums[PHI_GROUPS]), (x, &inner)]);
-        let mut once = [[0.0; 12]; 6];
-        once.copy_from_slice(&inner[6..]);
+        let (mut once, mut twice) = ([[0.0; 12]; 6], [[0.0; 12]; 6]);
+        for (n, phi) in (1..self.phi.len()).rev().zip(&self.phi) {
+            let mut next = products([(&by.matrix, phi), (&self.matrix, &once)]);
+            scale_by(&mut next, self.tau / (n + 1) as f64);
+            (once, twice) = (next, once);
+        }
         scale_by(&mut once, self.tau);
         scale_by(&mut twice, self.tau * self.tau / 2.0);
+        let mut change = self.change_derivative(&by.matrix, &once);
         let mut length = self.tau;
         for (e, o, t) in &self.stages[..self.stages.len() - 1] {
             let mut both = doubled(&twice, e);
@@ -125,6 +113,21 @@ impl PropagatorStages {
         }
         let (_, o, t) = &self.stages[self.stages.len() - 1];
         self.with_forces([(o, &once), (t, &twice)], change, (by, influence, constant))
+    }
+
+    /// Derivative of E before the doublings, from those of A and of the first integral.
+    #[inline(always)]
+    fn change_derivative(&self, slope: &Columns<12>, once_slope: &Columns<6>) -> Columns<12> {
+        let (_, once, _) = &self.stages[0];
+        let mut change = [[0.0; 12]; 12];
+        for j in 0..6 {
+            for i in 0..6 {
+                add_scaled(&mut change[j], &once_slope[i], self.matrix[j][6 + i]);
+                add_scaled(&mut change[j], &once[i], slope[j][6 + i]);
+            }
+        }
+        change[6..].copy_from_slice(&products([(slope, once), (&self.matrix, once_slope)]));
+        change
     }
 
     /// The derivative from those of E, and of both integrals of the force.
@@ -152,42 +155,6 @@ impl PropagatorStages {
             add_scaled(&mut from_constant, &o[j], by.constant[j]);
         }
         PropagatorDerivative { change, from_constant, from_start, from_end }
-    }
-}
-
-impl<const N: usize> Series<N> {
-    /// `n! Σ B^k / (k + n)!`, columns from `from` on, as [`Propagator`](super::Propagator) sums it.
-    #[inline(always)]
-    fn new(powers: &[Columns<12>; 4], from: usize, n: usize) -> Self {
-        let factors = phi_factors(n);
-        let mut sums = vec![[[0.0; 12]; N]];
-        for group in (0..PHI_GROUPS).rev() {
-            let mut sum = product(&powers[3], &sums[sums.len() - 1]);
-            for j in 0..N {
-                sum[j][from + j] += factors[4 * group];
-                for power in 0..3 {
-                    add_scaled(&mut sum[j], &powers[power][from + j], factors[4 * group + power + 1]);
-                }
-            }
-            sums.push(sum);
-        }
-        Self { sums, factors: factors.to_vec(), from }
-    }
-
-    #[inline(always)]
-    fn derivative(&self, powers: &[Columns<12>; 4], slopes: &[Columns<12>; 4]) -> Columns<N> {
-        let mut slope = [[0.0; 12]; N];
-        for (step, group) in (0..PHI_GROUPS).rev().enumerate() {
-            slope = product(&powers[3], &slope);
-            add(&mut slope, &product(&slopes[3], &self.sums[step]), 1.0);
-            for (j, column) in slope.iter_mut().enumerate() {
-                for power in 0..3 {
-                    let factor = self.factors[4 * group + power + 1];
-                    add_scaled(column, &slopes[power][self.from + j], factor);
-                }
-            }
-        }
-        slope
     }
 }
 

@@ -1,10 +1,13 @@
 //! The exact solution over one step under a force that changes linearly, as a power series in time.
 
 use super::Equations;
-use super::propagator::{Propagator, TERMS};
+use super::propagator::Propagator;
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{add_scaled, ceil, sqrt};
 use crate::system::{Force, NO_FORCE, State, size};
+
+/// Terms of the exponential series. For a norm of at most one, the first omitted term is below rounding (1/19! = 8e-18).
+pub(crate) const TERMS: usize = 18;
 
 /// Power series of the solution over a step, or over equal parts of it that are short enough to converge in few terms.
 #[derive(Debug, Clone, Copy)]
