@@ -98,23 +98,41 @@ impl LinkBlock {
             slack[i] = (left + self.tolerance[i]) / self.reach[i];
         }
         // A link that nothing moves divides zero by zero.
-        slack.into_iter().fold(f64::INFINITY, |least, slack| smaller(slack, least))
+        let mut least = [f64::INFINITY; LANES / 2];
+        for half in slack.as_chunks::<{ LANES / 2 }>().0 {
+            for i in 0..LANES / 2 {
+                least[i] = smaller(half[i], least[i]);
+            }
+        }
+        smaller(smaller(least[0], least[1]), smaller(least[2], least[3]))
     }
 
-    /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of reach, stay within the edges.
+    /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of reach, show that no link passes an
+    /// edge: they stay within it, or they only move away from it, as those of a link that has just passed it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
         let (at, end_at) = (self.deflections(state), self.deflections(next));
         let (moving, end_moving) = (self.rates(state), self.rates(next));
-        let third = h / 3.0;
-        let mut worst = f64::NEG_INFINITY;
+        let (third, per_third) = (h / 3.0, 3.0 / h);
+        // The error of the slope of a cubic is at most h³ / 124 times the fourth derivative, that of the cubic h⁴ / 384 times.
+        let slope_margin = 4.0 * margin / h;
+        let mut worst = [0.0; LANES];
         for i in 0..LANES {
             let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
             let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
             let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
-            worst = larger(fma(margin, self.reach[i], larger(top, bottom)) - self.tolerance[i], worst);
+            let beyond = fma(margin, self.reach[i], -self.tolerance[i]);
+            // Control points of the slope.
+            let middle = (before - after) * per_third;
+            let steepest = larger(larger(moving[i], end_moving[i]), middle);
+            let flattest = smaller(smaller(moving[i], end_moving[i]), middle);
+            let slope_error = slope_margin * self.reach[i];
+            worst[i] = larger(
+                smaller(top + beyond, steepest + slope_error),
+                smaller(bottom + beyond, slope_error - flattest),
+            );
         }
-        worst <= 0.0
+        none_above_zero(&worst)
     }
 
     /// Whether the straight lines between deflections at both ends of a step stay within the edges even if they were three times as wide,

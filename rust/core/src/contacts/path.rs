@@ -98,16 +98,23 @@ impl<const N: usize> DeflectionPath<N> {
                 (3.0 * (end[0] - start[0]) / h - start[1] - end[1], self.fourth * h * h * h / 100.0);
             let sign = if up { 1.0 } else { -1.0 };
             if f64::min(f64::min(sign * start[1], sign * end[1]), sign * bow) > margin {
-                return PartTest::Exit(self.root(a, b, if up { high } else { low }, up), up);
+                return PartTest::Exit(self.root([a, b], [start, end], if up { high } else { low }, up), up);
             }
         }
         PartTest::Undecided
     }
 
-    /// The fraction at which a path that only rises (`up`) or only falls passes `edge`: Newton within a bracket.
+    /// The fraction at which a path that only rises (`up`) or only falls passes `edge`: Newton within a bracket, from the cubic in the
+    /// deflection through both ends, where the path has these values and slopes.
     #[cfg_attr(feature = "std", inline(always))]
-    fn root(&self, mut a: f64, mut b: f64, edge: f64, up: bool) -> f64 {
-        let mut theta = 0.5 * (a + b);
+    fn root(&self, [mut a, mut b]: [f64; 2], [start, end]: [[f64; 2]; 2], edge: f64, up: bool) -> f64 {
+        let rise = end[0] - start[0];
+        let (part, left) = ((edge - start[0]) / rise, (end[0] - edge) / rise);
+        let bend = rise * (left / start[1] - part / end[1]) + (b - a) * (part - left);
+        let mut theta = fma(part, fma(left, bend, b - a), a);
+        if !(theta > a && theta < b) {
+            theta = 0.5 * (a + b);
+        }
         for _ in 0..ROOT_STEPS {
             let [value, slope] = self.at(theta);
             if (value > edge) == up {
