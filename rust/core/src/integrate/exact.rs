@@ -29,10 +29,6 @@ pub(super) const CACHED_STEPS: usize = 16;
 #[cfg(not(feature = "std"))]
 pub(super) const CACHED_STEPS: usize = 1;
 
-/// How often an interval length must have occurred before its propagator is computed: once for linear equations, where it recurs
-/// thousands of times; more often between contact changes, where it may not recur.
-const MIN_OCCURRENCES: [u32; 2] = [1, 3];
-
 /// Earlier requests for a leap before it is prepared, which takes as long as some hundred steps: for linear equations, and between contact
 /// changes.
 #[cfg(feature = "std")]
@@ -80,9 +76,9 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
         if !ramp.spans_interval {
             return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
         }
-        let seen = MIN_OCCURRENCES[usize::from(E::PIECEWISE)];
+        // A length that occurs for the first time may not recur.
         let (place, before) = memory.propagators.entry(ramp.h, equations.key());
-        if place.is_none() && before < seen {
+        if place.is_none() && before == 0 {
             return (self.between(equations, memory, ramp, state, 1.0), [0.0; 12]);
         }
         if place.is_none() {

@@ -31,7 +31,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let Output::Samples = recorder.output else { return k };
         let Some(steps) = method.exact_steps(memory, h, key) else { return k };
         let (first, last) = (k, usize::min(until, excitation.count() - 1));
-        // The loop of all steps looks up the budget.
+        // The caller looks up the budget.
         let until = usize::min(last, k + budget.pause.saturating_sub(work));
         #[cfg(feature = "std")]
         let mut length = FIRST_BLOCK;
@@ -132,7 +132,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn look_up_budget(&mut self, k: usize, state: &State) -> Result<(), RunError> {
         let steps = self.summary.steps + self.summary.rejected;
-        let work = M::WORK * steps;
+        let work = self.work();
         if self.budget.is_due(work) {
             let excitation = self.recorder.excitation;
             let (at, other) = ([excitation.time(k), excitation.interval(k)], self.steps.other);

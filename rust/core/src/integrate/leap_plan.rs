@@ -34,7 +34,8 @@ impl LeapPlan {
         if reached > k {
             (self.next, self.pause, self.longest_pause) = (reached, LEAP, 2 * LEAP);
         } else {
-            self.next = k + self.pause;
+            // Even, so that the glide before it takes the same pairs of steps as without an attempt.
+            self.next = (k + self.pause).next_multiple_of(2);
             self.pause = usize::min(2 * self.pause, self.longest_pause);
         }
     }

@@ -70,7 +70,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let (mut from, mut to): (&mut Values, &mut Values) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
         self.recorder.first_sample(state);
-        let (mut k, mut glide_from) = (0, 0);
+        let (mut k, mut glide_from, mut glided) = (0, 0, 0);
         let mut plan = LeapPlan::new(&self.recorder);
         while k + 1 < excitation.count() {
             if M::EXACT_IF_LINEAR
@@ -92,13 +92,19 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 }
                 let start = k;
                 k = self.glide(forcing, k, plan.next, [&mut state, &mut next], [&mut from, &mut to]);
+                glided += k - start;
                 if k == plan.next {
                     continue;
                 }
                 if k + 1 == excitation.count() {
                     break;
                 }
-                glide_from = if k < start + SHORT_GLIDE { k + GLIDE_PAUSE } else { k };
+                if k > start && self.budget.is_due(self.work()) {
+                    self.look_up_budget(k, state)?;
+                    continue;
+                }
+                glide_from = if glided < SHORT_GLIDE { k + GLIDE_PAUSE } else { k };
+                glided = 0;
             }
             k = self.interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?;
         }
