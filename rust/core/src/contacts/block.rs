@@ -187,3 +187,45 @@ fn larger(a: f64, b: f64) -> f64 {
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cubics that start past their lower edge by rounding are exact on themselves, so the test needs no margin.
+    #[test]
+    fn a_cubic_that_passes_an_edge_is_never_clear() {
+        let (h, tolerance) = (0.5, 1e-9);
+        let mut block = NO_LINKS;
+        (block.deflection[0][3], block.rate[0][3], block.reach[3], block.tolerance[3]) =
+            (1.0, 1.0, 1.0, tolerance);
+        let [mut clear, mut away] = [0; 2];
+        for i in 0..7 * 41 * 41 {
+            let (start, middle) = ([-1e-9, 1e-9, 0.2][i % 3], 0.3 * f64::from((i % 7) as u32));
+            let [first, last] = [i / 7 % 41, i / 287].map(|k| 0.1 * (k as f64 - 15.0));
+            let end = start + h / 3.0 * (first + middle + last);
+            let mut states = [[0.0; 12]; 2];
+            for (state, [at, moving]) in states.iter_mut().zip([[start, first], [end, last]]) {
+                (state[0], state[6]) = (at, moving);
+            }
+            let lowest = (0..=1000).fold(f64::INFINITY, |lowest, k| {
+                let (t, u) = (f64::from(k) / 1000.0, 1.0 - f64::from(k) / 1000.0);
+                let [b, c] = [start + h / 3.0 * first, end - h / 3.0 * last];
+                let at = u * u * u * start + 3.0 * u * t * (u * b + t * c) + t * t * t * end;
+                if at < lowest { at } else { lowest }
+            });
+            for up in [false, true] {
+                // The same below an upper edge.
+                let sign = if up { -1.0 } else { 1.0 };
+                let [state, next] = states.map(|state| state.map(|entry| sign * entry));
+                (block.low[3], block.high[3]) = if up { (-9.0, 0.0) } else { (0.0, 9.0) };
+                if block.cubics_clear(h, &state, &next, 0.0) {
+                    assert!(lowest >= -2.0 * tolerance, "{start} {first} {middle} {last}: {lowest}");
+                    clear += 1;
+                    away += usize::from(start < 0.1 && lowest >= start);
+                }
+            }
+        }
+        assert!(clear > 5000 && away > 2000, "{clear} {away}");
+    }
+}

@@ -58,7 +58,8 @@ impl Kernel for SearchKernel<'_> {
                 }
             } else {
                 let next = advance(equations, series, &part, &state);
-                if ahead < MAX_HALVINGS && !segments.cubics_clear(&part, &state, &next) {
+                let second = segments.second_derivative(&part, &state);
+                if ahead < MAX_HALVINGS && !segments.cubics_clear(part.h, [&state, &next], &second) {
                     ends[ahead] = 0.5 * (from + to);
                     ahead += 1;
                     continue;

@@ -236,12 +236,12 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
         slack
     }
 
-    /// Whether no link passes an edge within a step, judged by the cubics through its ends and a bound on the fourth derivative.
+    /// Whether no link passes an edge within a step of length `h`, judged by the cubics through its ends and a bound on the fourth derivative.
+    /// `second`: second derivative of the state at the start.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn cubics_clear(&self, ramp: &Ramp, state: &State, next: &State) -> bool {
-        let h = ramp.h;
+    pub(super) fn cubics_clear(&self, h: f64, [state, next]: [&State; 2], second: &State) -> bool {
         // The fourth derivative, too, follows the equations without force.
-        let third = self.current.equations.linear(&self.second_derivative(ramp, state), &NO_FORCE);
+        let third = self.current.equations.linear(second, &NO_FORCE);
         let fourth = self.growth(h) * size(&self.current.equations.linear(&third, &NO_FORCE));
         let margin = h * h * (h * h) / 384.0 * fourth;
         let mut clear = margin < f64::INFINITY;

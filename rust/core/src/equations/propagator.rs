@@ -93,7 +93,8 @@ pub(super) fn integrals<E: Equations, const N: usize>(
     equations: &E,
     h: f64,
 ) -> (Columns<12>, [Columns<6>; N]) {
-    let norm = h * norm_1(&matrix(equations));
+    let a = matrix(equations);
+    let norm = h * norm_1(&a);
     let mut halvings = 0;
     let mut scale = 1.0;
     while norm * scale > 1.0 {
@@ -105,7 +106,7 @@ pub(super) fn integrals<E: Equations, const N: usize>(
     let mut integrals = [identity::<6>(6); N];
     let mut phi = integrals[0];
     for n in (1..phi_terms(norm * scale)).rev() {
-        phi = next_phi(equations, tau / (n + 1) as f64, &phi);
+        phi = next_phi(&a, tau / (n + 1) as f64, &phi);
         if n <= N {
             integrals[n - 1] = phi;
         }
@@ -115,7 +116,7 @@ pub(super) fn integrals<E: Equations, const N: usize>(
         factor *= tau / n as f64;
         scale_by(&mut integrals[n - 1], factor);
     }
-    let mut change = change_of(equations, &integrals[0]);
+    let mut change = change_of(&a, &integrals[0]);
 
     // Two steps of τ make one of 2 τ. In the second one, an integral starts as the Taylor polynomial that the lower ones make of it.
     for _ in 0..halvings {
@@ -150,27 +151,26 @@ pub(super) fn phi_terms(norm: f64) -> usize {
 
 /// The columns of the force of `φ_n = n! Σ (A τ)^k / (k + n)!` from those of `φ_(n+1)`: `I + A τ φ_(n+1) / (n + 1)`. `fraction`: `τ / (n + 1)`.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn next_phi<E: Equations>(equations: &E, fraction: f64, phi: &Columns<6>) -> Columns<6> {
-    let mut next = identity::<6>(6);
+pub(super) fn next_phi(a: &Columns<12>, fraction: f64, phi: &Columns<6>) -> Columns<6> {
+    let mut next = product(a, phi);
+    scale_by(&mut next, fraction);
     for j in 0..6 {
-        add_scaled(&mut next[j], &equations.linear(&phi[j], &NO_FORCE), fraction);
+        next[j][6 + j] += 1.0;
     }
     next
 }
 
-/// E from the first integral: `A` times it in the columns of the velocities, and in those of `ω η`, which act by their forces alone,
-/// it times these forces.
+/// E from the first integral of `exp(A s)`. In the columns of the velocities it is A times this integral; A turns `ω η` into forces alone,
+/// so in the columns of `ω η` it is the integral times these forces.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn change_of<E: Equations>(equations: &E, once: &Columns<6>) -> Columns<12> {
-    let mut change = matrix(equations);
+pub(super) fn change_of(a: &Columns<12>, once: &Columns<6>) -> Columns<12> {
+    let mut change = [[0.0; 12]; 12];
     for j in 0..6 {
-        let forces = change[j];
-        change[j] = [0.0; 12];
         for i in 0..6 {
-            add_scaled(&mut change[j], &once[i], forces[6 + i]);
+            add_scaled(&mut change[j], &once[i], a[j][6 + i]);
         }
-        change[6 + j] = equations.linear(&once[j], &NO_FORCE);
     }
+    change[6..].copy_from_slice(&product(a, once));
     change
 }
 

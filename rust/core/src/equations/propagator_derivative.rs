@@ -59,12 +59,12 @@ impl PropagatorStages {
         let count = phi_terms(tau * norm_1(&a)) + 2;
         let mut phi = vec![identity::<6>(6)];
         for n in (1..count).rev() {
-            phi.push(next_phi(equations, tau / (n + 1) as f64, &phi[phi.len() - 1]));
+            phi.push(next_phi(&a, tau / (n + 1) as f64, &phi[phi.len() - 1]));
         }
         let (mut once, mut twice) = (phi[count - 1], phi[count - 2]);
         scale_by(&mut once, tau);
         scale_by(&mut twice, tau * tau / 2.0);
-        let mut stages = vec![(change_of(equations, &once), once, twice)];
+        let mut stages = vec![(change_of(&a, &once), once, twice)];
         let mut length = tau;
         for _ in 0..halvings {
             let (change, once, twice) = stages[stages.len() - 1];
