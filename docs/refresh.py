@@ -273,7 +273,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "monitor-watch": monitor_watch,
     "identify": lambda: identification(first(4)),
     "identify-worth": lambda: identification(between("What these", "Differences")),
-    "identify-next": lambda: identification(between("Which model", "Of 8")),
+    "identify-next": lambda: identification(between("Which model", "Search")),
 }
 
 

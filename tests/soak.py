@@ -38,7 +38,7 @@ def once(folder: Path, seed: int) -> None:
         simulate(machine, motion, method=method, rtol=1e-4)
         peak_loads(machine, motion, method=method, rtol=1e-4)
     result = simulate(machine, motion)
-    result_report(result)
+    result_report(result).text()
     for write, ending in (
         (result.to_netcdf, ".nc"),
         (result.to_parquet, ".parquet"),

@@ -14,7 +14,7 @@ from guideload.audit.figures import BALL_ROW, ROLLERS
 from guideload.base.number_text import percent
 from guideload.machine.modes import displacement
 from guideload.reports import run as report
-from guideload.reports.elements import WIDTH
+from guideload.reports.text import WIDTH
 
 TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
@@ -432,7 +432,7 @@ ALWAYS = ("model", "excitation", "trace", "static")
 def test_only_lines_that_matter_are_printed(result: Callable[[], Result], sometimes: tuple[str, ...]) -> None:
     audit = result().audit
     assert sorted(line.split()[0] for line in audit.lines) == sorted(ALWAYS + sometimes)
-    text = report.result_report(result())
+    text = report.result_report(result()).text()
     section = text[text.index("\nAudit\n") :]
     assert max(map(len, section.splitlines())) <= WIDTH
     for line in audit.lines:

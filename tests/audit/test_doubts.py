@@ -208,7 +208,7 @@ def test_strict_makes_a_doubt_an_error() -> None:
 
 def test_the_first_lines_of_the_report_and_the_representation_tell_a_doubt() -> None:
     doubtful, right = simulate(rattling(), shaken()), simulate(ref.cart(), rough())
-    head = " ".join(" ".join(report.result_report(doubtful).split("\n\n")[:2]).split())
+    head = " ".join(" ".join(report.result_report(doubtful).text().split("\n\n")[:2]).split())
     assert "DOUBTFUL, " in head and IMPACTS in head
     assert IMPACTS in repr(doubtful)
     assert "Doubtful" not in repr(right) and f"{len(right.audit.warnings)} warning" in repr(right)

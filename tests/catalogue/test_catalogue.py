@@ -36,7 +36,7 @@ def test_the_packaged_examples_cite_their_source_and_mark_what_was_not_checked()
     catalogue = Catalogue.from_toml(EXAMPLES / "catalogue.toml")
     for product in catalogue.products:
         assert product.maker and product.edition and product.dynamic is not None
-        assert "page not known" in product_report(product).replace("\n", " ") or product.page
+        assert "page not known" in product_report(product).text().replace("\n", " ") or product.page
     assert set(catalogue["HGH25CA"].unverified) >= {"dynamic", "static", "static_moments"}
     assert "HGH25CA: not compared with the source" in "\n".join(catalogue.remarks())
 

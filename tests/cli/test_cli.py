@@ -291,7 +291,7 @@ def test_init_writes_a_machine_that_checks(tmp_path: Path) -> None:
 
 def test_check_shows_machine_and_trace(trace: str) -> None:
     text = guideload("check", MACHINE, trace).stdout
-    figures = ("mass 1250 kg", "weight 12258 N", "16 links", "supported", "1200 samples")
+    figures = ("mass 1250 kg", "weight 12\u202f258 N", "16 links", "supported", "1200 samples")
     assert all(part in text for part in (*figures, "column velocity_m_s"))
 
 
@@ -327,7 +327,7 @@ def test_demo_shows_that_the_papers_dofs_hide_the_weight(tmp_path: Path, trace: 
         static = Result.load(out / run / "loads.nc").data["static_force"]
         assert static.sel(axis="y").sum() == pytest.approx(weight, abs=0.1)
     assert "free y, z, rx, ry, rz" in printed and "free rx, ry, rz" in printed
-    assert "constraint at L carries the weight: 12258 N" in " ".join(printed.split())
+    assert "constraint at L carries the weight: 12 258 N" in " ".join(printed.split())
     (out / "paper" / MANIFEST).unlink()
     assert f"{out / 'paper' / 'loads.nc'} was not" in refused("demo", "-o", out, "--overwrite")
 
@@ -391,8 +391,8 @@ def test_a_run_tells_its_report_in_the_encoding_of_the_terminal(
     arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
     ended = CliRunner(charset=encoding).invoke(main, arguments, catch_exceptions=False)
     loaded = Result.load(tmp_path / "out" / "loads.nc")
-    assert ended.stdout.startswith(result_report(loaded, encoding=encoding))
-    assert (tmp_path / "out" / "report.txt").read_text(encoding="utf-8") == result_report(loaded)
+    assert ended.stdout.startswith(result_report(loaded).text(encoding=encoding))
+    assert (tmp_path / "out" / "report.txt").read_text(encoding="utf-8") == result_report(loaded).text()
 
 
 def test_a_run_leaves_garbage_collection_as_it_was(tmp_path: Path, trace: str) -> None:

@@ -172,7 +172,7 @@ def test_share_of_the_push_in_the_peaks() -> None:
     share = share_of_push(result, drive_requirements(result))
     assert share == pytest.approx(1.0 - without / result.peak_columns["peak_resultant_N"], abs=1e-9)
     assert np.abs(share).max() > 0.01
-    assert "Share of this push" in " ".join(result_report(result).split())
+    assert "Share of this push" in " ".join(result_report(result).text().split())
 
 
 def test_a_study_has_the_push(tmp_path: Path) -> None:

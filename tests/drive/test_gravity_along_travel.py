@@ -96,10 +96,10 @@ def test_motor_torque_going_down_is_relieved_by_the_losses() -> None:
 
 def test_report_states_holding_force_and_power_fed_back() -> None:
     machine = axis(drive=Drive(screw_lead=0.02))
-    text = " ".join(result_report(simulate(machine, RISE)).split())
+    text = " ".join(result_report(simulate(machine, RISE)).text().split())
     assert "holds the cart at rest against gravity with 490 N at the cart, 1.56 N m at the motor" in text
     assert "Power flows back from the cart, up to" in text
-    assert "against gravity" not in result_report(simulate(axis(0.0), RISE))
+    assert "against gravity" not in result_report(simulate(axis(0.0), RISE)).text()
 
 
 def test_gravity_along_the_travel_changes_neither_vibration_nor_response() -> None:

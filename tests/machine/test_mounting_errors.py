@@ -93,6 +93,6 @@ def test_a_study_varies_mounting_errors(make: Any) -> None:
 
 
 def test_the_report_tells_mounting_errors() -> None:
-    report = machine_report(mounted(cart(), rail=(20e-6, -5e-6), carriage=(0.0, 3e-6)))
+    report = machine_report(mounted(cart(), rail=(20e-6, -5e-6), carriage=(0.0, 3e-6))).text()
     assert "mounting errors (y, z): rail 2 (20, -5) um, carriage 2b (0, 3) um" in report
-    assert "mounting errors" not in machine_report(cart())
+    assert "mounting errors" not in machine_report(cart()).text()

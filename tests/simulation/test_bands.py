@@ -333,7 +333,7 @@ def test_only_an_uncertain_motion_has_bands() -> None:
     assert not BANDS & set(result.data.data_vars)
     assert not [name for name in result.data.attrs if name.startswith("band")]
     assert not {"peak_lower_N", "peak_upper_N", "noise_share_percent"} & set(result.peaks().columns)
-    assert "noise" not in report.result_report(result)
+    assert "noise" not in report.result_report(result).text()
     assert "95 %" not in plots.resultant(result).get_legend().get_texts()[-1].get_text()
 
 
@@ -354,7 +354,7 @@ def test_bands_survive_files(ending: str, tmp_path: Path) -> None:
     again = Result.load(path)
     assert again.data.identical(result.data)
     pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
-    assert report.result_report(again) == report.result_report(result)
+    assert report.result_report(again).text() == report.result_report(result).text()
 
 
 def test_the_share_of_noise_is_that_of_the_instant_of_the_peak() -> None:
@@ -370,7 +370,7 @@ def test_the_share_of_noise_is_that_of_the_instant_of_the_peak() -> None:
 
 
 def test_the_report_tells_the_bands_and_what_they_are() -> None:
-    text = report.result_report(example())
+    text = report.result_report(example()).text()
     assert max(map(len, text.splitlines())) <= 80
     for name, peaks in example().peaks().iterrows():
         cells = [f"{peaks[column]:.0f}" for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N")]
@@ -383,7 +383,7 @@ def test_the_report_tells_the_bands_and_what_they_are() -> None:
         f"(95 % credible band {largest['peak_lower_N']:.0f} to {largest['peak_upper_N']:.0f} N)"
         in one_line(text)
     )
-    assert report.comparison({"a": example(), "b": example()}).count("Band: 95 %") == 1
+    assert report.comparison({"a": example(), "b": example()}).text().count("Band: 95 %") == 1
 
 
 def filled(ax: Axes) -> list[np.ndarray]:

@@ -173,7 +173,7 @@ def test_peaks_bands_audit_and_files(tmp_path: Path):
     assert np.allclose(peaks.largest[:, 6], result.quantities["resultant"].max(axis=0), rtol=1e-9)
     assert result.audit.riders_move and not result.audit.doubts
     assert result.audit.force_balance.residual < 1e-12
-    assert "rider slide" in result_report(result)
+    assert "rider slide" in result_report(result).text()
     result.to_netcdf(tmp_path / "loads.nc")
     again = Result.load(tmp_path / "loads.nc")
     assert not again.audit.doubts and again.audit.second_look is not None

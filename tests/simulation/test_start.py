@@ -101,4 +101,4 @@ def test_the_peaks_of_emps_are_not_its_first_instant(shared_data: Path):
 def _report(result: Result) -> str:
     from guideload.reports.run import result_report
 
-    return " ".join(result_report(result).split())
+    return " ".join(result_report(result).text().split())

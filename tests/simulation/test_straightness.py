@@ -200,7 +200,10 @@ def test_points_may_be_in_a_file(tmp_path: Path) -> None:
     )
     machine = Machine.from_toml(tmp_path / "machine.toml")
     assert machine.rails[0].straightness == ((-2.0, 0.0, 1e-6), (0.0, 30e-6, 2e-6), (3.0, 0.0, 0.0))
-    assert "rail 1 is not straight: known from -2 to 3 m, shortest wavelength 8 m" in machine_report(machine)
+    assert (
+        "rail 1 is not straight: known from -2 to 3 m, shortest wavelength 8 m"
+        in machine_report(machine).text()
+    )
     (tmp_path / "rail.csv").write_text("x [mm],dy [um],dz [um]\n0,1,x\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"rails\[0\]\.straightness_file: .*row 2 of .*rail\.csv"):
         Machine.from_toml(tmp_path / "machine.toml")

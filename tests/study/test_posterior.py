@@ -186,7 +186,7 @@ def test_the_motion_is_one_of_the_causes() -> None:
     assert drawn.tolist() == [0.0, 1.0, 0.0, 1.0, 2.0, 3.0, 2.0, 3.0]
     result = run_study(study)
     assert list(result.sensitivity().index) == ["body.mass", DRAWN_MOTION]
-    assert DRAWN_MOTION in study_report(result)
+    assert DRAWN_MOTION in study_report(result).text()
     fixed = run_study(study_of(ref.cart(), uncertain(), vary=FIXED, samples=64, sensitivity=True))
     indices = fixed.sensitivity()
     assert indices["total_low"][DRAWN_MOTION] > 0.5 > indices["total_high"]["body.mass"]
@@ -205,7 +205,7 @@ def test_a_file_asks_for_it_and_a_motion_without_uncertainty_refuses_it(tmp_path
     file = tmp_path / "study.toml"
     file.write_text(text.format("manipulator.csv"))
     result = run_study(file)
-    assert result.metadata.draws_motion and "posterior of the trace" in study_report(result)
+    assert result.metadata.draws_motion and "posterior of the trace" in study_report(result).text()
     with pytest.raises(ArgumentError, match=r"motion\.posterior"):
         exceedance_probability(file, "peak_resultant_N", 9e3)
     file.write_text(text.format("moves.toml"))

@@ -114,7 +114,7 @@ def test_what_cannot_be_estimated_is_said() -> None:
     bounded = exceedance_probability(study(MASS, motion=REST), "peak_resultant_N", "1 MN", most_runs=200_000)
     assert (bounded.probability, bounded.low, bounded.high) == (0.0, 0.0, 1e-9)
     assert "No population came to the limit" in bounded.doubts[0]
-    assert "below 1e-9" in probability_report(bounded, study(MASS).plan().metadata)
+    assert "below 1e-9" in probability_report(bounded, study(MASS).plan().metadata).text()
     failing = exceedance_probability(
         study_standin.plan(), "peak_resultant_N", 0.5, coefficient_of_variation=0.5
     )

@@ -63,7 +63,7 @@ def loose(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_linear_samples_without_step_error_need_no_second_solution(machine: Any) -> None:
     result = run_study(study(machine()))
     assert "no step error" in str(result.second_look) and not result.doubts
-    assert "no step error" in study_report(result).replace("\n", " ")
+    assert "no step error" in study_report(result).text().replace("\n", " ")
 
 
 @pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear, ref.preloaded])
@@ -120,7 +120,7 @@ def test_doubts_stand_first_and_strict_makes_them_an_error(tmp_path: Path) -> No
         run_study(doubtful, tmp_path, strict=True)
     result = StudyResult.load(tmp_path)  # the samples are there all the same
     assert result.finished == 20 and result.doubts and result.doubts[0] in repr(result)
-    lines = study_report(result).splitlines()
+    lines = study_report(result).text().splitlines()
     assert any("Doubtful: " in line for line in lines[:6])
     assert run_study(study(ref.cart_clear()), strict=True).finished == 20
 
@@ -132,7 +132,7 @@ def test_the_same_samples_are_judged_however_the_study_runs(tmp_path: Path) -> N
         run_study(whole, tmp_path / "resumed", chunk=64, progress=_interrupts_at(128))
     unfinished = stopped.value.result
     assert unfinished.second_look is None and "not judged" in repr(unfinished)
-    assert "not judged" in study_report(unfinished).replace("\n", " ")
+    assert "not judged" in study_report(unfinished).text().replace("\n", " ")
     run_study(whole, tmp_path / "resumed", resume=True)
     with ThreadPoolExecutor(2) as executor:
         run_study(whole, tmp_path / "executor", executor=executor)

@@ -191,7 +191,7 @@ def test_what_cannot_be_computed_is_told_and_a_limit_on_it_refused(
     assert "life_km" not in result.quantities and not result.rated
     (note,) = result.metadata.life_notes
     assert note.startswith("Life and static safety are not computed: ") and reason in note
-    assert " ".join(note.split()) in " ".join(study_report(result).split())
+    assert " ".join(note.split()) in " ".join(study_report(result).text().split())
     with pytest.raises(ConfigError, match="no limit on life without a rating"):
         studied(machine, motion, limits={"life": "1 km"})
     with pytest.raises(ArgumentError, match="carriages whose products have ratings"):
@@ -201,7 +201,9 @@ def test_what_cannot_be_computed_is_told_and_a_limit_on_it_refused(
 def test_a_machine_without_products_and_a_study_without_load_have_no_life() -> None:
     plain = with_carriages(cart(), lambda one: {"product": None})
     for result in (studied(plain), studied(cart(), quantities=["resultant"])):
-        assert result.metadata.life_notes == () and "Life and static safety" not in study_report(result)
+        assert (
+            result.metadata.life_notes == () and "Life and static safety" not in study_report(result).text()
+        )
     with pytest.raises(ConfigError, match="no carriage has a product"):
         studied(plain, limits={"static_safety": 2})
     with pytest.raises(ConfigError, match='add "load" to quantities'):
@@ -210,7 +212,7 @@ def test_a_machine_without_products_and_a_study_without_load_have_no_life() -> N
 
 def test_the_report_has_the_figures_of_life() -> None:
     result = studies.study(2000, limits={"life_km": 900.0})
-    text = " ".join(study_report(result).split())
+    text = " ".join(study_report(result).text().split())
     row = result.failure_probability().loc[""]
     assert f"failure by fatigue before 900 km: {100 * row['probability']:.3g} %" in text
     assert f"the rating life is shorter in {100 * row['shorter']:.3g} % of the samples" in text

@@ -82,9 +82,9 @@ def test_replicates_scatter_by_the_weights_of_their_samples(sensitivity: bool) -
         assert values.reshape(8, 2, -1).shape[1] == 2
         np.testing.assert_array_equal(result.replicate[:6], [0, 0, 1, 1, 2, 2])  # A and B of a row together
         assert (result.sensitivity()["total_standard_error"] > 0).all()
-    report = one_line(study_report(result))
+    report = one_line(study_report(result).text())
     assert "divided among 8 independent scrambles" in report
-    assert "divided among" not in one_line(study_report(studies.study(80)))
+    assert "divided among" not in one_line(study_report(studies.study(80)).text())
 
 
 def test_failed_samples_are_left_out_and_counted_by_kind() -> None:
@@ -110,7 +110,7 @@ def test_what_has_not_run_yet_is_left_out_and_is_no_failure() -> None:
     left = studies.study(1000, finished=400)
     assert (left.runs, left.finished, left.failed) == (1000, 400, 0)
     assert left.summary()["samples"].unique().tolist() == [400]
-    assert "400 of 1000 samples have run" in one_line(study_report(left))
+    assert "400 of 1000 samples have run" in one_line(study_report(left).text())
 
 
 def test_probabilities_of_limits_are_known_and_those_of_the_machine_of_any_carriage() -> None:
@@ -201,7 +201,7 @@ def cells(text: str, first: str, after: str) -> list[str]:
 
 def test_the_report_has_the_figures_of_the_summary() -> None:
     result = studies.study(2000, limits={"peak_resultant_N": 7000.0})
-    text = study_report(result)
+    text = study_report(result).text()
     row = result.summary().loc["peak_resultant_N", "1b"]
     expected = [row[name] for name in ("mean", "standard_deviation", "q05", "q50", "q95", "q99")]
     numbers = [float(cell) for cell in cells(text, "1b", "Peak resultant")[1:]]
@@ -215,17 +215,17 @@ def test_the_report_has_the_figures_of_the_summary() -> None:
 
 def test_the_report_warns_of_few_samples_failures_and_wide_intervals() -> None:
     failed = dict.fromkeys(range(5), "no equilibrium")
-    text = one_line(study_report(studies.study(100, failed=failed)))
+    text = one_line(study_report(studies.study(100, failed=failed)).text())
     assert "5 of 100 runs failed, 5 %" in text and "no equilibrium" in text
     assert "the 99 % quantile needs 368 samples" in text
-    wide = one_line(study_report(studies.study(20, sensitivity=True)))
+    wide = one_line(study_report(studies.study(20, sensitivity=True)).text())
     assert "Sobol indices" in wide and "wide" in wide
 
 
 @pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (8, 40)])
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
 def test_the_report_fits_its_width_and_encoding(carriages: int, factors: int, encoding: str) -> None:
-    text = study_report(studies.study(30, carriages, factors, limits={"life_km": 1000.0}), 80, encoding)
+    text = study_report(studies.study(30, carriages, factors, limits={"life_km": 1000.0})).text(80, encoding)
     assert max(map(len, text.splitlines())) <= 80
     assert "..." in text  # 30 samples bound no outer quantile
     text.encode(encoding)
@@ -233,10 +233,10 @@ def test_the_report_fits_its_width_and_encoding(carriages: int, factors: int, en
 
 def test_a_study_without_any_result_has_a_report() -> None:
     nothing = studies.without_result()
-    assert "no sample has a result" in one_line(study_report(nothing))
+    assert "no sample has a result" in one_line(study_report(nothing).text())
     assert nothing.summary().empty
     unborn = studies.study(5, finished=0, sensitivity=True)
-    assert "no sample has a result" in one_line(study_report(unborn))
+    assert "no sample has a result" in one_line(study_report(unborn).text())
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_a_study_without_peaks_is_about_what_it_recorded(
 ) -> None:
     result = studies.recording(studies.study(500), recorded)
     assert result.leading == name
-    text, (stem, _, owner) = one_line(study_report(result)), name.partition("[")
+    text, (stem, _, owner) = one_line(study_report(result).text()), name.partition("[")
     words = f"{title[0].lower()}{title[1:].partition(' [')[0]} of {owner.removesuffix(']') or 'the machine'}"
     assert title in text and f"What drives the {words}" in text
     rows = result.summary().loc[stem]
@@ -272,7 +272,7 @@ def test_a_study_without_peaks_is_about_what_it_recorded(
 
 def test_the_report_leads_with_the_answer() -> None:
     result = studies.study(2000, limits={"peak_resultant_N": 9000.0})
-    answer = study_report(result).partition("Study\n")[0]
+    answer = study_report(result).text().partition("Study\n")[0]
     row, any_carriage = result.summary().loc["peak_resultant_N", "2b"], result.probabilities().iloc[4]
     interval = f"{row['q99_low']:.0f} to {row['q99_high']:.0f} at 95 %"
     assert f"Peak resultant, 99 % quantile: {row['q99']:.0f} N ({interval}), carriage 2b" in answer
@@ -281,8 +281,8 @@ def test_the_report_leads_with_the_answer() -> None:
     assert f"Driven by {result.driving().index[0]} (rank correlation " in answer
     life = studies.recording(result, [("load", "mean")], limits={})
     mean_load = life.summary().loc[("mean_load_N", "2b"), "q99"]
-    assert f"{mean_load:.0f} N" in study_report(life).split("Study\n")[0]
-    cases = study_report(studies.chosen(result)).partition("Study\n")[0]
+    assert f"{mean_load:.0f} N" in study_report(life).text().split("Study\n")[0]
+    cases = study_report(studies.chosen(result)).text().partition("Study\n")[0]
     largest = result.column("peak_resultant_N")
     assert f"{largest.max():.0f} N, case {largest.argmax()}" in one_line(cases)
     assert f"above 9000 N: {(largest > 9000).sum()} of 2000 cases" in cases
@@ -292,7 +292,7 @@ def test_given_cases_are_listed_one_by_one_without_statistics(tmp_path: Path) ->
     result = studies.chosen(
         studies.study(60, 2, 2, failed={3: "no equilibrium"}, limits={"peak_resultant_N": 6e3})
     )
-    text = study_report(result)
+    text = study_report(result).text()
     assert "given cases" in text and "seed" not in text
     for left_out in ("What drives", "Probabilities", "lies in", "std. dev.", "368", "Clopper"):
         assert left_out not in text
@@ -312,26 +312,28 @@ def test_given_cases_are_listed_one_by_one_without_statistics(tmp_path: Path) ->
 
 @pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
 def test_the_table_of_cases_fits_its_width(carriages: int, factors: int) -> None:
-    text = study_report(studies.chosen(studies.study(30, carriages, factors, limits={"life_km": 1000.0})))
+    text = study_report(
+        studies.chosen(studies.study(30, carriages, factors, limits={"life_km": 1000.0}))
+    ).text()
     assert max(map(len, text.splitlines())) <= 80 and "…" not in text
 
 
 def test_lost_contact_of_a_preloaded_machine_is_a_row_open() -> None:
     result = studies.study(100)
-    assert "contact lost" in study_report(result) and "a row open" not in study_report(result)
-    text = one_line(study_report(studies.preloaded(result)))
+    assert "contact lost" in study_report(result).text() and "a row open" not in study_report(result).text()
+    text = one_line(study_report(studies.preloaded(result)).text())
     assert "contact lost" not in text
     assert "A row open: at some instant of a run one row of rolling elements is unloaded" in text
 
 
 def test_too_few_samples_tell_nothing_of_what_drives_them() -> None:
-    text = one_line(study_report(studies.study(1)))
+    text = one_line(study_report(studies.study(1)).text())
     assert (
         "too few samples to estimate" in text and "rank correlation" not in text and "none beyond" not in text
     )
     assert "1 sample " in text and "1 samples" not in text
-    assert "rank correlation" in study_report(studies.study(10))
-    assert "too few samples to estimate" in study_report(studies.study(9, sensitivity=True))
+    assert "rank correlation" in study_report(studies.study(10)).text()
+    assert "too few samples to estimate" in study_report(studies.study(9, sensitivity=True)).text()
 
 
 def test_limits_take_text_with_a_unit_and_levels_are_refused_with_the_way_out() -> None:

@@ -10,7 +10,7 @@ from guideload.base.errors import ValueRefused
 from guideload.base.number_text import counted
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.terminal import output_encoding, print_text
+from guideload.cli.terminal import print_report, print_text
 
 catalogue_argument = click.argument("catalogue_file", metavar="CATALOGUE.TOML", type=options.InputFile)
 
@@ -41,9 +41,9 @@ def show(catalogue_file: Path, product: str | None) -> None:
 
     found = Catalogue.from_toml(catalogue_file)
     if product is None:
-        print_text(catalogue_report(found, encoding=output_encoding()))
+        print_report(catalogue_report(found))
         return
     try:
-        print_text(product_report(found[product], encoding=output_encoding()))
+        print_report(product_report(found[product]))
     except ValueRefused as refused:
         raise InputError(f"{catalogue_file}: {refused}") from None

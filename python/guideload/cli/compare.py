@@ -9,22 +9,22 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import is_motion_file, paths, read_machine, read_motion
-from guideload.cli.outputs import picture_draft, require_report
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.outputs import picture_draft
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
+    from guideload.cli.reporting import Shown
     from guideload.motion.moves import Moves
 
 
 @click.command()
+@shows_report
 @options.or_moves("files", "MACHINE.TOML... TRACE...", nargs=-1)
 @options.picture_option
-@options.report_option
 @options.overwrite_picture_option
 @options.trace_options
-def compare(
-    files: tuple[Path | Moves, ...], output: Path | None, report: Path | None, overwrite: bool, **reading: Any
-) -> None:
+def compare(files: tuple[Path | Moves, ...], output: Path | None, overwrite: bool, **reading: Any) -> Shown:
     """Compare machines under a motion, or a machine under several motions.
 
     A file that ends in .toml is a machine, or a motion if it has [[moves]]; all others are traces. Every machine runs
@@ -39,7 +39,6 @@ def compare(
         raise click.UsageError(
             "expected machine files (.toml) and traces or motion files, together at least two runs"
         )
-    require_report(report, overwrite, *paths(*files, reading["forces"]))
     with picture_draft(output, overwrite, *paths(*files, reading["forces"])) as draft:
         results = {}
         for machine_file in machines:
@@ -52,18 +51,18 @@ def compare(
             raise click.UsageError(
                 "two files have the same name: rename one, so that the runs can be told apart"
             )
-        text = comparison_report(results, encoding=output_encoding())
+        report = comparison_report(results)
         if draft is not None:
             from guideload import plots
 
             plots.save(plots.comparison(results)[0], draft)
-        if report is not None:
-            from guideload import html_report
 
-            html_report.save_page(html_report.comparison_page(results), report)
-    print_text(text)
-    for written in filter(None, (output, report)):
-        print_text(f"Wrote {written}.")
+    def page() -> str:
+        from guideload import html_report
+
+        return html_report.comparison_page(results)
+
+    return report, page
 
 
 def _title(machine: Path, trace: Path | Moves, machines: bool, traces: bool) -> str:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from guideload.cli import options
 from guideload.cli.inputs import read_inspection, read_machine
 from guideload.cli.outputs import picture_draft
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import status
+
+if TYPE_CHECKING:
+    from guideload.reports.report import Report
 
 
 @click.command()
+@shows_report
 @options.trace_file_argument
 @click.option(
     "--machine",
@@ -27,7 +32,7 @@ from guideload.cli.terminal import output_encoding, print_text, status
 @options.trace_options
 def encoder(
     trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
-) -> None:
+) -> Report:
     """Report on an encoder trace, and draw it: samples, acceleration with its band, spectrum.
 
     The report states quantum, kind of time stamps, damage and repairs; the result of the smoothing; and for a machine
@@ -44,6 +49,4 @@ def encoder(
 
             with status("drawing the picture"):
                 plots.save(plots.encoder(inspection)[0], draft)
-    print_text(encoder_report(inspection, encoding=output_encoding()))
-    draw = f"To draw it: guideload encoder {trace_file} ... -o picture.png"
-    print_text(draw if output is None else f"Wrote {output}.")
+    return encoder_report(inspection)

@@ -12,7 +12,7 @@ from guideload.base.errors import PictureError
 from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.options import InputFile, folder_option, no_pictures_option, overwrite_option
 from guideload.cli.outputs import IDENTIFICATION, atomic_output, write_errors, write_manifest
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.identification.description import IdentifyFile
@@ -20,15 +20,16 @@ if TYPE_CHECKING:
     from guideload.identification.next_measurement import Candidate
     from guideload.identification.result import Identification
     from guideload.machine.machine import Machine
+    from guideload.reports.report import Report
 
 
 class Answer(NamedTuple):
-    """What the command found: the identification, candidates ranked by a figure, and the text of the report."""
+    """What the command found: the identification, candidates ranked by a figure, and the report."""
 
     found: Identification
     candidates: tuple[Candidate, ...]
     figure: str
-    text: str
+    report: Report
 
 
 @click.command()
@@ -47,14 +48,14 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     with status("reading"):
         described, machine, data = read_identify(identify_file)
     if output is None:
-        print_text(_report(identify_file, described, machine, data).text)
+        print_report(_report(identify_file, described, machine, data).report)
         return
     inputs = (identify_file, *(identify_file.parent / name for name in described.files))
     with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
         answer = _report(identify_file, described, machine, data)
         with write_errors(output):
             failure = _write(answer, described, identify_file.parent, folder, output, not no_pictures)
-    print_text(answer.text)
+    print_report(answer.report)
     print_text(f"Wrote {output}.")
     exit_if(failure)
 
@@ -77,8 +78,8 @@ def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Me
         figure = figure_that_matters(described, file, found)
         derivatives = None if figure is None else figure.derivatives
         candidates = ranked(found, candidates_of(described, file, found), derivatives)
-    text = identification_report(found, levels, candidates, figure, output_encoding())
-    return Answer(found, candidates, "all unknowns" if figure is None else figure.name, text)
+    report = identification_report(found, levels, candidates, figure)
+    return Answer(found, candidates, "all unknowns" if figure is None else figure.name, report)
 
 
 def _write(
@@ -91,7 +92,7 @@ def _write(
 
     found = answer.found
     texts = {
-        "report.txt": answer.text,
+        "report.txt": answer.report.text(),
         "identification.json": json_text(found),
         "machine.toml": machine_text(found, source / described.machine, output),
     }

@@ -10,10 +10,12 @@ import click
 from guideload.cli import options
 from guideload.cli.inputs import paths, read_machine, read_motion, read_riders
 from guideload.cli.outputs import picture_draft
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.reports.report import Report
     from guideload.simulation.start import Start
 
 RULES = ("sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson")
@@ -21,6 +23,7 @@ CONDITIONS = ("rule", "reliability", "life", "safety")
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.trace_argument
 @click.option(
@@ -44,7 +47,7 @@ def life(
     output: Path | None,
     overwrite: bool,
     **given: Any,
-) -> None:
+) -> Report:
     """Show life and static safety of the carriages under a measured or planned motion, and their causes.
 
     The carriages name products of a catalogue. The picture shows the damage along the rails.
@@ -64,11 +67,9 @@ def life(
         with status("computing loads and life"):
             result = simulate(machine, motion, riders=moved, start=start)
             found = life_of(result, conditions)
-            text = life_report(found, band=not no_bands, encoding=output_encoding())
+            shown = life_report(found, band=not no_bands)
         if draft is not None:
             from guideload import plots
 
             plots.save(plots.rail_damage(found), draft)
-    print_text(text)
-    if output is not None:
-        print_text(f"Wrote {output}.")
+    return shown

@@ -13,7 +13,7 @@ from guideload.cli import options
 from guideload.cli.exit_codes import INTERRUPTED, InputError
 from guideload.cli.inputs import read_machine
 from guideload.cli.outputs import require_unread, unwritable
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.long_runs.long_run import LongRun
@@ -73,7 +73,7 @@ def long_run(
             if not run.blocks:
                 raise
             ended = error
-    print_text(long_run_report(run, encoding=output_encoding()))
+    print_report(long_run_report(run))
     if output is not None:
         _write(run, output, overwrite)
         print_text(f"Wrote {output}.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +16,12 @@ from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
 from guideload.cli.machine_kinds import KINDS
 from guideload.cli.outputs import picture_draft, unwritable
-from guideload.cli.terminal import output_encoding, print_text
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import print_text
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.reports.report import Report
 
 
 @click.command()
@@ -76,10 +79,11 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.optional_trace_argument
 @options.trace_options
-def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> None:
+def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> Report:
     """Check a machine, and optionally a trace, and show their contents.
 
     With a trace the report also shows which modes of the machine the trace can show.
@@ -88,22 +92,25 @@ def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -
 
     machine = read_machine(machine_file)
     motion = read_optional_motion(trace_file, machine, **reading)
-    print_text(machine_report(machine, encoding=output_encoding()))
-    if motion is not None:
-        from guideload.motion.resolution import TraceResolution
-        from guideload.reports.run import motion_report
-        from guideload.reports.trace import resolution_report
+    report = machine_report(machine)
+    if motion is None:
+        return report
+    from guideload.motion.resolution import TraceResolution
+    from guideload.reports.run import motion_section
+    from guideload.reports.trace import resolution_section
 
-        print_text(motion_report(motion, encoding=output_encoding()))
-        resolution = TraceResolution.of_motion(machine, motion)
-        print_text("\n" + resolution_report(resolution, encoding=output_encoding()))
+    resolution = TraceResolution.of_motion(machine, motion)
+    return replace(
+        report, sections=[*report.sections, motion_section(motion), resolution_section(resolution)]
+    )
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.picture_option
 @options.overwrite_picture_option
-def modes(machine_file: Path, output: Path | None, overwrite: bool) -> None:
+def modes(machine_file: Path, output: Path | None, overwrite: bool) -> Report:
     """Show natural frequencies, damping ratios and mode shapes."""
     from guideload.machine.modes import Modes
     from guideload.reports.machine import modes_report
@@ -115,6 +122,4 @@ def modes(machine_file: Path, output: Path | None, overwrite: bool) -> None:
             from guideload import plots
 
             plots.save(plots.modes(machine, found)[0], draft)
-    print_text(modes_report(machine, found, encoding=output_encoding()))
-    if output is not None:
-        print_text(f"Wrote {output}.")
+    return modes_report(machine, found)

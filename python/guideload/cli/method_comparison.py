@@ -16,13 +16,16 @@ from guideload.cli.outputs import (
     write_errors,
     write_manifest,
 )
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.reports.report import Report
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.trace_argument
 @options.folder_option(default=Path("guideload-chart"), show_default=True)
@@ -46,7 +49,7 @@ def chart(
     no_pictures: bool,
     overwrite: bool,
     **reading: Any,
-) -> None:
+) -> Report:
     """Draw the work-precision diagram of all methods.
 
     Every method computes the loads of a machine under a motion, with a range of tolerances and fixed steps. The error
@@ -65,18 +68,18 @@ def chart(
             diagram = work_precision(machine, motion, budget=budget)
         with write_errors(output):
             diagram.table().to_csv(folder / "chart.csv", index=False)
-            (folder / "report.txt").write_text(chart_report(diagram), encoding="utf-8")
+            (folder / "report.txt").write_text(chart_report(diagram).text(), encoding="utf-8")
             if not no_pictures:
                 with status("drawing the picture"):
                     from guideload import plots
 
                     plots.save(plots.work_precision(diagram), folder / "chart.png")
             write_manifest(folder)
-    print_text(chart_report(diagram, encoding=output_encoding()))
-    print_text(f"Wrote {output}.")
+    return chart_report(diagram)
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.optional_trace_argument
 @options.picture_option
@@ -92,7 +95,7 @@ def stability(
     free: str | None,
     overwrite: bool,
     **reading: Any,
-) -> None:
+) -> Report:
     """Find the longest stable step of rk45, and the steps and time of every method.
 
     With a longer step an eigenvalue of the machine leaves the stability region of rk45. Steps and time are those of a
@@ -111,6 +114,4 @@ def stability(
             from guideload import plots
 
             plots.save(plots.stability(found)[0], draft)
-    print_text(stability_report(found, encoding=output_encoding()))
-    if output is not None:
-        print_text(f"Wrote {output}.")
+    return stability_report(found)

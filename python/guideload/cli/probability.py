@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from guideload.cli.options import InputFile
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.terminal import print_report, status
 
 
 @click.command()
@@ -60,4 +60,4 @@ def probability(
             found = exceedance_probability(
                 plan, name, limit, coefficient_of_variation=error / 100, most_runs=most_runs, threads=threads
             )
-        print_text(probability_report(found, plan.metadata, encoding=output_encoding()) + "\n")
+        print_report(probability_report(found, plan.metadata))

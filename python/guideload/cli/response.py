@@ -12,10 +12,11 @@ from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import read_machine
 from guideload.cli.outputs import picture_draft, unwritable
-from guideload.cli.terminal import output_encoding, print_text
+from guideload.cli.reporting import shows_report
 
 if TYPE_CHECKING:
     from guideload.machine.response import FrequencyResponse
+    from guideload.reports.report import Report
 
 
 class Direction(click.ParamType[Any]):
@@ -33,6 +34,7 @@ class Direction(click.ParamType[Any]):
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @click.option(
     "--force-at", metavar="POINT", help="Point where a force acts; without it the drive accelerates."
@@ -56,7 +58,7 @@ def response(
     output: Path | None,
     table: Path | None,
     overwrite: bool,
-) -> None:
+) -> Report:
     """Show how the points of a machine answer to vibration of the drive, or to a force at one of them.
 
     Magnitude and phase over the frequency, of the machine linearised at rest. The points are the [[points]] of the
@@ -74,9 +76,7 @@ def response(
             plots.save(plots.frequency_response(machine, found)[0], draft)
         if table is not None:
             _write(found, table, overwrite)
-    print_text(response_report(machine, found, encoding=output_encoding()))
-    for written in filter(None, (output, table)):
-        print_text(f"Wrote {written}.")
+    return response_report(machine, found)
 
 
 def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:

@@ -23,10 +23,11 @@ from guideload.cli.outputs import (
     write_errors,
     write_manifest,
 )
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.reports.report import Report
     from guideload.simulation.result import Result
     from guideload.simulation.simulation import Method
     from guideload.simulation.start import Start
@@ -71,7 +72,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
             _, failure = _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
             failures.append(failure)
     titles = {"All dofs that the guides support": results["guides"], "The paper's dofs": results["paper"]}
-    print_text(comparison(titles, encoding=output_encoding()))
+    print_report(comparison(titles))
     print_text(
         f"Loads, reports and pictures are in {output}: guides (all dofs) and paper (the paper's dofs)."
     )
@@ -124,6 +125,7 @@ def run(
     TRACE: a measured motion, or a motion file (.toml) with planned moves, in every command. -o writes a folder with
     loads, report and pictures, --report one HTML file; at least one of them is needed.
     """
+    from guideload.reports.run import result_report
     from guideload.simulation.simulation import simulate
 
     if step is not None and method in ("auto", "exact"):
@@ -156,10 +158,10 @@ def run(
                 start=start,
                 strict=strict,
             )
-        text, failure = None, None
+        shown, failure = None, None
         if folder is not None and output is not None:
-            text, failure = _write(result, folder, form, not no_pictures, output)
-    _show(result, text)
+            shown, failure = _write(result, folder, form, not no_pictures, output)
+    print_report(shown or result_report(result))
     if report is not None:
         with status("writing the HTML report"):
             from guideload import html_report
@@ -180,16 +182,6 @@ def _require_report_alone(report: Path | None, file_format: str | None, no_pictu
             raise click.UsageError(f"{name} needs -o: it is about the files in that folder")
 
 
-def _show(result: Result, text: str | None) -> None:
-    """Print the report of a run; text: the report in UTF-8, if it is known."""
-    encoding = output_encoding()
-    if text is None or encoding.lower() != "utf-8":  # other encodings lack characters
-        from guideload.reports.run import result_report
-
-        text = result_report(result, encoding=encoding)
-    print_text(text)
-
-
 def _output_names(file_format: str, pictures: bool) -> set[str]:
     """Names of the files that `_write` writes."""
     names = {FORMATS[file_format], "report.txt", *((*PICTURES, OF_POINTS) if pictures else ())}
@@ -198,7 +190,7 @@ def _output_names(file_format: str, pictures: bool) -> set[str]:
 
 def _write(
     result: Result, folder: Path, file_format: str, pictures: bool, output: Path
-) -> tuple[str, PictureError | None]:
+) -> tuple[Report, PictureError | None]:
     """Write loads, report, pictures and manifest of a run; return the report, and the error of missing pictures.
 
     output: the folder for messages.
@@ -213,12 +205,12 @@ def _write(
             _ = result.quantities  # computed once, for both threads
             report = submit(result_report, result)  # computes the audit while the file is written
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
-            text: str = report.result()
-            (folder / "report.txt").write_text(text, encoding="utf-8")
+            found: Report = report.result()
+            (folder / "report.txt").write_text(found.text(), encoding="utf-8")
         if pictures:
             with status("drawing the pictures"):
                 from guideload import plots
 
                 failure = picture_failure(lambda: plots.save_all(result, folder))
         write_manifest(folder)
-    return text, failure
+    return found, failure

@@ -10,16 +10,19 @@ import click
 from guideload.cli import options
 from guideload.cli.inputs import paths, read_machine, read_motion
 from guideload.cli.outputs import picture_draft
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
+    from guideload.reports.report import Report
     from guideload.simulation.start import Start
 
 FIGURES = ("peak_resultant", "mean_load", "life")
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.trace_argument
 @click.option(
@@ -43,7 +46,7 @@ def sensitivities(
     output: Path | None,
     overwrite: bool,
     **given: Any,
-) -> None:
+) -> Report:
     """Show which numbers of a machine drive a load or a life, from exact derivatives of one run.
 
     The picture is a tornado diagram. For ranges of values, and for machines with clearance or preload, run a study.
@@ -61,6 +64,4 @@ def sensitivities(
             from guideload import plots
 
             plots.save(plots.influence(machine, found), draft)
-    print_text(sensitivities_report(machine, found, encoding=output_encoding()))
-    if output is not None:
-        print_text(f"Wrote {output}.")
+    return sensitivities_report(machine, found)

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import paths, read_machine, read_motion, read_moves
-from guideload.cli.outputs import require_report
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.inputs import read_machine, read_motion, read_moves
+from guideload.cli.reporting import shows_report
+from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
+    from guideload.cli.reporting import Shown
     from guideload.machine.machine import Machine
     from guideload.motion.moves import Moves
+    from guideload.reports.report import Report
 
 life_option = click.option("--life", help='Life to be reached, e.g. "20000 km".')
 safety_option = click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
@@ -41,6 +43,7 @@ class Vector(click.ParamType[tuple[float, ...]]):
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.trace_argument
 @click.option("--from", "catalogue_file", type=options.InputFile, required=True, help="Catalogue file.")
@@ -52,8 +55,6 @@ class Vector(click.ParamType[tuple[float, ...]]):
 )
 @life_option
 @safety_option
-@options.report_option
-@options.overwrite_picture_option
 @options.trace_options
 def size(
     machine_file: Path,
@@ -62,16 +63,13 @@ def size(
     products: tuple[str, ...],
     life: str | None,
     safety: float | None,
-    report: Path | None,
-    overwrite: bool,
     **reading: Any,
-) -> None:
+) -> Shown:
     """Find the smallest product of a catalogue whose carriages last, and are safe, under a motion."""
     from guideload.catalogue.catalogue import Catalogue
     from guideload.reports.sizing import sizing_report
     from guideload.sizing.size import size as find
 
-    require_report(report, overwrite, *paths(machine_file, trace_file, reading["forces"]), catalogue_file)
     with status("reading"):
         machine = read_machine(machine_file)
         motion = read_motion(trace_file, machine, **reading)
@@ -79,15 +77,17 @@ def size(
     with status("running every candidate"):
         conditions = _conditions(machine, life, safety)
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
-    print_text(sizing_report(machine, found, encoding=output_encoding()))
-    if report is not None:
+
+    def page() -> str:
         from guideload import html_report
 
-        html_report.save_page(html_report.sizing_page(machine, found), report)
-        print_text(f"Wrote {report}.")
+        return html_report.sizing_page(machine, found)
+
+    return sizing_report(machine, found), page
 
 
 @click.command()
+@shows_report
 @options.machine_argument
 @options.trace_argument
 @click.option(
@@ -113,7 +113,7 @@ def limit(
     life: str | None,
     safety: float | None,
     **reading: Any,
-) -> None:
+) -> Report:
     """Find how fast, how heavy or how far out a machine may work until life or static safety fails."""
     from guideload.reports.sizing import limit_report
     from guideload.sizing.limits import largest
@@ -137,7 +137,7 @@ def limit(
     with status("searching the limit"):
         conditions = _conditions(machine, life, safety)
         found = largest(machine, motion, quantity, conditions=conditions, **places)
-    print_text(limit_report(machine, found, conditions, encoding=output_encoding()))
+    return limit_report(machine, found, conditions)
 
 
 def _conditions(machine: Machine, life: str | None, safety: float | None) -> LifeConditions:

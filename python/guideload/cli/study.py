@@ -15,7 +15,7 @@ from guideload.base.visible_text import visible
 from guideload.cli import outputs
 from guideload.cli.exit_codes import INTERRUPTED, InputError, exit_if, picture_failure
 from guideload.cli.options import InputFile, folder_option, no_pictures_option, report_option
-from guideload.cli.terminal import output_encoding, print_text, status
+from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.base.errors import PictureError
@@ -91,7 +91,7 @@ def study(
             failure = _write(result, output, not no_pictures)
             from guideload.reports.study import study_report
 
-            print_text(study_report(result, encoding=output_encoding()))
+            print_report(study_report(result))
             if report is not None:
                 from guideload import html_report
 
@@ -188,7 +188,7 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | 
         with outputs.atomic_output(output, {"": {*outputs.STUDY}}, overwrite=True) as folder:
             with status("writing the summary"):
                 result.to_json(folder / "summary.json")
-                (folder / "report.txt").write_text(study_report(result), encoding="utf-8")
+                (folder / "report.txt").write_text(study_report(result).text(), encoding="utf-8")
             if pictures:
                 with status("drawing the pictures"):
                     from guideload.plots.study import save_study

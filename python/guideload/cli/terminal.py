@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from guideload.base.visible_text import visible
+
+if TYPE_CHECKING:
+    from guideload.reports.report import Report
+
+NARROWEST = 40  # characters
 
 
 def output_encoding() -> str:
@@ -20,6 +26,16 @@ def print_text(text: str) -> None:
     """Print to standard output; control characters are escaped, characters outside its encoding replaced."""
     encoding = output_encoding()
     click.echo(visible(text).rstrip("\n").encode(encoding, errors="replace").decode(encoding))
+
+
+def output_width() -> int:
+    """The width of the terminal, or COLUMNS; 80 characters if standard output is no terminal."""
+    return max(shutil.get_terminal_size().columns, NARROWEST)
+
+
+def print_report(report: Report) -> None:
+    """Print a report in the width and encoding of standard output."""
+    print_text(report.text(output_width(), output_encoding()))
 
 
 def status(doing: str) -> AbstractContextManager[Any]:

@@ -15,7 +15,7 @@ import click
 
 from guideload.cli.exit_codes import LIMIT_PASSED, InputError
 from guideload.cli.outputs import unwritable
-from guideload.cli.terminal import output_encoding, print_text
+from guideload.cli.terminal import print_report
 
 if TYPE_CHECKING:
     from guideload.monitor.monitor import Monitor
@@ -229,10 +229,10 @@ def _reaction(command: Command | None, stop: bool, ends: Ends) -> Callable[[Cros
 
 def _run(session: Session, page: Page | None, command: Command | None, ends: Ends, say: _Voice) -> None:
     """Take samples until the end, and show the state meanwhile."""
-    from rich.console import Console, Group
+    from rich.console import Console
     from rich.live import Live
 
-    from guideload.reports.monitor import monitor_parts
+    from guideload.reports.monitor import monitor_report
 
     console = Console(highlight=False, markup=False, emoji=False)
     with ExitStack() as stack:
@@ -251,13 +251,14 @@ def _run(session: Session, page: Page | None, command: Command | None, ends: End
                     command.is_running()  # so that a failure is said now
                 if live is not None:
                     rate = f"{status['samples_per_s']:.0f} samples/s from {session.source.name}"
-                    live.update(Group(*monitor_parts(status), rate), refresh=True)
+                    text = monitor_report(status).text(console.width, console.encoding)
+                    live.update(f"{text}\n{rate}", refresh=True)
 
 
 def _print_summary(status: dict[str, Any], ends: Ends) -> None:
     from guideload.reports.monitor import monitor_report
 
-    print_text(monitor_report(status, encoding=output_encoding()))
+    print_report(monitor_report(status))
     if ends.code == LIMIT_PASSED:
         click.echo("Ended because a carriage passed its limit.", err=True)
     elif ends.code not in (None, InputError.exit_code):

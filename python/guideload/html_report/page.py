@@ -1,55 +1,48 @@
-"""A text report as an HTML page, with charts and pictures."""
+"""Any report as one HTML file that needs no network: the template `page.html` with its style and script."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from html import escape
+from collections.abc import Iterable, Mapping
+from functools import cache
 from importlib.metadata import version
+from importlib.resources import files
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
-from rich.text import Text
+from jinja2 import Environment, StrictUndefined, Template
+from markupsafe import Markup
 
 from guideload.base.atomic import atomic_write
-from guideload.html_report.document import document, html_of, picture, section
+from guideload.html_report.figures import Chart, Figure, Listing, Picture
+from guideload.reports.report import Definitions, Part, Report, Table, section
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
-def page_of(
-    title: str,
-    parts: Iterable[RenderableType],
-    pictures: Iterable[tuple[Axes, str]] = (),
-    charts: Iterable[str] = (),
-) -> str:
-    """An HTML page of the elements of a text report: what stands before its first title is its answer.
-
-    pictures: axes with their captions. charts: from `document.chart`.
-    """
-    groups: list[tuple[str, list[RenderableType]]] = [("", [])]
-    for part in parts:
-        if isinstance(part, Text) and part.style == "bold":
-            groups.append((part.plain, []))
-        else:
-            groups[-1][1].append(part)
-    body = [f"<header><h1>{escape(title)}</h1></header>"]
-    (_, answer), *rest = groups
-    if found := html_of(answer):
-        body.append(f'<div class="answer">{found}</div>')
-    drawings = [*charts, *(picture(ax, caption) for ax, caption in pictures)]
-    body += [section(name, html_of(group), long=True) for name, group in rest]
-    if drawings:
-        body.append(section("Pictures", *drawings, long=True))
-    body.append(footer())
-    return document(title, body)
+KINDS = {
+    Table: "table",
+    Definitions: "definitions",
+    list: "lines",
+    str: "text",
+    Chart: "chart",
+    Picture: "picture",
+    Listing: "listing",
+}
 
 
-def footer() -> str:
-    """The last line of every page."""
-    return f"<footer><p>Written by guideload {version('guideload')}.</p></footer>"
+def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None = None) -> str:
+    """A report as HTML. figures: by the title of the section below whose text they stand; a new one is added."""
+    drawn = {title: list(each) for title, each in (figures or {}).items()}
+    titles = [one.title for one in report.sections]
+    added = [section(title) for title in drawn if title not in titles]
+    page = Report(
+        report.title, report.answer, report.warnings, report.about, [*report.sections, *added], report.failed
+    )
+    return _template().render(
+        report=page,
+        figures={one.title: drawn.get(one.title, []) for one in page.sections},
+        kind_of=_kind,
+        version=version("guideload"),
+        style=Markup(_file("page.css")),
+        script=Markup(_file("page.js")),
+    )
 
 
 def save_page(text: str, path: str | PathLike[str]) -> Path:
@@ -57,3 +50,17 @@ def save_page(text: str, path: str | PathLike[str]) -> Path:
     with atomic_write(Path(path)) as draft:
         draft.write_text(text, encoding="utf-8")
     return Path(path)
+
+
+def _kind(part: Part | Figure) -> str:
+    return KINDS[type(part)]
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    return environment.from_string(_file("page.html"))
+
+
+def _file(name: str) -> str:
+    return (files(__package__) / name).read_text(encoding="utf-8")

@@ -4,46 +4,32 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterator
-from html import escape
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from importlib.metadata import version
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
 
-from guideload.audit.audit import LABEL
 from guideload.base.arrays import Array
-from guideload.html_report.document import Line, chart, document, folded, html_of, picture, section
-from guideload.html_report.page import footer, save_page
-from guideload.life.life import Life
+from guideload.html_report.figures import Chart, Figure, Line, Listing, chart, picture
+from guideload.html_report.page import report_page, save_page
 from guideload.plots.long_records import is_long, worst_cycle
 from guideload.plots.machine import modes as modes_picture
 from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
-from guideload.reports.elements import dofs_line, new_table
-from guideload.reports.elements import section as heading
-from guideload.reports.life import causes_section, life_answer, life_of_run, life_section
-from guideload.reports.machine import body_lines, carriage_tables, links_table, modes_table, nominal_lines
-from guideload.reports.points import points_section
-from guideload.reports.run import (
-    DEFINITIONS,
-    answer,
-    band_lines,
-    motion_lines_of,
-    peaks_tables,
-    reactions_section,
-    solution_lines,
-)
+from guideload.reports.machine import machine_sections
+from guideload.reports.report import Column, Table, section
+from guideload.reports.run import result_report
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
 
 AROUND_PEAK = 0.25  # s before and after the largest load; of a long record the worst cycle is shown instead
+HISTORIES, INPUT = "Load histories", "Input, for repetition"  # titles of sections
 PACKAGES = ("guideload", "numpy", "scipy")
 # What the figures rest on: statement and source.
 ASSUMPTIONS = (
@@ -79,43 +65,46 @@ def save(result: Result, path: str | PathLike[str]) -> Path:
 def run_page(result: Result) -> str:
     """The report of a run as HTML.
 
-    Contents: the answer, the warnings, and life and static safety if carriages name products; peaks, histories that can
-    be zoomed, machine, modes, motion, method, audit, assumptions, and the input as far as it is needed to repeat the
-    run. Raises ArgumentError if the result reports no instant.
+    Contents: those of the text report; histories that can be zoomed, machine, assumptions, and the input as far as it
+    is needed to repeat the run. Raises ArgumentError if the result reports no instant.
     """
-    machine = result.machine
-    return document(f"{machine.name}: load of the guides", _body(result))
-
-
-def _body(result: Result) -> Iterator[str]:
     machine, data = result.machine, result.quantities
-    yield f'<header><h1>{escape(machine.name)}</h1><p class="subtitle">{escape(dofs_line(machine))}</p></header>'
-    life = life_of_run(result)
-    well = not result.audit.warnings and (life is None or (isinstance(life, Life) and life.holds))
-    text = html_of([*answer(result), *life_answer(life)])
-    yield f'<div class="answer{"" if well else " warned"}">{text}</div>'
-    if machine.carriages:
-        definitions = folded("Definitions", html_of([DEFINITIONS, *band_lines(result)]))
-        yield section("Peak loads of the carriages", html_of(peaks_tables(result)), definitions)
-    if parts := life_section(life):
-        yield section("Life and static safety", html_of(parts[len(heading("")) :]))
-    if isinstance(life, Life):
-        yield section("Causes of the worst instant", html_of(causes_section(life)[len(heading("")) :]))
-    if parts := points_section(result):
-        text = html_of(parts[len(heading("")) :])
-        yield section("Motion of the points", text, *_point_charts(result), long=True)
-    yield section("Load histories", *_load_charts(result), long=True)
-    yield section("Motion of the cart", html_of(motion_lines_of(data)), *_motion_charts(result), long=True)
-    yield section("Drive and held dofs", html_of(reactions_section(result)[len(heading("")) :]))
-    yield section("Machine", *_machine(result), long=True)
-    yield section("Natural modes", *_modes(result), long=True)
-    yield section("Method and audit", html_of(solution_lines(data)), html_of([_audit_table(result)]))
-    yield section("Assumptions and formulas", html_of([_assumptions_table()]))
-    yield section("Input, for repetition", *_input(result), long=True)
-    yield footer()
+    report = result_report(result)
+    body, carriages = machine_sections(machine)
+    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    added = [
+        body,
+        carriages,
+        section(
+            "Assumptions and formulas",
+            Table(*map(Column, ("statement", "source"), zip(*ASSUMPTIONS, strict=True))),
+        ),
+        section(
+            INPUT,
+            [
+                f"Versions: {versions}, Python {platform.python_version()}.",
+                f"Motion: {data.attrs['motion_source']}",
+            ],
+        ),
+    ]
+    peaks, *others = report.sections
+    hint = "Drag to zoom, double click for the whole history, click on a name to hide it."
+    page = replace(report, sections=[peaks, section(HISTORIES, hint), *others, *added])
+    scene_caption = (
+        "The machine, with the force of the body on each carriage at the instant of the largest resultant."
+    )
+    figures: dict[str, Iterable[Figure]] = {
+        HISTORIES: _load_charts(result),
+        **({"Motion of the points": _point_charts(result)} if machine.points else {}),
+        "Motion of the cart": _motion_charts(result),
+        body.title: [picture(scene(machine, result), scene_caption)],
+        "Natural modes": [picture(modes_picture(machine, result.modes)[0], "The natural modes.")],
+        INPUT: [Listing("The machine in SI units", _listed(machine))],
+    }
+    return report_page(page, figures)
 
 
-def _load_charts(result: Result) -> Iterator[str]:
+def _load_charts(result: Result) -> Iterator[Chart]:
     machine, data = result.machine, result.quantities
     time = data["time"]
     if not machine.carriages:
@@ -132,7 +121,6 @@ def _load_charts(result: Result) -> Iterator[str]:
     def lines_of(values: Array) -> list[Line]:
         return [_line(i, carriage.name, values[:, i]) for i, carriage in enumerate(machine.carriages)]
 
-    yield "<p>Drag to zoom, double click for the whole history, click on a name to hide it.</p>"
     yield chart("Resultant of Fy and Fz", "N", time, lines_of(data["resultant"]), group="run")
     if near.sum() < time.size:
         title = f"Resultant around the largest load, at {largest:.3f} s"
@@ -146,7 +134,7 @@ def _line(index: int, name: str, values: Array) -> Line:
     return Line(name, values, style.color, dashed=style.dash != "-")
 
 
-def _motion_charts(result: Result) -> Iterator[str]:
+def _motion_charts(result: Result) -> Iterator[Chart]:
     data = result.quantities
     for quantity, title, unit in (
         ("cart_acceleration", "Acceleration", "m/s2"),
@@ -162,53 +150,12 @@ def _motion_charts(result: Result) -> Iterator[str]:
             yield chart(title, unit, data["time"], lines, group="run")
 
 
-def _point_charts(result: Result) -> Iterator[str]:
+def _point_charts(result: Result) -> Iterator[Chart]:
     data = result.quantities
     moving = 1e6 * (data["point_displacement"] - data["static_point_displacement"])
     for i, point in enumerate(result.machine.points):
         lines = [_line(axis, "xyz"[axis], moving[:, i, axis]) for axis in range(3)]
         yield chart(f"{point.name}: displacement from rest", "um", data["time"], lines, group="run")
-
-
-def _machine(result: Result) -> Iterator[str]:
-    machine = result.machine
-    caption = (
-        "The machine, with the force of the body on each carriage at the instant of the largest resultant."
-    )
-    yield picture(scene(machine, result), caption)
-    yield html_of(body_lines(machine))
-    if machine.carriages:
-        yield html_of(carriage_tables(machine))
-    if machine.links:
-        yield html_of([links_table(machine)])
-
-
-def _modes(result: Result) -> Iterator[str]:
-    machine = result.machine
-    yield html_of([modes_table(machine, result.modes), *nominal_lines(machine, "frequencies")])
-    yield picture(modes_picture(machine, result.modes)[0], "The natural modes.")
-
-
-def _audit_table(result: Result) -> RenderableType:
-    table = new_table("figure", texts=("finding",))
-    for line in result.audit.lines:
-        table.add_row(Text(line[:LABEL].strip()), Text(line[LABEL:]))
-    return table
-
-
-def _assumptions_table() -> RenderableType:
-    table = new_table("statement", texts=("source",))
-    for statement, source in ASSUMPTIONS:
-        table.add_row(Text(statement), source)
-    return table
-
-
-def _input(result: Result) -> Iterator[str]:
-    attributes = result.quantities.attrs
-    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
-    yield html_of([f"Versions: {versions}, Python {platform.python_version()}."])
-    yield html_of([Text(f"Motion: {attributes['motion_source']}")])
-    yield folded("The machine in SI units", f"<pre>{escape(_listed(result.machine))}</pre>")
 
 
 def _listed(machine: Machine) -> str:

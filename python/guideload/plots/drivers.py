@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import counted
+from guideload.base.number_text import capitalised, counted
 from guideload.plots.style import (
     GREY,
     INK,
@@ -22,7 +22,7 @@ from guideload.plots.style import (
 )
 from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, known
-from guideload.study.results.titles import capitalised, with_owner, with_unit
+from guideload.study.results.titles import with_owner, with_unit
 
 BARS = 16  # parameters in a tornado diagram
 PANELS = 6  # parameters in a scatter plot

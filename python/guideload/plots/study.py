@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import load_with_unit
+from guideload.base.number_text import capitalised, load_with_unit
 from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
 from guideload.plots.saving import save_each
 from guideload.plots.study_life import failure
@@ -31,7 +31,7 @@ from guideload.study.description.measures import LIFE, QUANTITIES, SAFETY
 from guideload.study.results import statistics
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known
-from guideload.study.results.titles import capitalised, title_of, with_unit
+from guideload.study.results.titles import title_of, with_unit
 
 FEW = 60  # samples up to which each is drawn as a dot, as their histogram would be random
 LINES = 20  # histories up to which each is drawn as a line

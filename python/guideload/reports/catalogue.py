@@ -2,57 +2,65 @@
 
 from __future__ import annotations
 
-from rich.console import RenderableType
-from rich.text import Text
+from collections.abc import Callable
 
-from guideload.base.number_text import counted
+from guideload.base.number_text import counted, number
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product
-from guideload.reports.elements import new_table, remark, section, to_text
+from guideload.catalogue.rating import Rating
+from guideload.reports.report import Column, Report, Table, section
 
 
-def catalogue_report(catalogue: Catalogue, encoding: str = "utf-8") -> str:
+def catalogue_report(catalogue: Catalogue) -> Report:
     """A row per product, and remarks."""
-    table = new_table(
-        "product", "C\nkN", "base\nkm", "p\n", "C0\nkN", texts=("type", "preload classes", "maker")
+    products = catalogue.products
+
+    def rating(read: Callable[[Rating], float]) -> list[float | None]:
+        return [None if one.dynamic is None else read(one.dynamic) for one in products]
+
+    return Report(
+        title="Catalogue",
+        answer=[f"{counted(len(products), 'product')}."],
+        warnings=[f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else [],
+        sections=[
+            section(
+                "Products",
+                Table(
+                    Column("product", [one.name for one in products]),
+                    Column("C", rating(lambda one: 1e-3 * one.value), "kN", "number"),
+                    Column("base", rating(lambda one: 1e-3 * one.base), "km", "number"),
+                    Column("p", rating(lambda one: one.exponent), kind="3 digits"),
+                    Column("C0", [one.static and 1e-3 * one.static for one in products], "kN", "number"),
+                    Column("type", [one.type for one in products]),
+                    Column(
+                        "preload classes",
+                        [", ".join(each.name for each in one.preload_classes) for one in products],
+                    ),
+                    Column("maker", [one.maker for one in products]),
+                ),
+            )
+        ],
     )
-    for product in catalogue.products:
-        rating = product.dynamic
-        numbers = ["", "", ""]
-        if rating is not None:
-            numbers = [_kilo(rating.value), _kilo(rating.base), f"{rating.exponent:.3g}"]
-        table.add_row(
-            Text(product.name),
-            *numbers,
-            "" if product.static is None else _kilo(product.static),
-            product.type,
-            Text(", ".join(one.name for one in product.preload_classes)),
-            Text(product.maker),
-        )
-    notes = [f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else []
-    return to_text([counted(len(catalogue.products), "product"), table, *remark(*notes)], encoding=encoding)
 
 
-def product_report(product: Product, encoding: str = "utf-8") -> str:
+def product_report(product: Product) -> Report:
     """All values of a product, with SI units, and its source."""
-    parts: list[RenderableType] = [f"{product.name}: {product.source}"]
-    parts += section("Values (SI units)")
-    for key, value in product.model_dump(
-        exclude_none=True, exclude={"name", "maker", "edition", "page"}
-    ).items():
-        if value not in ((), {}):
-            mark = " (not compared with the source)" if key in product.unverified else ""
-            parts.append(f"{key}: {_words(value)}{mark}")
-    return to_text(parts, encoding=encoding)
-
-
-def _kilo(value: float) -> str:
-    return f"{1e-3 * value:.6g}"
+    values = product.model_dump(exclude_none=True, exclude={"name", "maker", "edition", "page"})
+    lines = [
+        f"{key}: {_words(value)}{' (not compared with the source)' if key in product.unverified else ''}"
+        for key, value in values.items()
+        if value not in ((), {})
+    ]
+    return Report(
+        title=product.name,
+        answer=[f"{product.name}: {product.source}"],
+        sections=[section("Values (SI units)", lines)],
+    )
 
 
 def _words(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {_words(each)}" for key, each in value.items())
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return number(value)
     return "; ".join(map(_words, value)) if isinstance(value, tuple) else str(value)

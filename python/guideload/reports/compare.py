@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
-from guideload.base.number_text import load_in_table
+from guideload.base.number_text import KINDS, load_in_table, signed
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
-from guideload.reports.elements import new_table, remark, section, to_text
-from guideload.reports.life import kilometres, unverified_lines
+from guideload.reports.life import unverified_lines
+from guideload.reports.report import Column, Report, Section, Table, definitions, section
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -28,31 +24,33 @@ DEFINITIONS = (
 )
 
 
-def comparison_report(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
+def comparison_report(results: Mapping[str, Result]) -> Report:
     """Differences of the machines, a row of figures per run, and the peaks of each carriage, by title of the run.
 
     Raises ArgumentError if a machine has no carriages.
     """
-    return to_text(comparison_parts(results), encoding=encoding)
-
-
-def comparison_parts(results: Mapping[str, Result]) -> list[RenderableType]:
-    """The elements of `comparison_report`."""
     require_carriages(results)
     machines: dict[str, Machine] = {}
     for title, result in results.items():
         if result.machine not in machines.values():
             machines[title] = result.machine
-    parts = [*_differences(machines), *section("Figures"), _figures(results), *remark(DEFINITIONS)]
-    if len({tuple(carriage.name for carriage in one.machine.carriages) for one in results.values()}) == 1:
-        parts += [*section("Peak resultants of the carriages, N"), _peaks(results)]
-    warned = [
-        f"{title}: {result.audit.verdict}" for title, result in results.items() if result.audit.warnings
-    ]
     products = (
         one for machine in machines.values() for one in machine.product_of_carriage if one is not None
     )
-    return [*parts, *remark("", *unverified_lines(products), *warned)]
+    warned = [f"{title}: {one.audit.verdict}" for title, one in results.items() if one.audit.warnings]
+    peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
+    largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
+    alike = "" if len(machines) > 1 else "The machines are the same; the motions differ."
+    return Report(
+        title=f"Comparison: {', '.join(results)}",
+        answer=[f"Largest loads: {largest}. {alike}".rstrip()],
+        warnings=[*unverified_lines(products), *warned],
+        sections=[
+            _differences_section(machines),
+            section("Figures", _figures_table(results), definitions(DEFINITIONS)),
+            section("Peak resultants of the carriages", _peaks_table(results)),
+        ],
+    )
 
 
 def require_carriages(results: Mapping[str, Result]) -> None:
@@ -65,20 +63,20 @@ def require_carriages(results: Mapping[str, Result]) -> None:
             )
 
 
-def _differences(machines: Mapping[str, Machine]) -> list[RenderableType]:
-    if len(machines) < 2:
-        return remark("The machines are the same; the motions differ.")
+def _differences_section(machines: Mapping[str, Machine]) -> Section:
     found = [
-        (path, tuple(None if value is None else shown(value) for value in values))
+        (path, [None if value is None else shown(value) for value in values])
         for path, values in differences(*machines.values())
     ]
-    found += product_differences(*machines.values())
-    table = new_table("key", texts=tuple(machines))
-    for path, words in found[:MOST_DIFFERENCES]:
-        table.add_row(Text(path), *(Text(word or "") for word in words))
-    rest = len(found) - MOST_DIFFERENCES
-    more = [f"and {rest} more differences"] if rest > 0 else []
-    return [*section("Differences of the machines, in SI units"), table, *remark(*more)]
+    found += [(path, list(words)) for path, words in product_differences(*machines.values())]
+    listed, rest = found[:MOST_DIFFERENCES], len(found) - MOST_DIFFERENCES
+    table = Table(
+        Column("key", [path for path, _ in listed]),
+        *(Column(title, [words[i] for _, words in listed]) for i, title in enumerate(machines)),
+    )
+    return section(
+        "Differences of the machines, in SI units", table, f"and {rest} more differences" if rest > 0 else ""
+    )
 
 
 def differences(*machines: Machine) -> Iterator[tuple[str, tuple[Any, ...]]]:
@@ -129,52 +127,83 @@ def _values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
-def _figures(results: Mapping[str, Result]) -> RenderableType:
-    rows = {title: _row(result) for title, result in results.items()}
-    names = [name for name in next(iter(rows.values())) if any(name in row for row in rows.values())]
-    table = new_table("run", *(name for name in names), texts=("on",))
-    first = next(iter(rows.values()))
-    for title, row in rows.items():
-        cells = (
-            _cell(row[name], None if row is first else first.get(name)) if name in row else ""
-            for name in names
-        )
-        peaks = results[title].peak_columns["peak_resultant_N"]
-        carriage = results[title].machine.carriages[int(peaks.argmax())].name
-        table.add_row(Text(title), *cells, Text(carriage))
-    return table
+def _figures_table(results: Mapping[str, Result]) -> Table:
+    rows = [_figures(result) for result in results.values()]
+    first = rows[0]
+    figures = dict.fromkeys(figure for row in rows for figure in row)
+    peaks = (result.peak_columns["peak_resultant_N"] for result in results.values())
+    return Table(
+        Column("run", [*results]),
+        *(
+            Column(
+                figure.label,
+                [
+                    _with_change(
+                        KINDS[figure.kind](row[figure]),
+                        row[figure],
+                        None if row is first else first.get(figure),
+                    )
+                    if figure in row
+                    else None
+                    for row in rows
+                ],
+                figure.unit,
+                figure.kind,
+            )
+            for figure in figures
+        ),
+        Column(
+            "on",
+            [
+                one.machine.carriages[int(peak.argmax())].name
+                for one, peak in zip(results.values(), peaks, strict=True)
+            ],
+        ),
+    )
 
 
-def _row(result: Result) -> dict[str, float]:
-    """The figures of a run by heading."""
+class _Figure(NamedTuple):
+    label: str
+    unit: str
+    kind: str
+
+
+PEAK, FACTOR = _Figure("peak", "N", "load"), _Figure("f_W", "", "4 digits")
+LIFE, SAFETY = _Figure("life", "km", "life"), _Figure("S0", "", "factor")
+DRIVE, FIRST_MODE = _Figure("drive", "N", "load"), _Figure("mode 1", "Hz", "4 digits")
+
+
+def _figures(result: Result) -> dict[_Figure, float]:
+    """The figures of a run that can be computed."""
     peaks = result.peak_columns["peak_resultant_N"]
     at = int(peaks.argmax())
-    row = {"peak\nN": float(peaks[at]), "f_W\n": float(result.audit.simpler_models.dynamic_factor[at])}
+    row = {PEAK: float(peaks[at]), FACTOR: float(result.audit.simpler_models.dynamic_factor[at])}
     if any(result.machine.product_of_carriage):
         try:
             life = life_of(result)
-            row |= {"life\nkm": 1e-3 * life.machine, "S0\n": life.weakest.static.safety}
+            row |= {LIFE: life.machine, SAFETY: life.weakest.static.safety}
         except LifeError:
             pass  # the report of a run says why
     if "x" not in result.machine.free:
         try:
-            row["drive\nN"] = drive_requirements(result).peak_force
+            row[DRIVE] = drive_requirements(result).peak_force
         except GuideloadError:
             pass  # no velocity: the report of a run says so
-    row["mode 1\nHz"] = float(result.modes.frequency.min(initial=np.inf))
+    if result.modes.frequency.size:
+        row[FIRST_MODE] = float(result.modes.frequency.min())
     return row
 
 
-def _cell(value: float, first: float | None) -> str:
-    text = kilometres(1e3 * value) if value >= 1e4 else f"{value:.4g}"
-    if first is None or not np.isfinite(first) or first == 0.0:
-        return text
-    return f"{text} ({100.0 * (value / first - 1.0):+.1f} %)"
+def _with_change(text: str, value: float, first: float | None) -> str:
+    """A figure, and how much it differs from that of the first run."""
+    return text if not first else f"{text} ({signed(100.0 * (value / first - 1.0), '1 decimal')} %)"
 
 
-def _peaks(results: Mapping[str, Result]) -> RenderableType:
-    table = new_table("carriage", *results)
-    columns = [result.peak_columns["peak_resultant_N"] for result in results.values()]
-    for i, carriage in enumerate(next(iter(results.values())).machine.carriages):
-        table.add_row(Text(carriage.name), *(load_in_table(float(column[i])) for column in columns))
-    return table
+def _peaks_table(results: Mapping[str, Result]) -> Table | None:
+    """A row per carriage; none if the runs have different carriages."""
+    names = [[carriage.name for carriage in one.machine.carriages] for one in results.values()]
+    if any(each != names[0] for each in names):
+        return None
+    peaks = ((title, one.peak_columns["peak_resultant_N"]) for title, one in results.items())
+    columns = (Column(title, values, "N", "load") for title, values in peaks)
+    return Table(Column("carriage", names[0]), *columns)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
 
-from guideload.base.number_text import load_in_table, percent
+from guideload.base.arrays import Array
+from guideload.base.number_text import KINDS, digits, fixed, load_in_table, percent, seconds, signed
 from guideload.drive.requirements import DriveRequirements, Motor, drive_requirements, share_of_push
-from guideload.reports.elements import new_table, remark
+from guideload.reports.report import Column, Part, Table
 
 if TYPE_CHECKING:
     from guideload.simulation.result import Result
@@ -19,44 +18,49 @@ if TYPE_CHECKING:
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 
 
-def drive_parts(result: Result) -> list[RenderableType]:
+def drive_parts(result: Result) -> list[Part]:
     """A table of force, power and torque, and what they mean; empty if x is free."""
     if "x" in result.machine.free:
         return []
     needed = drive_requirements(result)
-    return [_table(needed), *remark(*_sentences(result, needed))]
+    return [_table(needed), *_sentences(result, needed)]
 
 
-def _table(needed: DriveRequirements) -> RenderableType:
-    table = new_table("", "peak", "at\ns", "rms", texts=("",))
+class _Row(NamedTuple):
+    name: str
+    history: Array
+    unit: str
+    kind: str = "load"
+    rms: float | None = None
 
-    def add(title: str, history: np.ndarray, mean: str, unit: str) -> None:
-        at = int(np.abs(history).argmax())
-        table.add_row(Text(title), load_in_table(float(history[at])), f"{needed.time[at]:.3f}", mean, unit)
 
-    add("drive force", needed.force, load_in_table(needed.rms_force), "N")
+def _table(needed: DriveRequirements) -> Table:
+    rows = [_Row("drive force", needed.force, "N", rms=needed.rms_force)]
     if needed.friction.any():
-        add("  of it friction", needed.friction, "", "N")
+        rows.append(_Row("  of it friction", needed.friction, "N"))
     if needed.power is not None:
-        add("power at the cart", needed.power, "", "W")
-    motor = needed.motor
-    if motor is not None:
-        at = int(np.abs(motor.torque).argmax())
-        torques = f"{motor.torque[at]:.3g}", f"{needed.time[at]:.3f}", f"{motor.rms_torque:.3g}"
-        table.add_row("motor torque", *torques, "N m")
-        fastest = int(np.abs(motor.speed).argmax())
-        table.add_row(
-            "motor speed", f"{RPM * motor.speed[fastest]:.0f}", f"{needed.time[fastest]:.3f}", "", "rpm"
-        )
+        rows.append(_Row("power at the cart", needed.power, "W"))
+    if (motor := needed.motor) is not None:
+        rows.append(_Row("motor torque", motor.torque, "N m", "3 digits", motor.rms_torque))
+        rows.append(_Row("motor speed", RPM * motor.speed, "rpm", "count"))
     if needed.push.any():
-        add("push of the rack", needed.push, "", "N")
-    return table
+        rows.append(_Row("push of the rack", needed.push, "N"))
+    at = [int(np.abs(row.history).argmax()) for row in rows]
+    return Table(
+        Column("", [row.name for row in rows]),
+        Column(
+            "peak", [KINDS[row.kind](row.history[i]) for row, i in zip(rows, at, strict=True)], kind="count"
+        ),
+        Column("at", needed.time[at], "s", "time"),
+        Column("rms", [None if row.rms is None else KINDS[row.kind](row.rms) for row in rows], kind="count"),
+        Column("unit", [row.unit for row in rows]),
+    )
 
 
 def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
     if needed.holding_force:
         torque = needed.holding_torque
-        motor = "" if torque is None else f" at the cart, {torque:.3g} N m at the motor"
+        motor = "" if torque is None else f" at the cart, {digits(torque)} N m at the motor"
         held = f"{load_in_table(needed.holding_force)} N{motor}"
         yield f"The drive holds the cart at rest against gravity with {held}, without friction and losses."
         if needed.power is not None and needed.power.min() < 0.0:
@@ -66,7 +70,9 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)
         names = (carriage.name for carriage in result.machine.carriages)
-        listed = ", ".join(f"{name} {signed(share)}" for name, share in zip(names, shares, strict=True))
+        listed = ", ".join(
+            f"{name} {signed(share, 'percent')}" for name, share in zip(names, shares, strict=True)
+        )
         yield (
             "The rack pushes the body away with F tan(pressure angle) / cos(helix angle), whatever the direction of F. "
             f"Share of this push in the peak resultant: {listed}."
@@ -77,7 +83,7 @@ def _motor_sentences(motor: Motor) -> Iterator[str]:
     use = motor.use
     if use is not None:
         at = int(use.argmax())
-        place = f"at {motor.time[at]:.3f} s and {RPM * abs(motor.speed[at]):.0f} rpm"
+        place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"
         if np.isinf(use[at]):
             yield f"Note: the motor is too slow: {place} its torque curve has no torque. Take a faster motor or gear."
         elif use[at] > 1.0:
@@ -91,8 +97,3 @@ def _motor_sentences(motor: Motor) -> Iterator[str]:
         share = motor.rms_torque / motor.rated_torque
         lead = "Note: the motor overheats: the" if share > 1.0 else "The"
         yield f"{lead} rms torque is {percent(share)} of the rated torque."
-
-
-def signed(share: float) -> str:
-    """A share as percentage with its sign: `+12 %`, `-3.1 %`."""
-    return f"{'-' if share < 0 else '+'}{percent(abs(share))}"

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from rich.console import RenderableType
-from rich.table import Table
-from rich.text import Text
+import numpy as np
 
-from guideload.base.number_text import joined, load_in_table, percent
+from guideload.base.number_text import fixed, joined, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
-from guideload.reports.elements import heading, new_table, remark, section, to_text
-from guideload.reports.life import kilometres, rating_formulas, unverified_lines
+from guideload.reports.life import rating_formulas, unverified_lines
+from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
 
 DEFINITION = (
     "P_m: mean equivalent load over the distance of all cases. Life: the travel, in all cases by their shares, after "
@@ -18,34 +16,30 @@ DEFINITION = (
 )
 
 
-def duty_report(duty: DutyCycle, encoding: str = "utf-8") -> str:
+def duty_report(duty: DutyCycle) -> Report:
     """The whole report."""
-    return to_text(duty_parts(duty), encoding=encoding)
-
-
-def duty_parts(duty: DutyCycle) -> list[RenderableType]:
-    """The elements of the report."""
     notes: dict[str, list[str]] = {}
     for case, life in zip(duty.cases, duty.lives, strict=True):
         for note in life.notes:
             notes.setdefault(note, []).append(case.name)
     unverified = unverified_lines(one.product for one in duty.carriages)
-    lines = [
-        f"Note, case {joined(names)}: {note}."
-        for note, names in notes.items()
-        if f"Note: {note}." not in unverified
-    ]
-    return [
-        *heading(duty.cases[0].machine),
-        *remark(_answer(duty), *unverified),
-        *section("Cases"),
-        _cases_table(duty),
-        *section("Carriages"),
-        _carriages_table(duty),
-        *remark(DEFINITION, *lines),
-        *section("Formulas"),
-        *remark(*rating_formulas(duty.carriages)),
-    ]
+    machine = duty.cases[0].machine
+    return Report(
+        title=f"{machine.name}: duty cycle",
+        answer=[f"{machine.name}: {_answer(duty)}", *unverified],
+        warnings=[
+            f"Note, case {joined(names)}: {note}."
+            for note, names in notes.items()
+            if f"Note: {note}." not in unverified
+        ],
+        about=free_dofs(machine),
+        sections=[
+            section("Cases", _cases_table(duty)),
+            section("Carriages", _carriages_table(duty), definitions(DEFINITION)),
+            section("Formulas", *rating_formulas(duty.carriages)),
+        ],
+        failed=not duty.holds,
+    )
 
 
 def _answer(duty: DutyCycle) -> str:
@@ -60,54 +54,39 @@ def _answer(duty: DutyCycle) -> str:
         )
     costliest = int(duty.shares.argmax())
     return (
-        f"{verdict} With a probability of {100 * conditions.reliability:g} % all carriages last {kilometres(life)} "
-        f"km{asked}, that is {duty.hours(life):.0f} h. {risk}Case {duty.cases[costliest].name} uses "
-        f"{100 * duty.shares[costliest]:.1f} % of the life. The smallest static safety is {weakest.static.safety:.2f} "
-        f"(least: {conditions.least_safety:g}), on carriage {weakest.name} in case {name}, at "
-        f"{weakest.worst.time:.3f} s."
+        f"{verdict} With a probability of {number(100 * conditions.reliability)} % all carriages last "
+        f"{kilometres(life)} km{asked}, that is {fixed(duty.hours(life))} h. {risk}Case {duty.cases[costliest].name} "
+        f"uses {fixed(100 * duty.shares[costliest], 1)} % of the life. The smallest static safety is "
+        f"{fixed(weakest.static.safety, 2)} (least: {number(conditions.least_safety)}), on carriage {weakest.name} in "
+        f"case {name}, at {seconds(weakest.worst.time)} s."
     )
 
 
 def _cases_table(duty: DutyCycle) -> Table:
-    table = new_table(
-        "case",
-        "cycles\nin period",
-        "travel\nkm",
-        "life\nalone, km",
-        "uses of\nlife, %",
-        "S0\n",
-        texts=("on",),
+    weakest = [life.weakest for life in duty.lives]
+    return Table(
+        Column("case", [case.name for case in duty.cases]),
+        Column("cycles in period", [case.cycles for case in duty.cases], kind="number"),
+        Column("travel", 1e-3 * np.asarray(duty.distances), "km", "4 digits"),
+        Column("life alone", [life.machine for life in duty.lives], "km", "life"),
+        Column("uses of life", 100 * np.asarray(duty.shares), "%", "1 decimal"),
+        Column("S0", [one.static.safety for one in weakest], kind="factor"),
+        Column("on", [one.name for one in weakest]),
     )
-    for case, life, distance, share in zip(duty.cases, duty.lives, duty.distances, duty.shares, strict=True):
-        weakest = life.weakest
-        table.add_row(
-            Text(case.name),
-            f"{case.cycles:g}",
-            f"{1e-3 * distance:.4g}",
-            kilometres(life.machine),
-            f"{100 * share:.1f}",
-            f"{weakest.static.safety:.2f}",
-            Text(weakest.name),
-        )
-    return table
 
 
 def _carriages_table(duty: DutyCycle) -> Table:
-    table = new_table("carriage", "P_m\nN", "life\nkm", "h\n", "S0\n", texts=("in case", "product"))
-    for k, one in enumerate(duty.carriages):
-        life = float(duty.carriage_lives[k])
-        safety, case = min((found.carriages[k].static.safety, i) for i, found in enumerate(duty.lives))
-        table.add_row(
-            Text(one.name),
-            load_in_table(float(duty.mean_loads[k])),
-            kilometres(life),
-            f"{duty.hours(life):.0f}",
-            f"{safety:.2f}",
-            Text(duty.cases[case].name),
-            Text(one.product.name),
-        )
-    life = duty.machine_life
-    table.add_row(
-        "machine", "", kilometres(life), f"{duty.hours(life):.0f}", f"{duty.worst[1].static.safety:.2f}"
+    carriages, lives = duty.carriages, [*map(float, duty.carriage_lives), duty.machine_life]
+    worst = [
+        min((life.carriages[k].static.safety, i) for i, life in enumerate(duty.lives))
+        for k in range(len(carriages))
+    ]
+    return Table(
+        Column("carriage", [*(one.name for one in carriages), "machine"]),
+        Column("P_m", [*map(float, duty.mean_loads), None], "N", "load"),
+        Column("life", lives, "km", "life"),
+        Column("life", [duty.hours(life) for life in lives], "h", "count"),
+        Column("S0", [*(safety for safety, _ in worst), duty.worst[1].static.safety], kind="factor"),
+        Column("in case", [*(duty.cases[i].name for _, i in worst), duty.worst[0]]),
+        Column("product", [*(one.product.name for one in carriages), None]),
     )
-    return table

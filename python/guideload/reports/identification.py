@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich.console import RenderableType
-from rich.table import Table
-from rich.text import Text
+import numpy as np
 
-from guideload.base.number_text import counted, joined, percent
+from guideload.base.number_text import capitalised, counted, digits, joined, percent
 from guideload.identification.cross_validation import Level
 from guideload.identification.deflections import Deflections
 from guideload.identification.figure import Figure
@@ -16,8 +14,8 @@ from guideload.identification.modal_test import ModalTest
 from guideload.identification.names import short, together, usual_unit
 from guideload.identification.next_measurement import Candidate
 from guideload.identification.result import Estimate, Identification
-from guideload.reports.elements import heading, new_table, remark, section, to_text
-from guideload.reports.identification_records import records
+from guideload.reports.identification_records import record_sections
+from guideload.reports.report import Column, Part, Report, Section, Table, definitions, free_dofs, section
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
@@ -47,41 +45,31 @@ def identification_report(
     levels: Sequence[Level] = (),
     candidates: Sequence[Candidate] = (),
     figure: Figure | None = None,
-    encoding: str = "utf-8",
-) -> str:
+) -> Report:
     """The whole report.
 
     levels: of models compared with this one. candidates: for the next measurement, ranked by the figure.
     """
-    parts: list[RenderableType] = [
-        *heading(found.nominal),
-        *remark(_answer(found)),
-        *section("Numbers of the machine"),
-        _estimates(found),
-        *remark(DEFINITION),
-    ]
-    if found.undetermined:
-        parts += [
-            *section("What these data cannot determine"),
-            *remark(*(f"{one.words}." for one in found.undetermined)),
-        ]
-    for each in found.data:
-        if isinstance(each, ModalTest):
-            parts += [*section(f"Modes: {each.name}"), _modes(each, found), *remark(*_without(each, found))]
-        if isinstance(each, Deflections):
-            parts += [*section(f"Displacements: {each.name}"), _displacements(each, found)]
-    parts += records(found)
-    parts += [*section("Differences"), _differences(found), *remark(DIFFERENCES)]
-    if levels:
-        parts += [*section("Which model"), _levels(levels), *remark(LEVELS)]
-    if candidates:
-        parts += [
-            *section("What to measure next"),
-            _candidates(candidates),
-            *remark(*_figure(figure)),
-        ]
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
-    return to_text([*parts, *remark(*doubts, _search(found))], encoding=encoding)
+    return Report(
+        title=f"{found.nominal.name}: identification",
+        answer=[f"{found.nominal.name}: {_answer(found)}"],
+        warnings=[*doubts, *(f"{capitalised(message)}." for message in found.messages)],
+        about=free_dofs(found.nominal),
+        sections=[
+            section("Numbers of the machine", _estimates_table(found), definitions(DEFINITION)),
+            section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),
+            *(_modal_section(each, found) for each in found.data if isinstance(each, ModalTest)),
+            *(_displacements_section(each, found) for each in found.data if isinstance(each, Deflections)),
+            *record_sections(found),
+            section("Differences", _differences_table(found), definitions(DIFFERENCES)),
+            section("Which model", _levels_table(levels), definitions(LEVELS if levels else "")),
+            section(
+                "What to measure next", _candidates_table(candidates), *_figure_lines(figure, candidates)
+            ),
+            section("Search", _searches(found)),
+        ],
+    )
 
 
 def _answer(found: Identification) -> str:
@@ -89,11 +77,11 @@ def _answer(found: Identification) -> str:
     source = joined(each.name for each in found.data)
     doubts = sum(len(test.doubts) for test in found.residuals) + len(found.messages)
     total = counted(len(found.estimates), "number")
-    words = f"{source[:1].upper()}{source[1:]}: {len(identified)} of {total} identified"
+    words = f"{source}: {len(identified)} of {total} identified"
     if identified:
         worst = max(identified, key=_relative)
         words += f", the least certain one, {worst.name}, within {percent(_relative(worst))}"
-    unsure = f"{counted(doubts, 'doubt')}, see below." if doubts else "No doubts."
+    unsure = f"{counted(doubts, 'doubt')}:" if doubts else "No doubts."
     return f"{words}. {unsure}"
 
 
@@ -101,133 +89,152 @@ def _relative(one: Estimate) -> float:
     return abs(one.high - one.low) / 2.0 / abs(one.value) if one.value else float("inf")
 
 
-def _estimates(found: Identification) -> Table:
-    table = new_table(
-        "number",
-        "machine\nfile",
-        "value\n",
-        "from\n",
-        "to\n",
-        "+-\n%",
-        "narrowed\n",
-        "",
-        texts=("unit",),
+def _estimates_table(found: Identification) -> Table:
+    units = [usual_unit(one.unit) for one in found.estimates]
+    pairs = list(zip(found.estimates, (scale for _, scale in units), strict=True))
+    starts = [unknown.start for unknown in found.unknowns]
+    return Table(
+        Column("number", [short(one.name) for one in found.estimates]),
+        Column("unit", [unit for unit, _ in units]),
+        Column(
+            "machine file",
+            [scale * start for (_, scale), start in zip(units, starts, strict=True)],
+            kind="4 digits",
+        ),
+        Column(
+            "value",
+            [scale * one.value if one.is_identified else "none" for one, scale in pairs],
+            kind="4 digits",
+        ),
+        Column(
+            "from", [scale * one.low if one.is_identified else None for one, scale in pairs], kind="4 digits"
+        ),
+        Column(
+            "to", [scale * one.high if one.is_identified else None for one, scale in pairs], kind="4 digits"
+        ),
+        Column(
+            "+-",
+            [
+                100.0 * _relative(one) if one.is_identified and start else None
+                for one, start in zip(found.estimates, starts, strict=True)
+            ],
+            "%",
+            "2 digits",
+        ),
+        Column("narrowed", [1.0 / one.narrowed for one in found.estimates], kind="3 digits"),
+        Column("p", ["p" if one.profile and one.is_identified else "" for one in found.estimates]),
     )
-    for one, unknown in zip(found.estimates, found.unknowns, strict=True):
-        unit, scale = usual_unit(one.unit)
-        before = f"{scale * unknown.start:.4g}"
-        if one.is_identified:
-            numbers = [f"{scale * value:.4g}" for value in (one.value, one.low, one.high)]
-            numbers.append(f"{100.0 * _relative(one):.2g}" if unknown.start else "")
-        else:
-            numbers = ["none", "", "", ""]
-        narrowed = f"{1.0 / one.narrowed:.3g}"
-        table.add_row(
-            Text(short(one.name)),
-            before,
-            *numbers,
-            narrowed,
-            "p" if one.profile and one.is_identified else "",
-            unit,
-        )
-    return table
 
 
-def _modes(test: ModalTest, found: Identification) -> Table:
-    table = new_table(
-        "mode",
-        "measured\nHz",
-        "computed\nHz",
-        "differ\n%",
-        "damping\n%",
-        "computed\n%",
-        "MAC\n",
-        "computed\nmode",
+def _modal_section(test: ModalTest, found: Identification) -> Section:
+    """Measured and computed modes; measured ones without a computed one have a reason below."""
+    pairs = test.pairs(found.model)
+    modes = [(test.modes[pair.measured], pair) for pair in pairs]
+    return section(
+        f"Modes: {test.name}",
+        Table(
+            Column("mode", [str(pair.measured + 1) for pair in pairs]),
+            Column("measured", [mode.frequency for mode, _ in modes], "Hz", "4 digits"),
+            Column(
+                "computed",
+                ["none" if pair.frequency is None else pair.frequency for pair in pairs],
+                "Hz",
+                "4 digits",
+            ),
+            Column(
+                "differ",
+                [pair.frequency and 100.0 * (mode.frequency / pair.frequency - 1.0) for mode, pair in modes],
+                "%",
+                "signed factor",
+            ),
+            Column("damping", [mode.damping and 100.0 * mode.damping for mode, _ in modes], "%", "3 digits"),
+            Column("computed", [pair.damping and 100.0 * pair.damping for pair in pairs], "%", "3 digits"),
+            Column("MAC", [pair.mac for pair in pairs], kind="time"),
+            Column(
+                "computed mode",
+                [None if pair.computed is None else pair.computed + 1 for pair in pairs],
+                kind="count",
+            ),
+        ),
+        *(
+            f"Mode {pair.measured + 1} was left out: {pair.reason}."
+            for pair in pairs
+            if pair.computed is None
+        ),
     )
-    for pair in test.pairs(found.model):
-        mode = test.modes[pair.measured]
-        damping = "" if mode.damping is None else f"{100.0 * mode.damping:.3g}"
-        row = [f"{pair.measured + 1}", f"{mode.frequency:.4g}"]
-        if pair.frequency is None or pair.damping is None or pair.computed is None:
-            table.add_row(*row, "none", "", damping, "", "", "")
-            continue
-        difference = f"{100.0 * (mode.frequency / pair.frequency - 1.0):+.2f}"
-        mac = "" if pair.mac is None else f"{pair.mac:.3f}"
-        shown = f"{pair.frequency:.4g}", difference, damping, f"{100.0 * pair.damping:.3g}", mac
-        table.add_row(*row, *shown, f"{pair.computed + 1}")
-    return table
 
 
-def _without(test: ModalTest, found: Identification) -> list[str]:
-    """Measured modes without a computed one."""
-    return [
-        f"Mode {pair.measured + 1} was left out: {pair.reason}."
-        for pair in test.pairs(found.model)
-        if pair.computed is None
-    ]
-
-
-def _displacements(data: Deflections, found: Identification) -> Table:
-    table = new_table(
-        "displacement", "force\nN", "measured\num", "computed\num", "differ\num", texts=("force at",)
-    )
+def _displacements_section(data: Deflections, found: Identification) -> Section:
+    values = data.values
+    moved = np.asarray([one.moved for one in values])
     computed = data.computed(found.model)[0]
-    for one, value in zip(data.values, computed.tolist(), strict=True):
-        moved = f"{1e6 * one.moved:.4g}", f"{1e6 * value:.4g}", f"{1e6 * (one.moved - value):+.2g}"
-        table.add_row(Text(one.at.name), f"{one.force:.4g}", *moved, Text(one.force_at.name))
-    return table
+    return section(
+        f"Displacements: {data.name}",
+        Table(
+            Column("displacement", [one.at.name for one in values]),
+            Column("force", [one.force for one in values], "N", "4 digits"),
+            Column("measured", 1e6 * moved, "um", "4 digits"),
+            Column("computed", 1e6 * computed, "um", "4 digits"),
+            Column("differ", 1e6 * (moved - computed), "um", "signed 2 digits"),
+            Column("force at", [one.force_at.name for one in values]),
+        ),
+    )
 
 
-def _differences(found: Identification) -> Table:
-    table = new_table("measured", "values", "rms", "noise")
+def _differences_table(found: Identification) -> Table:
     in_time = [each.instants is not None for each in found.data for _ in each.noise]
-    for test, is_record in zip(found.residuals, in_time, strict=True):
-        noise = "known" if test.factor is None else "estimated" if is_record else f"x {test.factor:.2g}"
-        rms = "" if noise == "estimated" else f"{test.rms:.2f}"
-        table.add_row(Text(test.name), f"{test.count}", rms, noise)
-    return table
+    noises = [
+        "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
+        for test, is_record in zip(found.residuals, in_time, strict=True)
+    ]
+    rms = [
+        None if noise == "estimated" else test.rms
+        for test, noise in zip(found.residuals, noises, strict=True)
+    ]
+    return Table(
+        Column("measured", [test.name for test in found.residuals]),
+        Column("values", [test.count for test in found.residuals], kind="count"),
+        Column("rms", rms, kind="factor"),
+        Column("noise", noises, kind="2 digits"),
+    )
 
 
-def _levels(levels: Sequence[Level]) -> Table:
-    table = new_table("model", "unknowns", "score", "below best", "+-", texts=("",))
-    for one in levels:
-        behind = f"{one.behind:.1f}", f"{one.uncertainty:.1f}"
-        table.add_row(
-            Text(one.name),
-            f"{one.unknowns}",
-            f"{one.score:.1f}",
-            *behind,
-            "recommended" if one.is_best else "",
-        )
-    return table
+def _levels_table(levels: Sequence[Level]) -> Table:
+    return Table(
+        Column("model", [one.name for one in levels]),
+        Column("unknowns", [one.unknowns for one in levels], kind="count"),
+        Column("score", [one.score for one in levels], kind="1 decimal"),
+        Column("below best", [one.behind for one in levels], kind="1 decimal"),
+        Column("+-", [one.uncertainty for one in levels], kind="1 decimal"),
+        Column("", ["recommended" if one.is_best else "" for one in levels]),
+    )
 
 
-def _candidates(candidates: Sequence[Candidate]) -> Table:
-    table = new_table("measurement", "interval\n%", texts=("identifies",))
-    for one in candidates[:MOST_CANDIDATES]:
-        table.add_row(
-            Text(one.name),
-            f"{100.0 * one.deviation:.3g}",
-            Text(together(one.identified)) if one.identified else "",
-        )
-    return table
+def _candidates_table(candidates: Sequence[Candidate]) -> Table:
+    shown = candidates[:MOST_CANDIDATES]
+    return Table(
+        Column("measurement", [one.name for one in shown]),
+        Column("interval", [100.0 * one.deviation for one in shown], "%", "3 digits"),
+        Column("identifies", [together(one.identified) if one.identified else "" for one in shown]),
+    )
 
 
-def _figure(figure: Figure | None) -> list[str]:
+def _figure_lines(figure: Figure | None, candidates: Sequence[Candidate]) -> list[Part]:
     """What the intervals of the candidates are of."""
+    if not candidates:
+        return []
     if figure is None:
-        return [NEXT.format(figure="all unknowns (geometric mean)")]
+        return [definitions(NEXT.format(figure="all unknowns (geometric mean)"))]
     unit, scale = usual_unit(figure.unit)
-    value, low, high = (f"{scale * one:.4g}" for one in (figure.value, figure.low, figure.high))
+    value, low, high = (digits(scale * one, 4) for one in (figure.value, figure.low, figure.high))
     unit = "" if unit == "1" else f" {unit}"
     return [
-        NEXT.format(figure=figure.name),
+        definitions(NEXT.format(figure=figure.name)),
         f"Now the {figure.name} is {value}{unit}, and with a probability of 95 % from {low} to {high}{unit}, as far as "
         "the numbers above are uncertain.",
     ]
 
 
-def _search(found: Identification) -> str:
+def _searches(found: Identification) -> str:
     best = found.fit.minimum
-    words = [f"Of {found.fit.searches} searches from different starts {best.starts} led to these numbers."]
-    return " ".join([*words, *(f"{one[:1].upper()}{one[1:]}." for one in found.messages)])
+    return f"Of {found.fit.searches} searches from different starts {best.starts} led to these numbers."

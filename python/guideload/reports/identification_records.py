@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
-from rich.console import RenderableType
-from rich.table import Table
-from rich.text import Text
 
+from guideload.base.number_text import capitalised, digits
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.names import usual_unit
 from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
 from guideload.identification.sensor_log import SensorLog
-from guideload.reports.elements import new_table, remark, section
+from guideload.reports.report import Column, Section, Table, definitions, section
 
 INTERVALS = (
     "These intervals, as those of the machine, contain the noise, the error of the acceleration of the trace, and what "
@@ -23,29 +19,36 @@ INTERVALS = (
 )
 
 
-def records(found: Identification) -> Iterator[RenderableType]:
+def record_sections(found: Identification) -> list[Section]:
     """A section for each record in time."""
-    some = False
-    for each in found.data:
-        if isinstance(each, MotorForce | SensorLog):
-            some = True
-            kind = "Motor" if isinstance(each, MotorForce) else "Sensors"
-            yield from section(f"{kind}: {each.name}")
-            yield _own(found, each)
-            yield from remark(*_differences(found, each))
-    if some:
-        yield from remark(INTERVALS)
+    records = [each for each in found.data if isinstance(each, MotorForce | SensorLog)]
+    return [
+        section(
+            f"{'Motor' if isinstance(each, MotorForce) else 'Sensors'}: {each.name}",
+            _own_table(found, each),
+            *_differences(found, each),
+            definitions(INTERVALS),
+        )
+        for each in records
+    ]
 
 
-def _own(found: Identification, data: MotorForce | SensorLog) -> Table:
-    table = new_table("number", "now", "from", "to", texts=("unit",))
+def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
+    rows: list[tuple[str, str, list[str]]] = []
     for one in own_estimates(found, data):
         unit, scale = ("ms", 1e3) if one.unknown.unit == "s" else usual_unit(one.unknown.unit)
-        digits = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
-        values = [f"{scale * value:.{digits}g}" for value in (one.value, one.low, one.high)]
+        count = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
+        values = [digits(scale * value, count) for value in (one.value, one.low, one.high)]
         name = one.unknown.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
-        table.add_row(Text(name), *values, "" if unit == "1" else unit)
-    return table
+        rows.append((name, "" if unit == "1" else unit, values))
+    return Table(
+        Column("number", [name for name, _, _ in rows]),
+        *(
+            Column(label, [values[i] for *_, values in rows], kind="4 digits")
+            for i, label in enumerate(("now", "from", "to"))
+        ),
+        Column("unit", [unit for _, unit, _ in rows]),
+    )
 
 
 def _differences(found: Identification, data: MotorForce | SensorLog) -> list[str]:
@@ -65,9 +68,9 @@ def _differences(found: Identification, data: MotorForce | SensorLog) -> list[st
         rms, share = float(np.sqrt(np.mean((computed - seen) ** 2))), 0.0
         if seen.std() > 0.0:
             share = 1.0 - float(np.mean((computed - seen) ** 2) / seen.var())
-        shown = f"{rms:.3g}" if unit == "1" else f"{rms:.3g} {unit}"
+        shown = f"{digits(rms)}" if unit == "1" else f"{digits(rms)} {unit}"
         words.append(
-            f"{name[:1].upper()}{name[1:]}: computed and measured differ by {shown} rms, in {seen.size} "
-            f"windows of {1e3 * length:.3g} ms; the model explains {100.0 * share:.4g} % of the variance."
+            f"{capitalised(name)}: computed and measured differ by {shown} rms, in {seen.size} "
+            f"windows of {digits(1e3 * length)} ms; the model explains {digits(100.0 * share, 4)} % of the variance."
         )
     return words

@@ -5,18 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
-from rich.table import Table
-from rich.text import Text
-
 from guideload.base.errors import LifeError
-from guideload.base.number_text import joined, load_in_table, percent
+from guideload.base.number_text import (
+    between,
+    capitalised,
+    digits,
+    fixed,
+    joined,
+    kilometres,
+    load_in_table,
+    number,
+    percent,
+    seconds,
+)
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
-from guideload.reports.elements import new_table, remark, section, to_text
+from guideload.reports.report import Column, Report, Section, Table, definitions, section
 
 if TYPE_CHECKING:
     from guideload.catalogue.product import Product
@@ -31,30 +38,27 @@ LIFE_DEFINITION = (
 )
 
 
-def life_report(life: Life, band: bool = True, encoding: str = "utf-8") -> str:
+def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
     found = life.band if band else None
-    return to_text(
-        [
-            *remark(_answer(life, found), *_notes(life)),
-            life_table(life, found),
-            *remark(
-                LIFE_DEFINITION,
-                *([f"Band: 95 % credible band of the life; {found.method}."] if found else []),
-            ),
-            *causes_section(life),
-            *_rows_lines(life),
-            *section("Share of the life by phase of the cycle"),
-            _phases_line(life),
-            *_places_section(life),
-            *section("Formulas"),
-            *remark(*_formulas(life)),
+    words = "" if found is None else f"Band: 95 % credible band of the life; {found.method}."
+    return Report(
+        title=f"{life.record.result.machine.name}: life and static safety",
+        answer=[_answer(life, found)],
+        warnings=_notes(life),
+        sections=[
+            section("Life and static safety", _life_table(life, found), definitions(LIFE_DEFINITION, words)),
+            _causes_section(life),
+            _rows_section(life),
+            section("Share of the life by phase of the cycle", _phases(life)),
+            _places_section(life),
+            section("Formulas", *_formulas(life)),
         ],
-        encoding=encoding,
+        failed=not life.holds,
     )
 
 
-def life_of_run(result: Result) -> Life | LifeError | None:
+def run_life(result: Result) -> Life | LifeError | None:
     """Life and static safety of a run, or why they cannot be computed; None if no carriage names a product."""
     if not any(result.machine.product_of_carriage):
         return None
@@ -64,37 +68,34 @@ def life_of_run(result: Result) -> Life | LifeError | None:
         return error
 
 
-def life_answer(life: Life | LifeError | None) -> list[RenderableType]:
-    """The answer of `life_of_run` for the head of the report of a run."""
+def life_answer(life: Life | LifeError | None) -> list[str]:
+    """The answer of `run_life` for the head of the report of a run."""
     if life is None:
         return []
     if isinstance(life, LifeError):
-        return remark(f"Life and static safety are not computed: {life}.")
-    return remark(_answer(life, None), *unverified_lines(one.product for one in life.carriages))
+        return [f"Life and static safety are not computed: {life}."]
+    return [_answer(life, None), *unverified_lines(one.product for one in life.carriages)]
 
 
-def life_section(life: Life | LifeError | None) -> list[RenderableType]:
-    """The section of the report of a run: notes, table and definitions; empty without a life."""
+def life_sections(life: Life | LifeError | None) -> list[Section]:
+    """The sections of the report of a run: notes, table and definitions, causes; none without a life."""
     if not isinstance(life, Life):
         return []
     unverified = unverified_lines(one.product for one in life.carriages)  # in the answer
+    notes = [note for note in _notes(life) if note not in unverified]
+    table = _life_table(life, None)
     return [
-        *section("Life and static safety"),
-        *remark(*(note for note in _notes(life) if note not in unverified)),
-        life_table(life, None),
-        *remark(LIFE_DEFINITION),
+        section("Life and static safety", *notes, table, definitions(LIFE_DEFINITION)),
+        _causes_section(life),
     ]
 
 
 def _answer(life: Life, band: LifeBand | None) -> str:
     shortest, weakest, conditions = life.shortest, life.weakest, life.conditions
-    hours, years = life.hours(life.machine), life.years(life.machine)
-    ends = (
-        ""
-        if band is None
-        else f", 95 % credible band {' to '.join(kilometres(end) for end in band.machine)} km"
-    )
-    time = f"{hours:.0f} h" + ("" if conditions.hours_per_year is None else f" or {years:.3g} years")
+    ends = "" if band is None else f", 95 % credible band {between(*band.machine, 'life')} km"
+    time = f"{fixed(life.hours(life.machine))} h"
+    if conditions.hours_per_year is not None:
+        time += f" or {digits(life.years(life.machine))} years"
     required = (
         "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
     )
@@ -104,11 +105,11 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         risk = f"The probability that one fails before {kilometres(conditions.life)} km is "
         risk += f"{percent(life.failure_probability(conditions.life))}. "
     return (
-        f"{_verdict(life)} With a probability of {100 * conditions.reliability:g} % all carriages last "
+        f"{_verdict(life)} With a probability of {number(100 * conditions.reliability)} % all carriages last "
         f"{kilometres(life.machine)} km{asked}, that is {time}{ends}. {risk}Carriage {shortest.name} alone: "
-        f"{kilometres(shortest.life)} km. The smallest static safety is {weakest.static.safety:.2f} ({required}: "
-        f"{conditions.least_safety:g}), on carriage {weakest.name} at {weakest.worst.time:.3f} s, "
-        f"{weakest.worst.phase}."
+        f"{kilometres(shortest.life)} km. The smallest static safety is {fixed(weakest.static.safety, 2)} "
+        f"({required}: {number(conditions.least_safety)}), on carriage {weakest.name} at "
+        f"{seconds(weakest.worst.time)} s, {weakest.worst.phase}."
     )
 
 
@@ -131,62 +132,57 @@ def unverified_lines(products: Iterable[Product]) -> list[str]:
     return [f"Note: {note}." for note in unverified_notes(products)]
 
 
-def kilometres(metres: float) -> str:
-    """A life in km without its unit, three digits or all before the decimal point: `12805`, `43.7`."""
-    value = 1e-3 * metres
-    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
-
-
-def life_table(life: Life, band: LifeBand | None) -> Table:
+def _life_table(life: Life, band: LifeBand | None) -> Table:
     """A row per carriage, and one for each rail and the machine."""
-    bands = () if band is None else ("band\nfrom km", "band\nto km")
-    table = new_table("", "P_m\nN", "life\nkm", *bands, "h", "S0\n", "f_W\nL", "f_W\nS0", texts=("product",))
-    for i, one in enumerate(life.carriages):
-        ends = () if band is None else (kilometres(band.lower[i]), kilometres(band.upper[i]))
-        factors = (f"{factor:.2f}" for factor in (one.static.safety, one.factor_life, one.factor_safety))
-        table.add_row(
-            Text(one.name),
-            load_in_table(one.mean_load),
-            kilometres(one.life),
-            *ends,
-            f"{life.hours(one.life):.0f}",
-            *factors,
-            Text(one.product.name),
-        )
-    empty = [""] * len(bands)
-    for rail, value in life.rails.items():
-        table.add_row(Text(f"rail {rail}"), "", kilometres(value), *empty, f"{life.hours(value):.0f}")
-    ends_of_machine = empty if band is None else [kilometres(end) for end in band.machine]
-    table.add_row(
-        "machine", "", kilometres(life.machine), *ends_of_machine, f"{life.hours(life.machine):.0f}"
+    carriages, rails = life.carriages, life.rails
+    lives = [*(one.life for one in carriages), *rails.values(), life.machine]
+    blank = [None] * (len(rails) + 1)
+    bands: list[Column] = []
+    if band is not None:
+        ends = (band.lower, band.machine[0]), (band.upper, band.machine[1])
+        values = ([*of_carriages, *blank[1:], machine] for of_carriages, machine in ends)
+        bands = [
+            Column(f"band {word}", each, "km", "life")
+            for word, each in zip(("from", "to"), values, strict=True)
+        ]
+    return Table(
+        Column("", [*(one.name for one in carriages), *(f"rail {rail}" for rail in rails), "machine"]),
+        Column("P_m", [*(one.mean_load for one in carriages), *blank], "N", "load"),
+        Column("life", lives, "km", "life"),
+        *bands,
+        Column("life", [life.hours(one) for one in lives], "h", "count"),
+        Column("S0", [*(one.static.safety for one in carriages), *blank], "", "factor"),
+        Column("f_W", [*(one.factor_life for one in carriages), *blank], "L", "factor"),
+        Column("f_W", [*(one.factor_safety for one in carriages), *blank], "S0", "factor"),
+        Column("product", [*(one.product.name for one in carriages), *blank]),
     )
-    return table
 
 
-def causes_section(life: Life) -> list[RenderableType]:
+def _causes_section(life: Life) -> Section:
     """The causes of the worst instant of each carriage, and their definitions."""
-    causes = list(life.carriages[0].worst.shares)
-    headings = (f"{cause}\nN" if " " not in cause else cause.replace(" ", "\n") + "\nN" for cause in causes)
-    table = new_table("", "P0\nN", "at\ns", *headings, "noise\nN", texts=("while",))
-    for one in life.carriages:
-        worst = one.worst
-        noise = "" if worst.noise != worst.noise else load_in_table(worst.noise)
-        shares = (load_in_table(share) for share in worst.shares.values())
-        table.add_row(
-            Text(one.name), load_in_table(worst.load), f"{worst.time:.3f}", *shares, noise, worst.phase
-        )
-    definitions = ". ".join(f"{cause[0].upper()}{cause[1:]}: {CAUSES[cause]}" for cause in causes)
-    return [
-        *section("Causes of the worst instant"),
+    worst = [one.worst for one in life.carriages]
+    causes = list(worst[0].shares)
+    noise = [None if one.noise != one.noise else one.noise for one in worst]
+    table = Table(
+        Column("", [one.name for one in life.carriages]),
+        Column("P0", [one.load for one in worst], "N", "load"),
+        Column("at", [one.time for one in worst], "s", "time"),
+        *(Column(cause, [one.shares[cause] for one in worst], "N", "load") for cause in causes),
+        Column("noise", noise, "N", "load"),
+        Column("while", [one.phase for one in worst]),
+    )
+    terms = " ".join(f"{capitalised(cause)}: {CAUSES[cause]}." for cause in causes)
+    return section(
+        "Causes of the worst instant",
         table,
-        *remark(
-            f"P0 is largest at the time in the table, and there the sum of its causes. {definitions}. Noise: 1.96 "
+        definitions(
+            f"P0 is largest at the time in the table, and there the sum of its causes. {terms} Noise: 1.96 "
             "standard deviations of the resultant at this time, from the uncertainty of the trace."
         ),
-    ]
+    )
 
 
-def _rows_lines(life: Life) -> list[RenderableType]:
+def _rows_section(life: Life) -> Section:
     """The row loads of preloaded carriages; empty without any."""
     lines = [
         f"carriage {one.name}: loaded row up to {load_in_table(one.rows[0])} N, the other at least "
@@ -194,34 +190,33 @@ def _rows_lines(life: Life) -> list[RenderableType]:
         for one in life.carriages
         if one.rows is not None
     ]
-    return [*section("Loads of the two rows along y, preload included"), *lines] if lines else []
+    return section("Loads of the two rows along y, preload included", lines)
 
 
-def _phases_line(life: Life) -> str:
-    return ", ".join(f"{phase} {100 * share:.1f} %" for phase, share in life.phases.items())
+def _phases(life: Life) -> str:
+    return ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
 
 
-def _places_section(life: Life) -> list[RenderableType]:
-    if not life.places:
-        return []
+def _places_section(life: Life) -> Section:
     lines = []
-    for place in life.places:
+    for place in life.places or ():
         start, end, share = place.worst_window()
+        passed = (end - start) / (place.edges[-1] - place.edges[0])
         lines.append(
-            f"rail {place.rail}: most of the damage from x = {start:.2f} to {end:.2f} m, {100 * share:.0f} % of it on "
-            f"{100 * (end - start) / (place.edges[-1] - place.edges[0]):.0f} % of the length that its carriages pass"
+            f"rail {place.rail}: most of the damage from x = {fixed(start, 2)} to {fixed(end, 2)} m, "
+            f"{fixed(100 * share)} % of it on {fixed(100 * passed)} % of the length that its carriages pass"
         )
     note = (
         "x is counted from L at the start of the record. Damage at a place: from all carriages that pass it."
     )
-    return [*section("Life by place"), *lines, *remark(note)]
+    return section("Life by place", lines, definitions(note if lines else ""))
 
 
 def _formulas(life: Life) -> list[str]:
     return [
         *rating_formulas(life.carriages),
-        f"One record is {life.record.travel.time[-1] - life.record.travel.time[0]:.4g} s and {life.distance:.4g} m of "
-        f"travel; it repeats every {life.duration:.4g} s.",
+        f"One record is {digits(life.record.travel.time[-1] - life.record.travel.time[0], 4)} s and "
+        f"{digits(life.distance, 4)} m of travel; it repeats every {digits(life.duration, 4)} s.",
     ]
 
 
@@ -230,13 +225,13 @@ def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
     one = carriages[0]
     conditions = one.conditions
     rule = RULES[conditions.rule]
-    factors = joined(f"{value:g}" for value in dict.fromkeys(c.contact_factor for c in carriages))
+    factors = joined(f"{number(value)}" for value in dict.fromkeys(c.contact_factor for c in carriages))
     return [
         f"Equivalent load, rule {conditions.rule} ({rule.source}): {rule.note}.",
         "P_m = (int P^p |v| dt / int |v| dt)^(1/p), exact for loads that are linear between the samples. "
-        f"L = a1 base (f_H f_T f_C C / (f_W P_m))^p with p = {one.rating.exponent:.4g}, f_H = "
-        f"{conditions.hardness_factor:g}, f_T = {conditions.temperature_factor:g}, f_C = {factors}, f_W = "
-        f"{conditions.load_factor:g}; {one.product.name}: C = {1e-3 * one.rating.value:g} kN for "
+        f"L = a1 base (f_H f_T f_C C / (f_W P_m))^p with p = {digits(one.rating.exponent, 4)}, f_H = "
+        f"{number(conditions.hardness_factor)}, f_T = {number(conditions.temperature_factor)}, f_C = {factors}, f_W = "
+        f"{number(conditions.load_factor)}; {one.product.name}: C = {number(1e-3 * one.rating.value)} kN for "
         f"{kilometres(one.rating.base)} km ({one.product.source}).",
         "a1 = (ln R / ln 0.9)^(1/1.5). Rails and machine: L = (sum L_i^-1.5)^(-1/1.5), Weibull distributions of "
         "the slope 1.5 that a1 has.",

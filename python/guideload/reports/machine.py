@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
-from rich.table import Table
-from rich.text import Text
 
 from guideload.audit.warnings import free_at_rest, open_row_notes, rest_notes
-from guideload.base.number_text import counted, joined, load_in_table
+from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.reports.elements import dofs_line, new_table, remark, section, to_text
+from guideload.reports.report import Column, Part, Report, Section, Table, definitions, free_dofs, section
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,115 +31,152 @@ STATIC_DEFINITIONS = (
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
-def machine_report(machine: Machine, encoding: str = "utf-8") -> str:
+def machine_report(machine: Machine) -> Report:
     """The report of a machine: state at rest, warnings, body, carriages and links, static loads."""
     modes = Modes.of(machine)
     loose = free_at_rest(machine)
     state = "free within its clearance" if loose else "supported in every free dof"
     at_rest = np.abs(machine.scene.static_link_loads())
     rows = open_row_notes(machine.link_table(), at_rest, "at rest")
-    notes = [*rest_notes(loose), *rows, *unit_notes(machine, modes)]
-    parts: list[RenderableType] = [
-        *remark(f"{machine.name}: {machine.model_level}. At rest: {state}. {modes_range(modes)}", *notes),
-        dofs_line(machine),
-        *section("Body and drive"),
-        *body_lines(machine),
-    ]
+    return Report(
+        title=f"{machine.name}: machine",
+        answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
+        warnings=[*rest_notes(loose), *rows, *_unit_notes(machine, modes)],
+        about=free_dofs(machine),
+        sections=[*machine_sections(machine), _static_section(machine)],
+    )
+
+
+def machine_sections(machine: Machine) -> list[Section]:
+    """Body and drive; carriages, extra links, mounting errors, products and payloads."""
     count = f"{len(machine.link_table().names)} links"
     if machine.links:
         count += f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
-    parts += [*section(f"Carriages and links ({count})"), *carriage_tables(machine)]
-    if machine.links:
-        parts.append(links_table(machine))
-    parts += [*mounting_lines(machine), *product_lines(machine), *payload_lines(machine)]
-    if machine.carriages:
-        parts += [*section("Static loads"), static_table(machine), *remark(STATIC_DEFINITIONS)]
-    return to_text([*parts, *weight_lines(machine)], encoding=encoding)
+    lines = [*_mounting_lines(machine), *_product_lines(machine), *_payload_lines(machine)]
+    return [
+        section("Body and drive", _body_lines(machine)),
+        section(f"Carriages and links ({count})", *_carriage_parts(machine), _links_table(machine), lines),
+    ]
 
 
-def body_lines(machine: Machine) -> list[str]:
+def _body_lines(machine: Machine) -> list[str]:
     """Mass, centre of mass and inertia of the body, the travel per turn of the motor, and the points."""
     body = machine.whole_body
     weight = body.mass * float(np.linalg.norm(machine.gravity))
     principal = np.linalg.eigvalsh(body.central_inertia())
     lines = [
-        f"mass {body.mass:g} kg, weight {load_in_table(weight)} N",
+        f"mass {number(body.mass)} kg, weight {load_in_table(weight)} N",
         f"centre of mass {_millimetres(body.center_of_mass)} from L",
-        f"principal moments of inertia about it {', '.join(f'{j:.4g}' for j in principal)} kg m2",
+        f"principal moments of inertia about it {', '.join(digits(each, 4) for each in principal)} kg m2",
     ]
     for rider in machine.riders:
-        along = f"({', '.join(f'{x:g}' for x in rider.direction)})"
-        stands = f"here at a travel of {1e3 * rider.position:.4g} mm"
-        lines.append(f"with the rider {rider.name}: {rider.mass:g} kg that moves along {along}, {stands}")
+        along = f"({_listed(rider.direction)})"
+        stands = f"here at a travel of {digits(1e3 * rider.position, 4)} mm"
+        lines.append(
+            f"with the rider {rider.name}: {number(rider.mass)} kg that moves along {along}, {stands}"
+        )
     if machine.drive is not None and not machine.drive.linear_motor:
         per_turn = 2e3 * np.pi * machine.drive.speed_per_motor_speed
-        lines.append(f"drive: the cart moves {per_turn:.4g} mm per turn of the motor")
+        lines.append(f"drive: the cart moves {digits(per_turn, 4)} mm per turn of the motor")
     for point in machine.points:
         lines.append(f"point {point.name} {_millimetres(point.at)} from L")
     return lines
 
 
-def modes_report(machine: Machine, modes: Modes, encoding: str = "utf-8") -> str:
+def modes_report(machine: Machine, modes: Modes) -> Report:
     """The report of the natural modes: range of frequencies and damping, warnings, a row per mode."""
-    first = f"{machine.name}: {modes_range(modes)}"
-    notes = remark(first, *unit_notes(machine, modes), *nominal_lines(machine, "frequencies"))
-    return to_text([*notes, dofs_line(machine), modes_table(machine, modes)], encoding=encoding)
+    return Report(
+        title=f"{machine.name}: natural modes",
+        answer=[f"{machine.name}: {_modes_range(modes)}"],
+        warnings=[*_unit_notes(machine, modes)],
+        about=free_dofs(machine),
+        sections=[modes_section(machine, modes)],
+    )
 
 
-def modes_range(modes: Modes) -> str:
+def modes_section(machine: Machine, modes: Modes) -> Section:
+    """A row per natural mode: frequencies, damping ratio and the dofs that move most."""
+    damped = [
+        "none" if ratio >= 1.0 else float(frequency)
+        for ratio, frequency in zip(modes.damping_ratio, modes.damped_frequency, strict=True)
+    ]
+    dofs = [", ".join(moving_dofs(machine, np.real(shape))) for shape in modes.shape]
+    table = Table(
+        Column("mode", [str(i + 1) for i in range(len(dofs))]),
+        Column("natural", modes.frequency, "Hz", "4 digits"),
+        Column("damping ratio", 100.0 * modes.damping_ratio, "%", "3 digits"),
+        Column("damped", damped, "Hz", "4 digits"),
+        Column("moves mostly in", dofs),
+    )
+    return section("Natural modes", table, *nominal_lines(machine, "frequencies"))
+
+
+def _modes_range(modes: Modes) -> str:
     """The range of natural frequencies and damping ratios, as a sentence."""
     if not modes.frequency.size:
         return "No natural modes."
     ends = ((values.min(), values.max()) for values in (modes.frequency, 100.0 * modes.damping_ratio))
-    frequencies, ratios = (f"{low:.3g} to {high:.3g}" for low, high in ends)
+    frequencies, ratios = (between(low, high) for low, high in ends)
     return f"{counted(modes.frequency.size, 'natural mode')} at {frequencies} Hz, damped by {ratios} %."
 
 
-def carriage_tables(machine: Machine) -> list[RenderableType]:
+def _carriage_parts(machine: Machine) -> list[Part]:
     """A row per carriage: position, stiffness, damping, rail; and a second table of nonlinear laws."""
-    rolling = [carriage.distances.roll > 0.0 for carriage in machine.carriages]
-    width = ("width\nmm",) if any(rolling) else ()
-    headings = ("ky\nN/um", "kz\nN/um", "by\nkN s/m", "bz\nkN s/m")
-    table = new_table("carriage", "x\nmm", "y\nmm", "z\nmm", "length\nmm", *width, *headings, texts=("rail",))
-    rails = {rail.name: rail for rail in machine.rails}
-    carriages_of: dict[tuple[str, str], list[str]] = {}  # by axes and text of a nonlinear law
-    for carriage, center in zip(machine.carriages, machine.carriage_centers, strict=True):
-        table.add_row(
-            Text(carriage.name),
-            *(f"{1e3 * place:g}" for place in center),
-            *_distances(carriage)[: 1 + len(width)],
-            *(
-                f"{1e-6 * law.stiffness:g}" if law.kind == "linear" else f"{1e-6 * law.stiffness:.4g}*"
-                for law in carriage.laws
-            ),
-            *(f"{1e-3 * b:g}" for b in _dampings(carriage)),
-            Text(_rail_text(rails[carriage.rail])),
-        )
-        laws = [
-            (axis, law_text(carriage, law, axis) + _series_text(getattr(carriage, f"compliance_{axis}")))
-            for axis, law in zip("yz", carriage.laws, strict=True)
-            if law.kind != "linear"
-        ]
-        for text in dict.fromkeys(text for _, text in laws):
-            axes = ", ".join(axis for axis, same in laws if same == text)
-            carriages_of.setdefault((axes, text), []).append(carriage.name)
-    compliant = [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
-    notes = (
-        [f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."]
-        if compliant
-        else []
+    carriages, centers = machine.carriages, np.reshape(machine.carriage_centers, (-1, 3))
+    rolling = any(carriage.distances.roll > 0.0 for carriage in carriages)
+    rails = {rail.name: _rail_text(rail) for rail in machine.rails}
+    lengths, widths = zip(*map(_distances, carriages), strict=True) if carriages else ((), ())
+    table = Table(
+        Column("carriage", [one.name for one in carriages]),
+        *(Column(axis, 1e3 * centers[:, i], "mm", "number") for i, axis in enumerate("xyz")),
+        Column("length", lengths, "mm", "4 digits"),
+        *([Column("width", widths, "mm", "4 digits")] if rolling else []),
+        *(
+            Column(f"k{axis}", [_stiffness(one.laws[i]) for one in carriages], "N/um", "4 digits")
+            for i, axis in enumerate("yz")
+        ),
+        *(
+            Column(f"b{axis}", [1e-3 * _dampings(one)[i] for one in carriages], "kN s/m", "number")
+            for i, axis in enumerate("yz")
+        ),
+        Column("rail", [rails[one.rail] for one in carriages]),
     )
-    if not carriages_of:
-        return [table, *remark(*notes)]
-    laws_table = new_table("carriage", texts=("along", "law of the whole carriage"))
-    for (axes, text), names in carriages_of.items():
-        laws_table.add_row(Text(", ".join(names)), axes, text)
-    return [table, NOMINAL, laws_table, *remark(*notes)]
+    compliant = [one.name for one in carriages if one.compliance_y or one.compliance_z]
+    series = (
+        f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."
+        if compliant
+        else ""
+    )
+    laws = _laws_table(machine)
+    return [table, NOMINAL if laws else "", laws, series]
+
+
+def _stiffness(law: Law) -> float | str:
+    """In N/um; with a mark if the law is not linear."""
+    return 1e-6 * law.stiffness if law.kind == "linear" else f"{digits(1e-6 * law.stiffness, 4)}*"
+
+
+def _laws_table(machine: Machine) -> Table:
+    """A row for each law that is not linear, with the carriages that have it."""
+    carriages: dict[tuple[str, str], list[str]] = {}  # by axes and text of a law
+    for carriage in machine.carriages:
+        axes: dict[str, list[str]] = {}
+        for axis, law in zip("yz", carriage.laws, strict=True):
+            if law.kind != "linear":
+                compliance = getattr(carriage, f"compliance_{axis}")
+                axes.setdefault(_law_text(carriage, law, axis) + _series_text(compliance), []).append(axis)
+        for text, found in axes.items():
+            carriages.setdefault((", ".join(found), text), []).append(carriage.name)
+    return Table(
+        Column("carriage", [", ".join(names) for names in carriages.values()]),
+        Column("along", [along for along, _ in carriages]),
+        Column("law of the whole carriage", [text for _, text in carriages]),
+    )
 
 
 def _distances(carriage: Carriage) -> tuple[str, str]:
     """Length and width of a carriage in mm, or the distances of its links that stated stiffnesses give."""
-    pitch, yaw, roll = (f"{1e3 * distance:.4g}" for distance in carriage.distances)
+    pitch, yaw, roll = (digits(1e3 * distance, 4) for distance in carriage.distances)
     return (pitch if pitch == yaw else f"{pitch} (y), {yaw} (z)"), roll
 
 
@@ -152,58 +186,64 @@ def _dampings(carriage: Carriage) -> tuple[float, float]:
 
 
 def _rail_text(rail: Rail) -> str:
-    return f"{rail.name}, rolled {np.degrees(rail.roll):.4g} deg" if rail.roll else rail.name
+    return f"{rail.name}, rolled {digits(np.degrees(rail.roll), 4)} deg" if rail.roll else rail.name
 
 
 def _series_text(compliance: float) -> str:
-    return f"; in series with {1e9 * compliance:g} um/kN" if compliance else ""
+    return f"; in series with {number(1e9 * compliance)} um/kN" if compliance else ""
 
 
-def mounting_lines(machine: Machine) -> list[str]:
+def _mounting_lines(machine: Machine) -> list[str]:
     """Lines on mounting errors, an elastic base, and rails that are not straight."""
     parts = [("rail", one.name, one.mounting_error) for one in machine.rails]
     parts += [("carriage", one.name, one.mounting_error) for one in machine.carriages]
-    errors = [f"{kind} {name} ({1e6 * y:g}, {1e6 * z:g}) um" for kind, name, (y, z) in parts if y or z]
+    errors = [
+        f"{kind} {name} ({number(1e6 * y)}, {number(1e6 * z)}) um" for kind, name, (y, z) in parts if y or z
+    ]
     lines = [f"mounting errors (y, z): {', '.join(errors)}"] if errors else []
     if machine.base is not None:
-        across = ", ".join(f"{1e9 * machine.base.compliance[i][i]:.3g}" for i in range(3))
+        across = ", ".join(f"{digits(1e9 * machine.base.compliance[i][i])}" for i in range(3))
         lines.append(f"elastic base under all links: at L it gives way by {across} um/kN along x, y, z")
     for rail in machine.rails:
         for profile in rail.profiles:
             first, last = profile.reach
-            known = f"known from {first:g} to {last:g} m" if np.isfinite(last) else "random"
+            known = f"known from {number(first)} to {number(last)} m" if np.isfinite(last) else "random"
             lines.append(
-                f"rail {rail.name} is not straight: {known}, shortest wavelength {profile.shortest:g} m"
+                f"rail {rail.name} is not straight: {known}, shortest wavelength {number(profile.shortest)} m"
             )
-    at_rest = f"static loads are those with the cart at {machine.rest_at:g} m (rest_at)"
+    at_rest = f"static loads are those with the cart at {number(machine.rest_at)} m (rest_at)"
     return lines if machine.has_straight_rails else [*lines, at_rest]
 
 
-def payload_lines(machine: Machine) -> list[str]:
+def _payload_lines(machine: Machine) -> list[str]:
     """The payloads with mass, place and when they are on the machine."""
     lines = []
     for one in machine.payloads:
         if one.times is not None:
-            when = joined(f"{start:g} to {end:g} s" for start, end in one.times)
+            when = joined(f"{number(start)} to {number(end)} s" for start, end in one.times)
         else:
             places = ("gripped", one.picked_at), ("released", one.released_at)
             when = ", ".join(
-                f"{word} at x = {at.x:g} m going {at.travel}" for word, at in places if at is not None
+                f"{word} at x = {number(at.x)} m going {at.travel}" for word, at in places if at is not None
             )
         lines.append(
-            f"payload {one.name}: {one.mass:g} kg at {_millimetres(one.center_of_mass)} from L, {when}"
+            f"payload {one.name}: {number(one.mass)} kg at {_millimetres(one.center_of_mass)} from L, {when}"
         )
     return lines
 
 
-def product_lines(machine: Machine) -> list[str]:
+def _product_lines(machine: Machine) -> list[str]:
     """The products of the carriages with their ratings, and what was not compared with the maker's page."""
     lines = []
     for product in machine.products:
         users = [one.name for one in machine.carriages if one.product == product.name]
         rating, static = product.dynamic, product.static
-        ratings = [] if rating is None else [f"C {1e-3 * rating.value:g} kN for {1e-3 * rating.base:g} km"]
-        ratings += [] if static is None else [f"C0 {1e-3 * static:g} kN"]
+        ratings = (
+            []
+            if rating is None
+            else [f"C {number(1e-3 * rating.value)} kN for {number(1e-3 * rating.base)} km"]
+        )
+        ratings += [] if static is None else [f"C0 {number(1e-3 * static)} kN"]
         unverified = (
             f"; not compared with its page: {joined(product.unverified)}" if product.unverified else ""
         )
@@ -214,39 +254,43 @@ def product_lines(machine: Machine) -> list[str]:
     return lines
 
 
-def links_table(machine: Machine) -> Table:
+def _links_table(machine: Machine) -> Table:
     """A row per extra link: point, direction, damping and law."""
-    table = new_table("extra link", "at\nmm", "along", "b\nkN s/m", texts=("law",))
-    for link in machine.links:
-        along = f"({', '.join(f'{part:.3g}' for part in link.direction)})"
-        at = _millimetres(link.point).removesuffix(" mm")
-        table.add_row(Text(link.name), at, along, f"{1e-3 * link.damping:g}", law_text(link, link.law))
-    return table
+    links = machine.links
+    return Table(
+        Column("extra link", [link.name for link in links]),
+        Column("at", [f"({_listed(1e3 * part for part in link.point)})" for link in links], "mm", "count"),
+        Column("along", [f"({', '.join(map(digits, link.direction))})" for link in links], kind="count"),
+        Column("b", [1e-3 * link.damping for link in links], "kN s/m", "number"),
+        Column("law", [_law_text(link, link.law) for link in links]),
+    )
 
 
-def law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
+def _law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
     """Description of the law of a carriage along an axis, or of an extra link; units N/um, um, N."""
     suffix = f"_{axis}" if axis else ""
     if law.kind == "linear":
-        return f"{1e-6 * law.stiffness:g} N/um"
+        return f"{number(1e-6 * law.stiffness)} N/um"
     if law.kind == "preloaded":
         opens = float(law.force(law.edges[-1:])[0])
         return (
-            f"{1e-6 * law.stiffness:g} N/um at no load, preload {getattr(part, 'preload' + suffix):g} N, "
-            f"{part.rolling}s; one row opens at {load_in_table(opens)} N, {1e6 * law.edges[-1]:.3g} um"
+            f"{number(1e-6 * law.stiffness)} N/um at no load, preload {number(getattr(part, 'preload' + suffix))} N, "
+            f"{part.rolling}s; one row opens at {load_in_table(opens)} N, {digits(1e6 * law.edges[-1])} um"
         )
     curve = getattr(part, "curve" + suffix)
     if curve is not None:
-        points = ", ".join(f"{1e6 * deflection:.4g} um {force:.6g} N" for deflection, force in curve)
+        points = ", ".join(
+            f"{digits(1e6 * deflection, 4)} um {number(force)} N" for deflection, force in curve
+        )
         return f"curve through {points}{'; mirrored below 0 um' if curve[0] == (0.0, 0.0) else ''}"
     clearance, stiffness = getattr(part, "clearance" + suffix), getattr(part, "stiffness" + suffix)
-    gap = f"{1e6 * clearance:g} um of clearance to either side, then " if clearance else ""
+    gap = f"{number(1e6 * clearance)} um of clearance to either side, then " if clearance else ""
     pause = ", damping only in contact" if part.damping_in_contact and clearance else ""
     if isinstance(stiffness, float):
-        return f"{gap}{1e-6 * stiffness:g} N/um{pause}"
+        return f"{gap}{number(1e-6 * stiffness)} N/um{pause}"
     forwards, backwards = (f"towards +{axis}", f"towards -{axis}") if axis else ("along it", "against it")
     positive, negative = 1e-6 * stiffness.positive, 1e-6 * stiffness.negative
-    return f"{gap}{positive:g} N/um {forwards}, {negative:g} N/um {backwards}{pause}"
+    return f"{gap}{number(positive)} N/um {forwards}, {number(negative)} N/um {backwards}{pause}"
 
 
 def nominal_lines(machine: Machine, what: str) -> list[str]:
@@ -260,13 +304,13 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
     ]
 
 
-def unit_notes(machine: Machine, modes: Modes) -> list[str]:
+def _unit_notes(machine: Machine, modes: Modes) -> list[str]:
     """Warnings of modes or clearances that suggest a wrong unit."""
     odd, notes = [], []
     if modes.frequency.size and modes.frequency.min() < SLOWEST_MODE:
-        odd.append(f"the lowest mode is at {modes.frequency.min():.3g} Hz")
+        odd.append(f"the lowest mode is at {digits(modes.frequency.min())} Hz")
     if modes.damping_ratio.size and modes.damping_ratio.max() > LARGEST_DAMPING:
-        odd.append(f"a damping ratio is {100 * modes.damping_ratio.max():.3g} %")
+        odd.append(f"a damping ratio is {digits(100 * modes.damping_ratio.max())} %")
     if odd:
         notes.append(
             f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Numbers without unit are SI; "
@@ -276,32 +320,25 @@ def unit_notes(machine: Machine, modes: Modes) -> list[str]:
     clearance = max(sided, default=0.0)
     if clearance > LARGEST_CLEARANCE:
         notes.append(
-            f"Note: a clearance is {1e3 * clearance:.4g} mm to either side: is it in m? Numbers without unit are SI; "
-            'other values need a unit, as in "5 um".'
+            f"Note: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? Numbers without unit "
+            'are SI; other values need a unit, as in "5 um".'
         )
     return notes
 
 
-def static_table(machine: Machine) -> Table:
-    """A row per carriage: static force and moment, with sign."""
-    table = new_table("carriage", "Fy\nN", "Fz\nN", "Mx\nN m", "My\nN m", "Mz\nN m")
-    for carriage, load in zip(machine.carriages, _static_loads(machine), strict=True):
-        table.add_row(Text(carriage.name), *(load_in_table(float(part)) for part in load[1:]))
-    return table
+def _static_section(machine: Machine) -> Section:
+    """A row per carriage: static force and moment, with sign; and what carries the weight."""
+    loads = _static_loads(machine)
+    axes = {"Fy": "N", "Fz": "N", "Mx": "N m", "My": "N m", "Mz": "N m"}
+    table = Table(
+        Column("carriage", [one.name for one in machine.carriages]),
+        *(Column(axis, loads[:, i + 1], unit, "load") for i, (axis, unit) in enumerate(axes.items())),
+    )
+    terms = definitions(STATIC_DEFINITIONS if table else "")
+    return section("Static loads", table, terms, *weight_lines(machine))
 
 
-def modes_table(machine: Machine, modes: Modes) -> Table:
-    """A row per natural mode: frequencies, damping ratio and the dofs that move most."""
-    table = new_table("mode", "natural\nHz", "damping\nratio %", "damped\nHz", texts=("moves mostly in",))
-    for index, frequency in enumerate(modes.frequency):
-        ratio = float(modes.damping_ratio[index])
-        damped = "none" if ratio >= 1 else f"{float(modes.damped_frequency[index]):.4g}"
-        dofs = ", ".join(moving_dofs(machine, np.real(modes.shape[index])))
-        table.add_row(str(index + 1), f"{float(frequency):.4g}", f"{100 * ratio:.3g}", damped, dofs)
-    return table
-
-
-def weight_lines(machine: Machine) -> list[RenderableType]:
+def weight_lines(machine: Machine) -> list[str]:
     """A note for each of y and z that is held, so that the constraint at L and not the guides carry the weight."""
     reaction, loads = machine.scene.static_reaction(), _static_loads(machine)
     lines = []
@@ -315,11 +352,15 @@ def weight_lines(machine: Machine) -> list[RenderableType]:
             f"The static loads of the carriages along {axis} add up to {carried} N: they carry only its moment. "
             f"If {axis} is free, the guides carry the weight."
         )
-    return remark(*lines)
+    return lines
 
 
 def _millimetres(point: Sequence[float]) -> str:
-    return f"({', '.join(f'{1e3 * part:g}' for part in point)}) mm"
+    return f"({_listed(1e3 * part for part in point)}) mm"
+
+
+def _listed(numbers: Iterable[float]) -> str:
+    return ", ".join(map(number, numbers))
 
 
 def _static_loads(machine: Machine) -> NDArray[np.float64]:

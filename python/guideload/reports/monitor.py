@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rich.console import RenderableType
-from rich.table import Table
-
-from guideload.base.number_text import counted, load_in_table
-from guideload.reports.elements import new_table, to_text
+from guideload.base.number_text import counted, fixed, seconds
+from guideload.reports.report import Column, Report, Table, section
 
 UNKNOWN = "-"
 
 
-def monitor_report(status: Mapping[str, Any], encoding: str = "utf-8") -> str:
+def monitor_report(status: Mapping[str, Any]) -> Report:
     """The whole report; status: of `watch.status`."""
-    return to_text(monitor_parts(status), encoding=encoding)
-
-
-def monitor_parts(status: Mapping[str, Any]) -> list[RenderableType]:
-    """The elements of the report."""
-    return [_answer(status), "", _table(status), _input(status["input"])]
+    return Report(
+        title=f"{status['machine']}: load monitor",
+        answer=[_answer(status)],
+        sections=[section("Carriages", _table(status)), section("Samples", _input(status["input"]))],
+    )
 
 
 def _answer(status: Mapping[str, Any]) -> str:
@@ -33,43 +29,33 @@ def _answer(status: Mapping[str, Any]) -> str:
     passed = sum(one["limit_exceeded"] for one in status["carriages"])
     limit = ""
     if status["limit_N"] is not None:
-        limit = f" The limit of {status['limit_N']:.0f} N was passed {counted(passed, 'time')}."
+        limit = f" The limit of {fixed(status['limit_N'])} N was passed {counted(passed, 'time')}."
     settling = " After a start the loads are still settling." if status["is_settling"] else ""
     return (
-        f"{name}: the largest load so far is {worst['largest_resultant_N']:.0f} N, on carriage {worst['name']} at "
-        f"{worst['time_of_largest_s']:.3f} s.{limit} Travel: {status['distance_m']:.1f} m.{settling}"
+        f"{name}: the largest load so far is {fixed(worst['largest_resultant_N'])} N, on carriage {worst['name']} at "
+        f"{seconds(worst['time_of_largest_s'])} s.{limit} Travel: {fixed(status['distance_m'], 1)} m.{settling}"
     )
 
 
 def _table(status: Mapping[str, Any]) -> Table:
     """A row per carriage: loads now, the largest resultant, passing of the limit, life."""
-    table = new_table(
-        "carriage",
-        "Fy now\nN",
-        "Fz now\nN",
-        "largest\nN",
-        "at\ns",
-        "limit\npassed",
-        "above\nit, s",
-        "life\nused, %",
+    carriages = status["carriages"]
+    limited = status["limit_N"] is not None
+
+    def column(label: str, key: str, unit: str, kind: str, known: bool = True) -> Column:
+        values = (one[key] if known else None for one in carriages)
+        return Column(label, [UNKNOWN if value is None else value for value in values], unit, kind)
+
+    return Table(
+        Column("carriage", [one["name"] for one in carriages]),
+        column("Fy now", "Fy_N", "N", "load"),
+        column("Fz now", "Fz_N", "N", "load"),
+        column("largest", "largest_resultant_N", "N", "load"),
+        column("at", "time_of_largest_s", "s", "time"),
+        column("limit passed", "limit_exceeded", "times", "count", limited),
+        column("above it", "above_limit_s", "s", "time", limited),
+        column("life used", "life_used", "", "percent"),
     )
-    for one in status["carriages"]:
-        at, life = one["time_of_largest_s"], one["life_used"]
-        table.add_row(
-            one["name"],
-            _load(one["Fy_N"]),
-            _load(one["Fz_N"]),
-            _load(one["largest_resultant_N"]),
-            UNKNOWN if at is None else f"{at:.3f}",
-            UNKNOWN if status["limit_N"] is None else str(one["limit_exceeded"]),
-            UNKNOWN if status["limit_N"] is None else f"{one['above_limit_s']:.3f}",
-            UNKNOWN if life is None else f"{100.0 * life:.3g}",
-        )
-    return table
-
-
-def _load(value: float | None) -> str:
-    return UNKNOWN if value is None else load_in_table(value)
 
 
 def _input(counts: Mapping[str, int]) -> str:

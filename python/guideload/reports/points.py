@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
 
-from guideload.base.number_text import counted, milliseconds
-from guideload.reports.elements import new_table, remark, section
+from guideload.base.number_text import counted, seconds
+from guideload.reports.report import Column, Section, Table, definitions, section
 
 if TYPE_CHECKING:
     from guideload.simulation.point_motion import Settling
@@ -26,57 +24,56 @@ SETTLING = (
 )
 
 
-def points_section(result: Result) -> list[RenderableType]:
+def points_section(result: Result) -> Section:
     """Sag, peaks and settling of the points; empty without points."""
+    title = "Motion of the points"
     if not result.machine.points:
-        return []
-    headings = (
-        "sag\num",
-        "peak\num",
-        "at\ns",
-        "|x|\num",
-        "|y|\num",
-        "|z|\num",
-        "speed\nmm/s",
-        "acc.\nm/s2",
-        "abs. acc.\nm/s2",
-    )
-    table = new_table("point", *headings)
+        return section(title)
     columns = result.point_columns
-    lengths = ("sag_m", "peak_m", "peak_x_m", "peak_y_m", "peak_z_m")
-    for i, point in enumerate(result.machine.points):
-        sag, peak, *along = (three_digits(1e6 * columns[name][i]) for name in lengths)
-        speed = three_digits(1e3 * columns["peak_velocity_m_s"][i])
-        rates = (
-            three_digits(columns[f"peak_{name}_m_s2"][i])
-            for name in ("acceleration", "absolute_acceleration")
-        )
-        table.add_row(
-            Text(point.name), sag, peak, f"{columns['time_of_peak_s'][i]:.3f}", *along, speed, *rates
-        )
-    notes = [DEFINITIONS]
-    if "band_method" in result.quantities.attrs:
-        notes.append(
-            "The motion of the points has no credible band: it is that of the estimated acceleration."
-        )
-    return [*section("Motion of the points"), table, *settling_parts(result), *remark(*notes)]
+    lengths = {"sag": "sag_m", "peak": "peak_m"} | {f"|{axis}|": f"peak_{axis}_m" for axis in "xyz"}
+    sag, peak, *along = (
+        Column(label, 1e6 * columns[name], "um", "length") for label, name in lengths.items()
+    )
+    table = Table(
+        Column("point", [point.name for point in result.machine.points]),
+        sag,
+        peak,
+        Column("at", columns["time_of_peak_s"], "s", "time"),
+        *along,
+        Column("speed", 1e3 * columns["peak_velocity_m_s"], "mm/s", "length"),
+        Column("acc.", columns["peak_acceleration_m_s2"], "m/s2", "length"),
+        Column("abs. acc.", columns["peak_absolute_acceleration_m_s2"], "m/s2", "length"),
+    )
+    settling = [one for one in result.settling() if one.spans]
+    no_band = (
+        "The motion of the points has no credible band: it is that of the estimated acceleration."
+        if "band_method" in result.quantities.attrs
+        else ""
+    )
+    return section(
+        title,
+        table,
+        _settling_table(settling),
+        *map(_not_settled, settling),
+        definitions(DEFINITIONS, SETTLING if settling else "", no_band),
+    )
 
 
-def settling_parts(result: Result) -> list[RenderableType]:
-    """A table of the settling times of the points with a window; empty without one, or without moves."""
-    found = [one for one in result.settling() if one.spans]
-    if not found:
-        return []
-    table = new_table("point", "window\num", "moves\n", "longest\nms", "after\ns", "median\nms")
-    for one in found:
-        known = np.flatnonzero(np.isfinite(one.time))
-        row = ["", "", ""]
-        if known.size:
-            worst = int(known[one.time[known].argmax()])
-            median = float(np.median(one.time[known]))
-            row = [milliseconds(one.time[worst]), f"{one.spans[worst].end:.3f}", milliseconds(median)]
-        table.add_row(Text(one.point), three_digits(1e6 * one.window), str(len(one.spans)), *row)
-    return [table, *remark(SETTLING, *filter(None, map(_not_settled, found)))]
+def _settling_table(found: list[Settling]) -> Table:
+    """Settling times of the points with a window and moves."""
+    known = [np.flatnonzero(np.isfinite(one.time)) for one in found]
+    late = [
+        (one, int(k[one.time[k].argmax()])) if k.size else None for one, k in zip(found, known, strict=True)
+    ]
+    medians = [float(np.median(one.time[k])) if k.size else None for one, k in zip(found, known, strict=True)]
+    return Table(
+        Column("point", [one.point for one in found]),
+        Column("window", [1e6 * one.window for one in found], "um", "length"),
+        Column("moves", [len(one.spans) for one in found], kind="count"),
+        Column("longest", [worst and worst[0].time[worst[1]] for worst in late], "ms", "milliseconds"),
+        Column("after", [worst and worst[0].spans[worst[1]].end for worst in late], "s", "time"),
+        Column("median", medians, "ms", "milliseconds"),
+    )
 
 
 def _not_settled(one: Settling) -> str:
@@ -85,11 +82,5 @@ def _not_settled(one: Settling) -> str:
         return ""
     return (
         f"{one.point} is not seen to settle after {counted(late.size, 'move')}, the first of which ends at "
-        f"{one.spans[late[0]].end:.3f} s: the next move or the end of the record comes first."
+        f"{seconds(one.spans[late[0]].end)} s: the next move or the end of the record comes first."
     )
-
-
-def three_digits(value: float) -> str:
-    """A number with three digits, without an exponent."""
-    size = abs(value)
-    return f"{value:.{0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3}f}"

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from guideload.base.number_text import percent, scientific
-from guideload.reports.elements import WIDTH, to_text
+from guideload.reports.report import Report
 from guideload.reports.study import limit_text
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.rare.exceedance_probability import RareProbability
 
 
-def probability_report(
-    found: RareProbability, metadata: StudyMetadata, width: int = WIDTH, encoding: str = "utf-8"
-) -> str:
-    """Probability, coefficient of variation, interval, work and doubts; lines have at most `width` characters."""
+def probability_report(found: RareProbability, metadata: StudyMetadata) -> Report:
+    """Probability, coefficient of variation, interval, work and doubts."""
     stem, _, carriage = found.name.partition("[")
     owner = f"carriage {carriage.removesuffix(']')}" if carriage else "machine"
     text = f"Probability of {limit_text(stem, found.limit, metadata)}, {owner}: "
@@ -23,4 +21,5 @@ def probability_report(
     else:
         text += f"below {scientific(found.high)}"
     work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
-    return to_text([f"{text}. {work}.", *found.doubts], width, encoding)
+    title = f"{metadata.machine.name}: probability"
+    return Report(title, answer=[f"{text}. {work}."], warnings=[*found.doubts])

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
 
+from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
-from guideload.reports.elements import dofs_line, new_table, remark, to_text
+from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
@@ -17,33 +16,47 @@ NOTE = (
 )
 
 
-def response_report(machine: Machine, response: FrequencyResponse, encoding: str = "utf-8") -> str:
+def response_report(machine: Machine, response: FrequencyResponse) -> Report:
     """The report of a frequency response: a row per point and direction."""
-    table = new_table("point", "static\n", "peak\n", "at\nHz", "ratio\n", "phase\ndeg", texts=("along",))
-    for i, name in enumerate(response.points):
-        for axis in range(3):
-            magnitude = response.magnitude[:, i, axis]
-            at, static = int(magnitude.argmax()), abs(float(response.static[i, axis]))
-            small = static <= ROUNDING * magnitude[at]
-            ratio = "" if small or np.isnan(static) else f"{magnitude[at] / static:.3g}"
-            still = "free" if np.isnan(static) else "0" if small else f"{1e6 * static:.3g}"
-            row = still, f"{1e6 * magnitude[at]:.3g}", f"{response.frequency[at]:.4g}", ratio
-            phase = f"{response.phase[at, i, axis]:.0f}" if magnitude[at] > 0.0 else ""
-            table.add_row(Text(name if axis == 0 else ""), *row, phase, "xyz"[axis])
-    parts: list[RenderableType] = [
-        *remark(f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."),
-        dofs_line(machine),
-        table,
-        *remark(NOTE),
+    shape = (-1, 3 * len(response.points))
+    magnitude, phase = response.magnitude.reshape(shape), response.phase.reshape(shape)
+    at, each = magnitude.argmax(axis=0), np.arange(magnitude.shape[1])
+    peak, static = magnitude[at, each], np.abs(response.static).ravel()
+    is_small = static <= ROUNDING * peak
+    still = [
+        "free" if np.isnan(s) else 0.0 if small else 1e6 * s
+        for s, small in zip(static, is_small, strict=True)
     ]
-    return to_text(parts, encoding=encoding)
+    ratio = [
+        None if small or np.isnan(s) else p / s for p, s, small in zip(peak, static, is_small, strict=True)
+    ]
+    table = Table(
+        Column("point", [name if axis == "x" else "" for name in response.points for axis in "xyz"]),
+        Column("along", [axis for _ in response.points for axis in "xyz"]),
+        Column("static", still, kind="3 digits"),
+        Column("peak", 1e6 * peak, kind="3 digits"),
+        Column("at", response.frequency[at], "Hz", "4 digits"),
+        Column("ratio", ratio, kind="3 digits"),
+        Column(
+            "phase",
+            [p if m > 0.0 else None for p, m in zip(phase[at, each], peak, strict=True)],
+            "deg",
+            "count",
+        ),
+    )
+    return Report(
+        title=f"{machine.name}: frequency response",
+        answer=[f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."],
+        about=free_dofs(machine),
+        sections=[section("Points", table, definitions(NOTE))],
+    )
 
 
 def source_words(response: FrequencyResponse) -> str:
     """What acts, where and along which direction."""
     axes = dict(zip("xyz", np.eye(3).tolist(), strict=True))
     named = [axis for axis, vector in axes.items() if vector == response.direction.tolist()]
-    along = named[0] if named else "(" + ", ".join(f"{part:.3g}" for part in response.direction) + ")"
+    along = named[0] if named else "(" + ", ".join(map(digits, response.direction)) + ")"
     what = "the acceleration of the drive" if response.source == DRIVE else f"a force at {response.source}"
     return f"{what} along {along}"
 

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
 
 from guideload.audit.audit import LABEL
 from guideload.audit.histories import payload_changes
-from guideload.base.number_text import joined, load_in_table
+from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
+from guideload.life.life import Life
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts
-from guideload.reports.elements import WIDTH, dofs_line, new_table, remark, section, to_text
-from guideload.reports.life import life_answer, life_of_run, life_section
-from guideload.reports.machine import modes_table, nominal_lines, weight_lines
+from guideload.reports.life import life_answer, life_sections, run_life
+from guideload.reports.machine import modes_section, weight_lines
 from guideload.reports.points import points_section
+from guideload.reports.report import Column, Report, Section, Table, definitions, free_dofs, section
 
 if TYPE_CHECKING:
     from guideload.base.arrays import Array
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
     from guideload.simulation.result import Result
 
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
-MOMENT_HEADINGS = ("|Mx|\nN m", "|My|\nN m", "|Mz|\nN m", "dyn.\nN m")
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). f_W: dynamic factor, peak over quasi-static peak (statics "
@@ -36,117 +33,116 @@ DEFINITIONS = (
 )
 
 
-def result_report(result: Result, encoding: str = "utf-8") -> str:
+def result_report(result: Result) -> Report:
     """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
-    machine, life = result.machine, life_of_run(result)
-    return to_text(
-        [
-            *answer(result),
-            *life_answer(life),
-            dofs_line(machine),
-            *_peaks_section(result),
-            *life_section(life),
-            *points_section(result),
-            *reactions_section(result),
-            *section("Natural modes"),
-            modes_table(machine, result.modes),
-            *remark(*nominal_lines(machine, "frequencies")),
-            *section("Motion"),
-            *motion_lines_of(result.quantities),
-            *remark(*rider_lines(result)),
-            *section("Solution"),
-            *solution_lines(result.quantities),
-            *section("Audit"),
-            *audit_lines(result),
+    machine, life = result.machine, run_life(result)
+    return Report(
+        title=f"{machine.name}: load of the guides",
+        answer=[_largest_load(result), *life_answer(life)],
+        warnings=[*result.audit.warnings],
+        about=free_dofs(machine),
+        sections=[
+            _peaks_section(result),
+            *life_sections(life),
+            points_section(result),
+            section("Drive and held dofs", *drive_parts(result), _held_dofs(result)),
+            modes_section(machine, result.modes),
+            section("Motion of the cart", _run_motion_lines(result.quantities), *_rider_lines(result)),
+            section("Solution", _solution_lines(result.quantities)),
+            section("Audit", audit_table(result)),
         ],
-        encoding=encoding,
+        failed=life is not None and not (isinstance(life, Life) and life.holds),
     )
 
 
-def rider_lines(result: Result) -> list[str]:
-    """A sentence for each moving rider: its travel, and the force of its drive."""
-    data = result.quantities
-    if "rider_force" not in data:
-        return []
-    lines = []
-    for i, name in enumerate(data["rider"]):
-        place, speed, acceleration, force = (
-            data[f"rider_{history}"][:, i] for history in ("position", "velocity", "acceleration", "force")
-        )
-        lines.append(
-            f"rider {name}: from {place.min():.4g} to {place.max():.4g} m, up to {np.abs(speed).max():.3g} m/s and "
-            f"{np.abs(acceleration).max():.3g} m/s2; force of its drive up to {load_in_table(np.abs(force).max())} N"
-        )
-    return lines
-
-
-def comparison(results: Mapping[str, Result], encoding: str = "utf-8") -> str:
+def comparison(results: Mapping[str, Result]) -> Report:
     """Largest load, warnings and peaks of several runs of one machine."""
-    parts: list[RenderableType] = []
-    for title, result in results.items():
-        parts += section(f"{title}: free {', '.join(result.machine.free)}")
-        parts += [*answer(result), *peaks_tables(result), *weight_lines(result.machine)]
-    bands = dict.fromkeys(line for result in results.values() for line in band_lines(result))
-    return to_text([*parts, *remark(DEFINITIONS, *bands)], encoding=encoding)
+    bands = dict.fromkeys(line for result in results.values() for line in _band_lines(result))
+    return Report(
+        title=f"Comparison: {', '.join(results)}",
+        sections=[
+            *(
+                section(
+                    f"{title}: free {', '.join(result.machine.free)}",
+                    _largest_load(result),
+                    *result.audit.warnings,
+                    *_peaks_tables(result),
+                    *weight_lines(result.machine),
+                )
+                for title, result in results.items()
+            ),
+            section("Definitions", DEFINITIONS, *bands),
+        ],
+    )
 
 
-def motion_report(motion: Motion, encoding: str = "utf-8") -> str:
-    """The report of a motion: source, duration, samples, largest values, notes from its trace."""
-    return to_text([*section("Motion"), *motion_lines(motion)], encoding=encoding)
+def motion_section(motion: Motion) -> Section:
+    """Source, duration, samples, largest values of a motion, notes from its trace."""
+    return section("Motion", motion_lines(motion))
 
 
-def answer(result: Result) -> list[RenderableType]:
-    """The largest load with place, time, credible band and dynamic share; then the warnings."""
+def _largest_load(result: Result) -> str:
+    """The largest load with place, time, credible band and dynamic share; the number of warnings."""
     data, models, band = result.quantities, result.audit.simpler_models, ""
     if result.machine.carriages:
         kind, peaks = "carriage", result.peak_columns
         at = int(peaks["peak_resultant_N"].argmax())
         peak, time, dynamic = (peaks[column][at] for column in ANSWER)
         if "peak_lower_N" in peaks:
-            ends = (load_in_table(peaks[f"peak_{end}_N"][at]) for end in ("lower", "upper"))
-            band = f" (95 % credible band {' to '.join(ends)} N)"
+            ends = between(peaks["peak_lower_N"][at], peaks["peak_upper_N"][at], "load")
+            band = f" (95 % credible band {ends} N)"
     else:
         kind, loads = "link", np.abs(data["link_load"])
         instant, at = divmod(int(loads.argmax()), loads.shape[1])
         peak, time, dynamic = loads[instant, at], data["time"][instant], models.dynamic[at]
-    place, share = f"{kind} {models.names[at]}", 100.0 * dynamic / peak if peak else 0.0
-    text = (
-        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {place} at {time:.3f} s{band}. "
-        f"Its dynamic part is {load_in_table(dynamic)} N, {share:.1f} %; the peak is "
-        f"{models.dynamic_factor[at]:.2f} times the quasi-static peak (statics with m a). {result.audit.verdict}"
+    return (
+        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at "
+        f"{seconds(time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
+        f"{fixed(100.0 * dynamic / peak if peak else 0.0, 1)} %; the peak is "
+        f"{fixed(models.dynamic_factor[at], 2)} times the quasi-static peak (statics with m a). "
+        f"{result.audit.verdict.rstrip(':.')}."
     )
-    return remark(text, *result.audit.warnings)
 
 
-def _peaks_section(result: Result) -> list[RenderableType]:
+def _peaks_section(result: Result) -> Section:
+    title = "Peak loads of the carriages"
     if not result.machine.carriages:
-        return []
-    notes = [*remark(DEFINITIONS, *band_lines(result)), *weight_lines(result.machine)]
-    return [*section("Peak loads of the carriages"), *peaks_tables(result), *notes]
+        return section(title)
+    terms = definitions(DEFINITIONS, *_band_lines(result))
+    return section(title, *_peaks_tables(result), terms, *weight_lines(result.machine))
 
 
-def peaks_tables(result: Result) -> list[RenderableType]:
+def _peaks_tables(result: Result) -> list[Table]:
     """Tables of forces, moments and, if there are any, credible bands: a row per carriage. See `DEFINITIONS`."""
-    peaks = {column: values.tolist() for column, values in result.peak_columns.items()}
-    factors = result.audit.simpler_models.dynamic_factor
-    headings = ("peak\nN", "at\ns", "|Fy|\nN", "|Fz|\nN", "static\nN", "f_W\n", "dyn.\nN", "share\n%")
-    forces, moments = new_table("carriage", *headings), new_table("carriage", *MOMENT_HEADINGS)
-    bands = new_table("carriage", "peak\nN", "band\nfrom N", "band\nto N", "noise\n%")
-    for i, carriage in enumerate(result.machine.carriages):
-        name, row = Text(carriage.name), {column: values[i] for column, values in peaks.items()}
-        loads = {column: load_in_table(value) for column, value in row.items()}
-        peak, time, dynamic = loads["peak_resultant_N"], f"{row['time_of_peak_s']:.3f}", "dynamic_resultant_N"
-        share = 100.0 * row[dynamic] / row["peak_resultant_N"] if row["peak_resultant_N"] else 0.0
-        across = (loads[column] for column in ("peak_Fy_N", "peak_Fz_N", "static_resultant_N"))
-        forces.add_row(name, peak, time, *across, f"{factors[i]:.2f}", loads[dynamic], f"{share:.1f}")
-        moments.add_row(name, *(loads[f"peak_M{axis}_Nm"] for axis in "xyz"), loads["dynamic_moment_Nm"])
-        if "noise_share_percent" in row:
-            noise = f"{row['noise_share_percent']:.2g}"
-            bands.add_row(name, peak, loads["peak_lower_N"], loads["peak_upper_N"], noise)
-    return [forces, moments, *([bands] if bands.row_count else [])]
+    peaks, factors = result.peak_columns, result.audit.simpler_models.dynamic_factor
+    peak, dynamic = peaks["peak_resultant_N"], peaks["dynamic_resultant_N"]
+    share = np.divide(100.0 * dynamic, peak, out=np.zeros_like(peak), where=peak > 0.0)
+    names = Column("carriage", [carriage.name for carriage in result.machine.carriages])
+
+    def load(label: str, column: str, unit: str = "N") -> Column:
+        return Column(label, peaks[column], unit, "load")
+
+    forces = Table(
+        names,
+        load("peak", "peak_resultant_N"),
+        Column("at", peaks["time_of_peak_s"], "s", "time"),
+        load("|Fy|", "peak_Fy_N"),
+        load("|Fz|", "peak_Fz_N"),
+        load("static", "static_resultant_N"),
+        Column("f_W", factors[: len(peak)], "", "factor"),
+        load("dyn.", "dynamic_resultant_N"),
+        Column("share", share, "%", "1 decimal"),
+    )
+    axes = (load(f"|M{axis}|", f"peak_M{axis}_Nm", "N m") for axis in "xyz")
+    tables = [forces, Table(names, *axes, load("dyn.", "dynamic_moment_Nm", "N m"))]
+    if "noise_share_percent" in peaks:
+        noise = Column("noise", peaks["noise_share_percent"], "%", "2 digits")
+        ends = (load(f"band {end}", f"peak_{name}_N") for end, name in (("from", "lower"), ("to", "upper")))
+        tables.append(Table(names, load("peak", "peak_resultant_N"), *ends, noise))
+    return tables
 
 
-def band_lines(result: Result) -> list[str]:
+def _band_lines(result: Result) -> list[str]:
     """Definition of the credible bands of the peaks; empty without bands."""
     attributes = result.quantities.attrs
     if "band_method" not in attributes:
@@ -159,31 +155,52 @@ def band_lines(result: Result) -> list[str]:
     ]
 
 
-def audit_lines(result: Result) -> list[str]:
-    """The lines of the audit, wrapped and indented by the width of the labels."""
-    indent = " " * LABEL
-    return [text for line in result.audit.lines for text in wrap(line, WIDTH, subsequent_indent=indent)]
+def audit_table(result: Result) -> Table:
+    """The figures of the audit that are not negligible."""
+    lines = result.audit.lines
+    return Table(
+        Column("figure", [line[:LABEL].strip() for line in lines]),
+        Column("finding", [line[LABEL:] for line in lines]),
+    )
 
 
-def reactions_section(result: Result) -> list[RenderableType]:
-    """Force and torque of the drive, reactions of the other held dofs, loads of extra links."""
+def _held_dofs(result: Result) -> Table:
+    """Reactions of the held dofs but x, and loads of the extra links."""
     data, machine = result.quantities, result.machine
-    time = data["time"]
-    table = new_table("", "largest", "at\ns", "static", texts=("",))
+    time, reactions, loads = data["time"], data.by_label("reaction"), data.by_label("link_load")
+    at_rest = data.by_label("static_reaction"), data.by_label("static_link_load")
+    rows = [
+        (f"reaction at L, held {dof}", reactions[dof], at_rest[0][dof], "N m" if dof.startswith("r") else "N")
+        for dof in DOFS[1:]
+        if dof not in machine.free
+    ]
+    rows += [(f"link {link.name}", loads[link.name], at_rest[1][link.name], "N") for link in machine.links]
+    at = [int(np.abs(history).argmax()) for _, history, _, _ in rows]
+    return Table(
+        Column("", [name for name, *_ in rows]),
+        Column("largest", [float(row[1][i]) for row, i in zip(rows, at, strict=True)], kind="load"),
+        Column("at", time[at], "s", "time"),
+        Column("static", [float(row[2]) for row in rows], kind="load"),
+        Column("unit", [unit for *_, unit in rows]),
+    )
 
-    def add(title: str, history: Array, static: Array, unit: str) -> None:
-        at = int(np.abs(history).argmax())
-        table.add_row(
-            Text(title), load_in_table(history[at]), f"{time[at]:.3f}", load_in_table(float(static)), unit
+
+def _rider_lines(result: Result) -> list[str]:
+    """A sentence for each moving rider: its travel, and the force of its drive."""
+    data = result.quantities
+    if "rider_force" not in data:
+        return []
+    lines = []
+    for i, name in enumerate(data["rider"]):
+        place, speed, acceleration, force = (
+            data[f"rider_{history}"][:, i] for history in ("position", "velocity", "acceleration", "force")
         )
-
-    reactions, static = data.by_label("reaction"), data.by_label("static_reaction")
-    for dof in (dof for dof in DOFS[1:] if dof not in machine.free):
-        add(f"reaction at L, held {dof}", reactions[dof], static[dof], "N m" if dof.startswith("r") else "N")
-    loads, static = data.by_label("link_load"), data.by_label("static_link_load")
-    for link in machine.links:
-        add(f"link {link.name}", loads[link.name], static[link.name], "N")
-    return [*section("Drive and held dofs"), *drive_parts(result), *([table] if table.row_count else [])]
+        fastest, strongest = (digits(np.abs(history).max()) for history in (speed, acceleration))
+        lines.append(
+            f"rider {name}: from {between(place.min(), place.max(), '4 digits')} m, up to {fastest} m/s and "
+            f"{strongest} m/s2; force of its drive up to {load_in_table(np.abs(force).max())} N"
+        )
+    return lines
 
 
 def motion_lines(motion: Motion) -> list[str]:
@@ -191,7 +208,7 @@ def motion_lines(motion: Motion) -> list[str]:
     return [*_motion_lines(motion.time, motion.velocity, motion.acceleration, motion.source, motion.notes)]
 
 
-def motion_lines_of(data: Quantities) -> list[str]:
+def _run_motion_lines(data: Quantities) -> list[str]:
     """`motion_lines` of the motion of a result, at the reported instants."""
     velocity = data["cart_velocity"] if "cart_velocity" in data else None
     source, notes = str(data.attrs["motion_source"]), str(data.attrs["motion_notes"]).split("\n")
@@ -207,38 +224,40 @@ def _motion_lines(
     steps = steps[steps > 0]
     if steps.size:
         uniform = steps.max() - steps.min() <= 1e-6 * steps.max()
-        step = f"{1e3 * float(np.median(steps)):.4g} ms" + ("" if uniform else " (median; not uniform)")
-        yield f"{np.ptp(time):.4g} s, {time.size} samples, every {step}"
+        step = f"{digits(1e3 * float(np.median(steps)), 4)} ms" + (
+            "" if uniform else " (median; not uniform)"
+        )
+        yield f"{digits(np.ptp(time), 4)} s, {time.size} samples, every {step}"
     else:
-        yield f"a single instant, {time[0]:.4g} s"
-    speed = "" if velocity is None else f"speed {_largest(velocity):.4g} m/s, "
-    yield f"largest {speed}acceleration {_largest(acceleration):.4g} m/s2"
+        yield f"a single instant, {digits(time[0], 4)} s"
+    speed = "" if velocity is None else f"speed {digits(_largest_norm(velocity), 4)} m/s, "
+    yield f"largest {speed}acceleration {digits(_largest_norm(acceleration), 4)} m/s2"
     yield from notes
 
 
-def _largest(vectors: Array) -> float:
+def _largest_norm(vectors: Array) -> float:
     return float(np.linalg.norm(vectors, axis=1).max())
 
 
-def payload_lines(data: Quantities) -> list[str]:
+def _payload_lines(data: Quantities) -> list[str]:
     """When payloads come and go; empty without payloads."""
     changes = payload_changes(data)
-    stays = [f"from {time:.4g} s {joined(names) if names else 'none'}" for time, names in changes]
+    stays = [f"from {digits(time, 4)} s {joined(names) if names else 'none'}" for time, names in changes]
     law = "static values are those at the start, natural modes those without payloads"
     return [f"payloads: {', '.join(stays)}; {law}"] if changes else []
 
 
-def solution_lines(data: Quantities) -> list[str]:
+def _solution_lines(data: Quantities) -> list[str]:
     """Method and its reason; step or tolerance, if the method has one; number of contact changes, if any."""
     attributes = data.attrs
     lines = [f"method {attributes['method']}: {attributes['method_reason']}"]
     if "step_s" in attributes:
-        lines.append(f"fixed step {1e3 * float(attributes['step_s']):.4g} ms, without error control")
+        lines.append(f"fixed step {digits(1e3 * float(attributes['step_s']), 4)} ms, without error control")
     elif attributes["method"] != "exact":
         scale, rtol = float(attributes["load_scale_N"]), float(attributes["rtol"])
         lines += [
-            f"error tolerance of the link loads {rtol:.1g} of the load scale, {rtol * scale:.1g} N; "
-            f"{attributes['steps']} steps, {attributes['rejected_steps']} rejected",
+            f"error tolerance of the link loads {scientific(rtol)} of the load scale, {digits(rtol * scale, 1)} "
+            f"N; {attributes['steps']} steps, {attributes['rejected_steps']} rejected",
             f"load scale {load_in_table(scale)} N: largest link load at rest plus quasi-static link load under the "
             "peaks of the motion",
         ]
@@ -247,7 +266,7 @@ def solution_lines(data: Quantities) -> list[str]:
             "start: static equilibrium under the weight, the first acceleration and the first external load, as if "
             "they had acted for long"
         )
-    lines += payload_lines(data)
+    lines += _payload_lines(data)
     if changes := int(attributes["contact_changes"]):
         located = attributes["method"] != "exponential"
         how = "located between the samples" if located else "counted from step to step"

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.text import Text
+import numpy as np
 
-from guideload.reports.elements import new_table, remark, to_text
+from guideload.base.number_text import digits
+from guideload.reports.report import Column, Report, Table, definitions, section
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from guideload.machine.machine import Machine
     from guideload.sensitivity.influence import Influence
 
@@ -22,16 +21,29 @@ NOTE = (
 )
 
 
-def sensitivities_report(machine: Machine, found: Influence, encoding: str = "utf-8") -> str:
+def sensitivities_report(machine: Machine, found: Influence) -> Report:
     """The report: a row per number."""
-    table = new_table("number", "value\n", "change\n", f"effect\n{found.unit}", "effect\n%")
-    shown = list(zip(found.columns, found.steps, found.changes.tolist(), strict=True))[:ROWS]
-    for column, step, change in shown:
-        unit = "" if column.unit == "1" else f" {column.unit}"
-        row = f"{column.value:.4g}{unit}", step, f"{change:+.3g}", f"{100.0 * change / found.value:+.3f}"
-        table.add_row(Text(column.name), *row)
+    shown, changes = found.columns[:ROWS], np.asarray(found.changes)[:ROWS]
+    values = [f"{digits(one.value, 4)}{'' if one.unit == '1' else f' {one.unit}'}" for one in shown]
+    table = Table(
+        Column("number", [column.name for column in shown]),
+        Column("value", values, kind="4 digits"),
+        Column("change", found.steps[:ROWS], kind="4 digits"),
+        Column("effect", changes, found.unit, "signed 3 digits"),
+        Column("effect", 100.0 * changes / found.value, "%", "signed time"),
+    )
     left = len(found.columns) - len(shown)
-    figure = f"{FIGURES[found.figure]} of carriage {found.carriage}, {found.value:.4g} {found.unit}"
-    parts: list[RenderableType] = [*remark(f"{machine.name}: what drives the {figure}."), table]
-    parts += remark(f"{left} numbers with less effect are left out.") if left else []
-    return to_text([*parts, *remark(*(f"Note: {note}." for note in found.notes), NOTE)], encoding=encoding)
+    figure = f"{FIGURES[found.figure]} of carriage {found.carriage}, {digits(found.value, 4)} {found.unit}"
+    return Report(
+        title=f"{machine.name}: what drives the {FIGURES[found.figure]}",
+        answer=[f"{machine.name}: what drives the {figure}."],
+        warnings=[f"Note: {note}." for note in found.notes],
+        sections=[
+            section(
+                "Effect of a change of each number",
+                table,
+                f"{left} numbers with less effect are left out." if left else "",
+                definitions(NOTE),
+            )
+        ],
+    )

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
-from rich.text import Text
-
-from guideload.base.number_text import counted, load_in_table
-from guideload.reports.elements import new_table, remark, section, to_text
-from guideload.reports.life import kilometres, unverified_lines
+from guideload.base.number_text import counted, digits, fixed, kilometres, number
+from guideload.reports.life import unverified_lines
+from guideload.reports.report import Column, Report, Table, definitions, section
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
@@ -35,40 +32,38 @@ UNITS = {
 }
 
 
-def sizing_report(machine: Machine, sizing: Sizing, encoding: str = "utf-8") -> str:
+def sizing_report(machine: Machine, sizing: Sizing) -> Report:
     """The answer, a row per candidate, and the reasons of those that could not be run."""
-    return to_text(sizing_parts(machine, sizing), encoding=encoding)
-
-
-def sizing_parts(machine: Machine, sizing: Sizing) -> list[RenderableType]:
-    """The elements of `sizing_report`."""
-    table = new_table(
-        "product", "life\nkm", "S0\n", "margin", "drive\nN", "mode 1\nHz", texts=("fails first",)
-    )
-    for one in sizing.candidates:
-        if one.life is None or one.margins is None:
-            continue
-        mark = "* " if one is sizing.smallest else "  " if one.holds else "- "
-        force = "" if one.drive_force != one.drive_force else load_in_table(one.drive_force)
-        table.add_row(
-            Text(mark + one.name),
-            kilometres(one.life.machine),
-            f"{one.life.weakest.static.safety:.2f}",
-            f"{one.margins.smallest:.2f}",
-            force,
-            f"{one.first_mode:.3g}",
-            one.margins.first_to_fail,
-        )
     products = [one.product for one in sizing.candidates if one.life is not None]
     failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
     not_run = [f"{counted(len(failed), 'candidate')} could not be run, see below."] if failed else []
-    marks = "* the smallest that holds; - does not hold." if table.row_count else ""
-    return [
-        *remark(" ".join([_answer(machine, sizing), *not_run]), *unverified_lines(products)),
-        *([table] if table.row_count else []),
-        *remark(marks, DEFINITIONS),
-        *([*section("Not run"), *remark(*failed)] if failed else []),
+    table = _candidates_table(sizing)
+    marks = "* the smallest that holds; - does not hold." if table else ""
+    return Report(
+        title=f"{machine.name}: which carriage",
+        answer=[" ".join([_answer(machine, sizing), *not_run]), *unverified_lines(products)],
+        sections=[section("Candidates", table, marks, definitions(DEFINITIONS)), section("Not run", *failed)],
+        failed=sizing.smallest is None,
+    )
+
+
+def _candidates_table(sizing: Sizing) -> Table:
+    rows = [
+        (one, one.life, one.margins)
+        for one in sizing.candidates
+        if one.life is not None and one.margins is not None
     ]
+    marks = ("* " if one is sizing.smallest else "  " if one.holds else "- " for one, _, _ in rows)
+    forces = [None if one.drive_force != one.drive_force else one.drive_force for one, _, _ in rows]
+    return Table(
+        Column("product", [mark + row[0].name for mark, row in zip(marks, rows, strict=True)]),
+        Column("life", [life.machine for _, life, _ in rows], "km", "life"),
+        Column("S0", [life.weakest.static.safety for _, life, _ in rows], kind="factor"),
+        Column("margin", [margins.smallest for *_, margins in rows], kind="factor"),
+        Column("drive", forces, "N", "load"),
+        Column("mode 1", [one.first_mode for one, _, _ in rows], "Hz", "3 digits"),
+        Column("fails first", [margins.first_to_fail for *_, margins in rows]),
+    )
 
 
 def _answer(machine: Machine, sizing: Sizing) -> str:
@@ -88,28 +83,29 @@ def _next(one: Candidate) -> str:
 
 
 def _words(margins: Margins) -> str:
-    return f"{margins.first_to_fail} is {margins.smallest:.2f} times what is wanted"
+    return f"{margins.first_to_fail} is {fixed(margins.smallest, 2)} times what is wanted"
 
 
 def requirements(conditions: LifeConditions) -> str:
     """The requirements in words: `20 000 km with 90 % reliability and a static safety of 3`."""
-    safety = f"a static safety of {conditions.least_safety:g}"
+    safety = f"a static safety of {number(conditions.least_safety)}"
     if conditions.life is None:
         return safety
-    return (
-        f"{kilometres(conditions.life)} km with {100 * conditions.reliability:g} % reliability and {safety}"
-    )
+    return f"{kilometres(conditions.life)} km with {number(100 * conditions.reliability)} % reliability and {safety}"
 
 
-def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions, encoding: str = "utf-8") -> str:
+def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> Report:
     """The largest value of a quantity, and what would fail beyond it."""
     wanted = requirements(conditions)
     if limit.value == float("inf"):
         text = f"{machine.name}: the requirement ({wanted}) is met at every {limit.quantity} that was tried."
     else:
         text = (
-            f"{machine.name}: the requirement ({wanted}) is met up to {limit.value:.4g} {UNITS[limit.quantity]}. "
-            f"Beyond it {limit.margins.first_to_fail} fails first."
+            f"{machine.name}: the requirement ({wanted}) is met up to {digits(limit.value, 4)} "
+            f"{UNITS[limit.quantity]}. Beyond it {limit.margins.first_to_fail} fails first."
         )
-    figures = ", ".join(f"{name} {ratio:.3g}" for name, ratio in limit.margins.ratios.items())
-    return to_text([*remark(text, f"Figures over requirements there: {figures}.")], encoding=encoding)
+    figures = ", ".join(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
+    return Report(
+        title=f"{machine.name}: largest {limit.quantity}",
+        answer=[text, f"Figures over requirements there: {figures}."],
+    )

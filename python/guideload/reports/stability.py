@@ -5,19 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
 
-from guideload.base.number_text import milliseconds
+from guideload.base.number_text import digits, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import METHODS, NEAR
-from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
 from guideload.reports.machine import nominal_lines
+from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
 from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from guideload.method_comparison.step_stability import Cost, Stability
+    from guideload.method_comparison.step_stability import Stability
 
 STEPS_PER_PERIOD = (4, 10, 30, 100)
 ROUNDING = 1e-13  # in the error over one period
@@ -34,31 +31,41 @@ PERIOD_DEFINITIONS = (
 )
 
 
-def stability_report(stability: Stability, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def stability_report(stability: Stability) -> Report:
     """The report: longest stable step, eigenvalues, steps and time of a run, amplitude and phase errors."""
-    parts: list[RenderableType] = [
-        *heading(stability.machine),
-        *section("Longest stable step of rk45"),
-        *step_lines(stability),
-        eigenvalues_table(stability),
-        *remark(STEP_DEFINITIONS, *nominal_lines(stability.machine, "eigenvalues")),
-        *section("Cost of a motion"),
-        cost_line(stability),
-        *motion_lines(stability.motion),
-        costs_table(stability),
-        *remark(
-            "Needed steps: rk45 stays below its longest stable step, and steps end at samples. rk45 and implicit step "
-            f"over samples on a straight line if no contact changes. rtol {stability.rtol:g}."
-        ),
-        *section("Numerical damping of a vibration"),
-        damping_line(stability),
-        periods_table(),
-        *remark(PERIOD_DEFINITIONS),
-    ]
-    return to_text(parts, width, encoding)
+    machine = stability.machine
+    needed = (
+        "Needed steps: rk45 stays below its longest stable step, and steps end at samples. rk45 and implicit step "
+        f"over samples on a straight line if no contact changes. rtol {number(stability.rtol)}."
+    )
+    return Report(
+        title=f"{machine.name}: stability of the steps",
+        answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability)],
+        about=free_dofs(machine),
+        sections=[
+            section(
+                "Longest stable step of rk45",
+                _eigenvalues_table(stability),
+                definitions(STEP_DEFINITIONS),
+                *nominal_lines(machine, "eigenvalues"),
+            ),
+            section(
+                "Cost of a motion",
+                motion_lines(stability.motion),
+                _costs_table(stability),
+                definitions(needed),
+            ),
+            section(
+                "Numerical damping of a vibration",
+                _damping(stability),
+                _periods_table(),
+                definitions(PERIOD_DEFINITIONS),
+            ),
+        ],
+    )
 
 
-def step_lines(stability: Stability) -> list[str]:
+def _longest_step(stability: Stability) -> str:
     """The longest stable step of rk45, and the mode that limits it."""
     value = stability.eigenvalues[stability.limiting]
     dofs = ", ".join(stability.moving(stability.limiting))
@@ -69,40 +76,48 @@ def step_lines(stability: Stability) -> list[str]:
             "rk45 for the whole run"
         )
     else:
-        mode += f" that vibrates at {_hertz(value)}"
+        mode += f" that vibrates at {digits(_hertz(value), 4)} Hz"
         if -value.real <= ALMOST_UNDAMPED * abs(value):
             mode += " almost without damping: with fewer than 6.3 steps per period rk45 slowly adds to its amplitude"
-    return [
+    return (
         f"rk45 is stable up to {milliseconds(stability.predicted_step, 4)} ms: at longer fixed steps its solution "
         f"grows without bound. The limit is set by {mode}."
-    ]
+    )
 
 
-def eigenvalues_table(stability: Stability) -> Table:
+def _eigenvalues_table(stability: Stability) -> Table:
     """A row per eigenvalue or conjugate pair: damped frequency, damping ratio, longest stable step of rk45."""
-    table = new_table("", "eigenvalue\n1/s", "damped\nHz", "damping\nratio %", "stable\nms")
-    table.add_column("moves mostly in")
-    for index in np.flatnonzero(stability.eigenvalues.imag >= 0.0).tolist():
-        value = stability.eigenvalues[index]
-        vibrates = value.imag > 0.0
-        table.add_row(
-            "limit" if index == stability.limiting else "",
-            f"{value.real:.4g}" + (f" ±{value.imag:.4g}i" if vibrates else ""),
-            _hertz(value).removesuffix(" Hz") if vibrates else "none",
-            f"{abs(100.0 * value.real / abs(value)):.3g}" if vibrates else "over 100",
-            f"{1e3 * stability.longest_steps[index]:.4g}",
-            ", ".join(stability.moving(index)),
-        )
-    return table
+    shown = np.flatnonzero(stability.eigenvalues.imag >= 0.0)
+    values = stability.eigenvalues[shown]
+    return Table(
+        Column("", ["limit" if index == stability.limiting else "" for index in shown]),
+        Column("eigenvalue", [_complex(value) for value in values], "1/s", "4 digits"),
+        Column(
+            "damped", [_hertz(value) if value.imag > 0.0 else "none" for value in values], "Hz", "4 digits"
+        ),
+        Column(
+            "damping ratio",
+            [100.0 * abs(value.real / abs(value)) if value.imag > 0.0 else "over 100" for value in values],
+            "%",
+            "3 digits",
+        ),
+        Column("stable", 1e3 * np.asarray(stability.longest_steps)[shown], "ms", "4 digits"),
+        Column("moves mostly in", [", ".join(stability.moving(index)) for index in shown.tolist()]),
+    )
 
 
-def cost_line(stability: Stability) -> str:
+def _complex(value: complex) -> str:
+    real = digits(value.real, 4)
+    return f"{real} ±{digits(value.imag, 4)}i" if value.imag > 0.0 else real
+
+
+def _cost(stability: Stability) -> str:
     """What limits the steps of rk45, and which method needs fewer."""
     exact, rk45, implicit, *exponential = stability.costs
     if stability.limited_by == "samples":
         share = stability.sample_interval / stability.predicted_step
         return (
-            f"The samples limit the steps of rk45: their step is {share:.2g} of its longest stable step. "
+            f"The samples limit the steps of rk45: their step is {digits(share, 2)} of its longest stable step. "
             "Stability is no limit here."
         )
     if stability.limited_by == "tolerance":
@@ -114,21 +129,32 @@ def cost_line(stability: Stability) -> str:
         stable = "exact or " if exact.steps else "exponential or " if exponential else ""
         advice = f"Use {stable}implicit here."
     return (
-        f"Stability limits the steps of rk45 at any tolerance: {counted / samples:.3g} per sample, "
-        f"{counted / (implicit.steps or implicit.needed):.3g} times as many as implicit. {advice}"
+        f"Stability limits the steps of rk45 at any tolerance: {digits(counted / samples)} per sample, "
+        f"{digits(counted / (implicit.steps or implicit.needed))} times as many as implicit. {advice}"
     )
 
 
-def costs_table(stability: Stability) -> Table:
+def _costs_table(stability: Stability) -> Table:
     """A row per method: steps that samples and stability require, steps of the run, time."""
-    table = new_table("method", "needed\nsteps", "counted\nsteps", "rejected\nsteps", "time\nms")
-    table.add_column("")
-    for cost in stability.costs:
-        table.add_row(cost.method, str(cost.needed), *_counted(cost), cost.note)
-    return table
+    costs = stability.costs
+    ran = [cost.steps is not None and cost.seconds is not None for cost in costs]
+    runs = list(zip(costs, ran, strict=True))
+    return Table(
+        Column("method", [cost.method for cost in costs]),
+        Column("needed", [cost.needed for cost in costs], "steps", "count"),
+        Column("counted", [cost.steps if has_run else "not run" for cost, has_run in runs], "steps", "count"),
+        Column("rejected", [cost.rejected if has_run else None for cost, has_run in runs], "steps", "count"),
+        Column(
+            "time",
+            [1e3 * cost.seconds if cost.seconds is not None else None for cost in costs],
+            "ms",
+            "3 digits",
+        ),
+        Column("note", [cost.note for cost in costs]),
+    )
 
 
-def damping_line(stability: Stability) -> str:
+def _damping(stability: Stability) -> str:
     """Numerical damping of the fastest vibration by implicit with steps from sample to sample."""
     vibrating = stability.eigenvalues[stability.eigenvalues.imag > 0.0]
     if not vibrating.size:
@@ -138,31 +164,30 @@ def damping_line(stability: Stability) -> str:
     lost, _ = error_per_period("implicit", steps, float(-value.real / np.abs(value)))
     verdict = "its peaks are accurate" if abs(lost) < 0.01 else "use a faster trace to see its peaks"
     return (
-        f"The fastest vibration of this machine, {_hertz(value)}, has {steps:.3g} samples per period. With steps "
-        f"from sample to sample, implicit changes its amplitude by {_small(abs(lost))} per period: {verdict}."
+        f"The fastest vibration of this machine, {digits(_hertz(value), 4)} Hz, has {digits(steps)} samples per "
+        f"period. With steps from sample to sample, implicit changes its amplitude by {_small(abs(lost))} per period: "
+        f"{verdict}."
     )
 
 
-def periods_table() -> Table:
+def _periods_table() -> Table:
     """Loss of amplitude and phase lead per period, of rk45 and implicit, for some numbers of steps per period."""
-    table = new_table(
-        "steps per\nperiod", "rk45\nlost", "implicit\nlost", "rk45\nleads rad", "implicit\nleads rad"
+    errors = {
+        method: [error_per_period(method, steps) for steps in STEPS_PER_PERIOD] for method in METHODS[1:]
+    }
+    return Table(
+        Column("steps per period", [str(steps) for steps in STEPS_PER_PERIOD]),
+        *(
+            Column(f"{method} {word}", [_small(error[i]) for error in found], unit, "number")
+            for i, (word, unit) in enumerate((("lost", ""), ("leads", "rad")))
+            for method, found in errors.items()
+        ),
     )
-    for steps in STEPS_PER_PERIOD:
-        errors = [error_per_period(method, steps) for method in METHODS[1:]]
-        table.add_row(str(steps), *(_small(method[i]) for i in (0, 1) for method in errors))
-    return table
 
 
-def _hertz(eigenvalue: complex) -> str:
-    return f"{eigenvalue.imag / (2.0 * np.pi):.4g} Hz"
-
-
-def _counted(cost: Cost) -> tuple[str, str, str]:
-    if cost.steps is None or cost.seconds is None:
-        return "not run", "", ""
-    return str(cost.steps), str(cost.rejected), f"{1e3 * cost.seconds:.3g}"
+def _hertz(eigenvalue: complex) -> float:
+    return eigenvalue.imag / (2.0 * np.pi)
 
 
 def _small(error: float) -> str:
-    return f"{error:.1e}" if abs(error) >= ROUNDING else "< 1e-13"
+    return scientific(error, 1) if abs(error) >= ROUNDING else "< 1e-13"

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import pandas as pd
-from rich.console import RenderableType
-from rich.table import Table
-from rich.text import Text
 
-from guideload.base.number_text import load_in_table
-from guideload.reports.elements import WIDTH, heading, new_table, remark, section, to_text
+from guideload.base.arrays import Array
+from guideload.base.number_text import KINDS, between, capitalised, digits, fixed, number, percent
+from guideload.reports.report import Column, Part, Report, Section, Table, definitions, free_dofs, section
 from guideload.reports.study_life import life_answer, life_section
 from guideload.study.description.measures import CONTACT, LIFE, PEAK, QUANTITIES, SAFETY, Quantity
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.results.result import StudyResult, weaker_parameters
 from guideload.study.results.statistics import TOO_FEW, fewest_samples, known
-from guideload.study.results.titles import capitalised, contact_words, title_of, with_owner, with_unit
+from guideload.study.results.titles import contact_words, title_of, with_owner, with_unit
 
 # Limits of warnings.
 MANY_FAILURES = 0.01  # share of the runs; failed runs may be the worst ones
@@ -53,35 +51,57 @@ CONTACT_COUNTS = {
 }
 
 
-def study_report(result: StudyResult, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The report of a study; lines have at most `width` characters."""
-    return to_text(study_parts(result), width, encoding)
-
-
-def study_parts(result: StudyResult) -> list[RenderableType]:
-    """The elements of the report of a study."""
+def study_report(result: StudyResult) -> Report:
+    """The report of a study: answer, warnings, parameters, statistics or cases, definitions."""
     metadata, summary = result.metadata, result.summary()
-    parts: list[RenderableType] = [*heading(metadata.machine)]
+    answer: list[str] = []
+    sections = [
+        section("Study", [*_study_lines(result)], _parameters_table(result)),
+        section("Failures", _failures_table(result)),
+    ]
     if not summary.empty:
-        answer = cases_answer(result) if metadata.chosen else answer_lines(result, summary)
-        parts += [*section("Result"), *remark(*result.doubts, "\n".join(answer))]
-    if warnings := list(study_warnings(result, summary)):
-        parts += [*section("Warnings"), *remark(*warnings)]
-    parts += [*section("Study"), *study_lines(result), parameters_table(result)]
-    if result.failed:
-        parts += [*section("Failures"), failures_table(result)]
-    if metadata.chosen and not summary.empty:
-        parts += [*section("Cases"), *cases_table(result), *life_section(result)]
-    elif not summary.empty:
-        parts += [*statistics_tables(result, summary), *life_section(result), *section("Definitions")]
-        parts += remark(" ".join(definitions(result, summary)))
-    return parts
+        lines = _cases_answer(result) if metadata.chosen else _statistics_answer(result, summary)
+        answer = [*lines]
+        sections += _case_sections(result) if metadata.chosen else _statistics_sections(result, summary)
+    return Report(
+        title=f"{metadata.machine.name}: study",
+        answer=["\n".join([metadata.machine.name, *answer])],
+        warnings=[*result.doubts, *(f"Note: {warning}" for warning in _study_warnings(result, summary))],
+        about=free_dofs(metadata.machine),
+        sections=sections,
+    )
+
+
+def _case_sections(result: StudyResult) -> list[Section]:
+    return [section("Cases", *_cases_parts(result)), life_section(result)]
+
+
+def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Section]:
+    """Statistics of each quantity, probabilities, and sensitivities of the leading quantity.
+
+    Quantities without a worst side (times, loads at the start) appear only if there is no other quantity.
+    """
+    names = [name for name in summary.index.unique("quantity") if name != CONTACT]
+    names = [name for name in names if QUANTITIES[name].worse is not None] or names
+    metadata = result.metadata
+    return [
+        *(
+            section(
+                capitalised(with_unit(name, metadata)), _summary_table(summary.loc[name], QUANTITIES[name])
+            )
+            for name in names
+        ),
+        section("Probabilities", _probabilities_table(result.probabilities(), metadata)),
+        section(f"What drives {with_owner(result.leading, metadata)}", *_driving_parts(result)),
+        life_section(result),
+        section("Definitions", " ".join(_terms(result, summary))),
+    ]
 
 
 # ---- result
 
 
-def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
+def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     """Outermost quantile of the leading quantity, probability of each limit, most influential parameter."""
     metadata, stem = result.metadata, result.leading.partition("[")[0]
     if stem in summary.index.unique("quantity"):
@@ -99,17 +119,17 @@ def answer_lines(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
         row = rows.iloc[-1]  # of the machine
-        probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
+        probability, *ends = (digits(100 * row[key]) for key in ("probability", "low", "high"))
         yield f"Probability of {limit_text(name, row['limit'], metadata)}: {probability} % ({' to '.join(ends)} %)"
     if result.too_few:
         return
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"
     if np.isfinite(drivers[measure].iloc[0]):
         words = "total Sobol index" if metadata.sensitivity else "rank correlation"
-        yield f"Driven by {drivers.index[0]} ({words} {_share(drivers[measure].iloc[0])})"
+        yield f"Driven by {drivers.index[0]} ({words} {fixed(drivers[measure].iloc[0], 2)})"
 
 
-def cases_answer(result: StudyResult) -> Iterator[str]:
+def _cases_answer(result: StudyResult) -> Iterator[str]:
     """The worst of the given cases, and the number of cases that exceed each limit."""
     stem = result.leading.partition("[")[0]
     values, quantity = result.table(result.of_carriages(stem)).drop(columns="reason"), QUANTITIES[stem]
@@ -132,7 +152,7 @@ def limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
 # ---- warnings
 
 
-def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
+def _study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     """Reasons why the statistics are incomplete or inaccurate, each with a way out; the worst first."""
     what = "cases" if result.metadata.chosen else "samples"
     if summary.empty:
@@ -143,7 +163,7 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     if result.metadata.chosen:
         return
     if result.failed > MANY_FAILURES * result.finished:
-        share = f"{100 * result.failed / result.finished:.2g} %"
+        share = percent(result.failed / result.finished)
         hint = "The statistics exclude them: if they are the worst machines, the true loads are higher."
         yield f"{result.failed} of {result.finished} runs failed, {share}. {hint}"
     samples, least = int(summary["samples"].max()), fewest_samples(0.99)
@@ -154,25 +174,27 @@ def study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         peaks = summary.loc[PEAK]
         width = float(((peaks["q99_high"] - peaks["q99_low"]) / peaks["q99"]).max())
         if width > WIDE_QUANTILE:
-            more = f"{(width / WIDE_QUANTILE) ** 2:.2g} times as many samples"
-            wide = f"The interval of the 99 % quantile of a peak is wide, {100 * width:.2g} % of it"
-            yield f"{wide}; about {more} make it {100 * WIDE_QUANTILE:g} %."
+            more = f"{digits((width / WIDE_QUANTILE) ** 2, 2)} times as many samples"
+            wide = f"The interval of the 99 % quantile of a peak is wide, {percent(width)} of it"
+            yield f"{wide}; about {more} make it {percent(WIDE_QUANTILE)}."
     if result.metadata.sensitivity and not result.too_few:
         indices = result.sensitivity()
         widths = (indices[f"{order}_high"] - indices[f"{order}_low"] for order in ("total", "first_order"))
         if (width := max(float(one.max()) for one in widths)) > WIDE_INDEX:
-            more = f"{(width / WIDE_INDEX) ** 2:.2g} times as many samples make them {WIDE_INDEX:g}"
-            yield f"The intervals of the Sobol indices are wide, up to {width:.2g}; about {more}."
+            more = (
+                f"{digits((width / WIDE_INDEX) ** 2, 2)} times as many samples make them {number(WIDE_INDEX)}"
+            )
+            yield f"The intervals of the Sobol indices are wide, up to {digits(width, 2)}; about {more}."
 
 
 # ---- study
 
 
-def study_lines(result: StudyResult) -> Iterator[str]:
+def _study_lines(result: StudyResult) -> Iterator[str]:
     """Motion, number of samples, sampling method and seed."""
     metadata = result.metadata
     motion = f"motion {metadata.motion}: " if metadata.motion else "motion: "
-    yield f"{motion}{metadata.duration:.4g} s, {metadata.instants} samples"
+    yield f"{motion}{digits(metadata.duration, 4)} s, {metadata.instants} samples"
     if metadata.draws_motion:
         yield "each sample has a motion of its own, drawn from the posterior of the trace"
     elif metadata.motion and not metadata.motion_exact:
@@ -195,34 +217,48 @@ def study_lines(result: StudyResult) -> Iterator[str]:
         yield result.second_look_text
 
 
-def parameters_table(result: StudyResult) -> Table:
+def _parameters_table(result: StudyResult) -> Table:
     """A row per parameter: mean, standard deviation, range, unit; for given cases without mean and deviation."""
-    moments = () if result.metadata.chosen else ("mean", "std. dev.")
-    table = new_table("parameter", *moments, "smallest", "largest", texts=("unit",))
-    for one in result.metadata.parameters:
-        if one.is_draw:
-            table.add_row(Text(one.name), *[""] * (2 + len(moments)), "a draw")
-            continue
-        values = known(result.column(one.name))
-        statistics = (values.mean(), values.std(), values.min(), values.max()) if values.size else ()
-        cells = ([f"{number:.4g}" for number in statistics] or [""] * 4)[2 - len(moments) :]
-        table.add_row(Text(one.name), *cells, "of its value" if one.unit == "1" else one.unit)
-    return table
+    parameters = result.metadata.parameters
+    values = [np.empty(0) if one.is_draw else known(result.column(one.name)) for one in parameters]
+    statistics: dict[str, Callable[[Array], float]] = {
+        "mean": np.mean,
+        "std. dev.": np.std,
+        "smallest": np.min,
+        "largest": np.max,
+    }
+    if result.metadata.chosen:
+        statistics = {label: statistics[label] for label in ("smallest", "largest")}
+    units = [
+        "a draw" if one.is_draw else "of its value" if one.unit == "1" else one.unit for one in parameters
+    ]
+    return Table(
+        Column("parameter", [one.name for one in parameters]),
+        *(
+            Column(label, [float(find(each)) if each.size else None for each in values], kind="4 digits")
+            for label, find in statistics.items()
+        ),
+        Column("unit", units),
+    )
 
 
-def failures_table(result: StudyResult) -> Table:
+def _failures_table(result: StudyResult) -> Table | None:
     """A row per kind of failure."""
-    table = new_table("runs", "share\n%", "first\nsample", texts=("reason",))
-    for row in result.failures().to_dict("records"):
-        cells = str(row["count"]), f"{100 * row['share']:.3g}", str(row["first_sample"])
-        table.add_row(*cells, Text(row["reason"]))
-    return table
+    if not result.failed:
+        return None
+    rows = result.failures()
+    return Table(
+        Column("reason", rows["reason"]),
+        Column("runs", rows["count"], kind="count"),
+        Column("share", 100 * rows["share"], "%", "3 digits"),
+        Column("first sample", rows["first_sample"], kind="count"),
+    )
 
 
 # ---- statistics and cases
 
 
-def cases_table(result: StudyResult) -> list[RenderableType]:
+def _cases_parts(result: StudyResult) -> list[Part]:
     """A row for each of the first cases, with parameters and carriages if there are few of them."""
     cases, metadata, stem = result.cases(), result.metadata, result.leading.partition("[")[0]
     varied = [one.name for one in metadata.parameters] if len(metadata.parameters) <= MOST_VALUES else []
@@ -234,105 +270,114 @@ def cases_table(result: StudyResult) -> list[RenderableType]:
     each = len(columns) <= MOST_CARRIAGES or QUANTITIES[stem].worse is None
     if not each:
         cases, columns = cases.assign(**{stem: result.column(stem)}), [stem]
-    titles = [name.replace(".", ".\n").replace("].", "].\n") for name in varied]
-    titles += [name.partition("[")[2].removesuffix("]").replace(" ", "\n") or "machine" for name in columns]
+    labels = {name: name.partition("[")[2].removesuffix("]") or "machine" for name in columns}
+    labels |= {
+        name: label
+        for name, label in ((LIFE, "life"), (SAFETY, "S0"))
+        if name in cases and name not in labels
+    }
+    shown = cases.iloc[:MOST_CASES]
+    table = Table(
+        Column("case", [str(i) for i in range(len(shown))]),
+        *(
+            Column(name.replace(".", ". ").replace("[", " ["), shown[name], kind="4 digits")
+            for name in varied
+        ),
+        *(
+            Column(label, _known(shown[name]), "km" if label == "life" else "", _kind(name))
+            for name, label in labels.items()
+        ),
+        Column("exceeded", shown["exceeded"]),
+    )
     owner = "each carriage" if each and len(columns) > 1 else "the machine"
-    for name, title in ((LIFE, "life\nkm"), (SAFETY, "S0\n")):
-        if name in cases and name not in columns:
-            titles, columns = [*titles, title], [*columns, name]
-    table = new_table("case", *titles, texts=("exceeded",))
-    for i, (_, row) in enumerate(cases.iloc[:MOST_CASES].iterrows()):
-        cells = [
-            *(f"{row[name]:.4g}" for name in varied),
-            *(_cell(float(row[name]), name) for name in columns),
-        ]
-        table.add_row(str(i), *cells, Text(row["exceeded"]))
     unit = f" [{QUANTITIES[stem].unit}]" if QUANTITIES[stem].unit else ""
     life = f"; {MACHINE_LIFE}; S0: the smallest static safety" if LIFE in cases else ""
-    lines = [f"{capitalised(title_of(stem, metadata))} of {owner}{unit}{life}."]
+    terms = [f"{capitalised(title_of(stem, metadata))} of {owner}{unit}{life}."]
     if len(cases) > MOST_CASES:
-        lines += [
+        terms += [
             f"The first {MOST_CASES} of {len(cases)} cases; all are in summary.json, or in result.cases()."
         ]
-    contact = [contact_line(metadata)] if CONTACT in result.quantities else []
-    return [table, *remark(*lines, *contact, CASES_NOTE)]
+    contact = [_contact_line(metadata)] if CONTACT in result.quantities else []
+    return [table, definitions(*terms, *contact, CASES_NOTE)]
 
 
-def statistics_tables(result: StudyResult, summary: pd.DataFrame) -> Iterator[RenderableType]:
-    """Statistics of each quantity, probabilities, and sensitivities of the leading quantity.
-
-    Quantities without a worst side (times, loads at the start) appear only if there is no other quantity.
-    """
-    names = [name for name in summary.index.unique("quantity") if name != CONTACT]
-    for name in [name for name in names if QUANTITIES[name].worse is not None] or names:
-        yield from section(capitalised(with_unit(name, result.metadata)))
-        yield summary_table(summary.loc[name], QUANTITIES[name])
-    probabilities = result.probabilities()
-    if not probabilities.empty:
-        yield from section("Probabilities")
-        yield probabilities_table(probabilities, result.metadata)
-    yield from section(f"What drives {with_owner(result.leading, result.metadata)}")
-    yield from driving_table(result)
-
-
-def summary_table(rows: pd.DataFrame, quantity: Quantity) -> Table:
+def _summary_table(rows: pd.DataFrame, quantity: Quantity) -> Table:
     """A row per carriage and one of the machine: mean, standard deviation, quantiles with their standard errors."""
+    if len(rows) == 2 and "" in rows.index:  # the row of the machine equals that of its only carriage
+        rows = rows.drop(index="")
+    kind = _kind(quantity.name)
     levels = (1, 5, 50, 95) if quantity.smallest_is_worst else (5, 50, 95, 99)
-    table = new_table(
-        "carriage", "mean", "std. dev.", *(title for level in levels for title in (f"{level} %", "+-"))
+    quantiles = (
+        column
+        for level in levels
+        for column in (
+            Column(f"{level} %", _known(rows[f"q{level:02d}"]), kind=kind),
+            Column("+-", _known(rows[f"q{level:02d}_standard_error"]), kind="2 digits"),
+        )
     )
-    for carriage, row in rows.iterrows():
-        if carriage or len(rows) != 2:  # the row of the machine equals that of its only carriage
-            cells = [_cell(float(row[key]), quantity.name) for key in ("mean", "standard_deviation")]
-            for level in levels:
-                cells.append(_cell(float(row[f"q{level:02d}"]), quantity.name))
-                cells.append(_error(float(row[f"q{level:02d}_standard_error"])))
-            table.add_row(Text(str(carriage) or "machine"), *cells)
-    return table
+    return Table(
+        Column("carriage", [str(name) or "machine" for name in rows.index]),
+        Column("mean", _known(rows["mean"]), kind=kind),
+        Column("std. dev.", _known(rows["standard_deviation"]), kind=kind),
+        *quantiles,
+    )
 
 
-def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) -> Table:
+def _probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) -> Table | None:
     """A row per limit and carriage: number of samples beyond the limit, probability and its interval."""
-    table = new_table("", "", "times", "of", "%", "% lies in")
-    table.columns[1].justify = "left"
+    if probabilities.empty:
+        return None
+    limits: list[str] = []
+    owners: list[str] = []
+    kept = []
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
-        title = limit_text(name, rows["limit"].iloc[0], metadata)
-        for carriage, row in rows.iterrows():
-            if carriage or len(rows) != 2:
-                of_all = "machine" if name == LIFE else "any"
-                owner = Text(str(carriage) or ("" if len(rows) == 1 else of_all))
-                counts = (f"{row[key]:.0f}" for key in ("count", "samples"))
-                probability, *ends = (f"{100 * row[key]:.3g}" for key in ("probability", "low", "high"))
-                table.add_row(title, owner, *counts, probability, " to ".join(ends))
-                title = ""
-    return table
+        any_of_them = "" if len(rows) == 1 else "machine" if name == LIFE else "any"
+        named = [str(carriage) for carriage in rows.index if carriage or len(rows) != 2]
+        kept.append(rows.loc[named])
+        limits += [limit_text(name, rows["limit"].iloc[0], metadata)] + [""] * (len(named) - 1)
+        owners += [carriage or any_of_them for carriage in named]
+    found = pd.concat(kept)
+    intervals = [
+        between(100 * low, 100 * high) for low, high in zip(found["low"], found["high"], strict=True)
+    ]
+    return Table(
+        Column("limit", limits),
+        Column("on", owners),
+        Column("times", found["count"], kind="count"),
+        Column("of", found["samples"], kind="count"),
+        Column("probability", 100 * found["probability"], "%", "3 digits"),
+        Column("lies in", intervals, "%", "3 digits"),
+    )
 
 
-def driving_table(result: StudyResult) -> list[RenderableType]:
+def _driving_parts(result: StudyResult) -> list[Part]:
     """Sensitivities of the leading quantity, the most influential parameter first."""
     if result.too_few:
-        return remark(TOO_FEW)
+        return [TOO_FEW]
     rows = result.driving()
     names = ("total", "first_order") if result.metadata.sensitivity else ("rank_correlation",)
-    titles = (title for name in names for title in (name.replace("_", " "), "lies in"))
-    table = new_table("parameter", *titles)
     places = [
         list(rows.columns).index(name) for name in names
-    ]  # the two columns after each are the ends of its interval
-    for parameter, *values in rows.iloc[:MOST_PARAMETERS].itertuples():
-        cells: list[str] = []
-        for i in places:
-            value, low, high = map(_share, values[i : i + 3])
-            cells += [value, f"{low} to {high}" if low else ""]
-        table.add_row(Text(str(parameter)), *cells)
-    return [table, *remark(*weaker_parameters(rows, MOST_PARAMETERS))]
+    ]  # the ends of its interval are in the columns after it
+    first = rows.iloc[:MOST_PARAMETERS]
+    columns = []
+    for name, i in zip(names, places, strict=True):
+        low, high = (first.iloc[:, i + k] for k in (1, 2))
+        ends = [
+            between(*pair, "factor") if np.isfinite(pair).all() else None
+            for pair in zip(low, high, strict=True)
+        ]
+        columns += [Column(name.replace("_", " "), _known(first.iloc[:, i]), kind="factor")]
+        columns += [Column("lies in", ends, kind="factor")]
+    table = Table(Column("parameter", [str(name) for name in first.index]), *columns)
+    return [table, *weaker_parameters(rows, MOST_PARAMETERS)]
 
 
 # ---- definitions
 
 
-def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
+def _terms(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     """Definitions of the terms in the tables."""
     metadata, names = result.metadata, summary.index.unique("quantity")
     yield DEFINITIONS
@@ -340,19 +385,19 @@ def definitions(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         load = (
             f"the equivalent load by the rule {metadata.machine.life.rule}" if result.rated else "|Fy| + |Fz|"
         )
-        yield f"Mean load: power mean of {load} over distance, exponent {metadata.exponent:.4g}."
+        yield f"Mean load: power mean of {load} over distance, exponent {digits(metadata.exponent, 4)}."
     if LIFE in names:
         yield (
             f"Of the machine, {MACHINE_LIFE}. Static safety: C0/P0 at the worst instant of each sample (ISO 14728-2)."
         )
-    yield accuracy_line(metadata)
+    yield _accuracy_line(metadata)
     if CONTACT in result.limits:
-        yield contact_line(metadata)
+        yield _contact_line(metadata)
     if not result.too_few:
         yield INDICES if metadata.sensitivity else RANKS
 
 
-def accuracy_line(metadata: StudyMetadata) -> str:
+def _accuracy_line(metadata: StudyMetadata) -> str:
     """How standard errors and intervals follow from the samples."""
     if metadata.replicates > 1:
         return (
@@ -368,31 +413,26 @@ def accuracy_line(metadata: StudyMetadata) -> str:
     )
 
 
-def contact_line(metadata: StudyMetadata) -> str:
+def _contact_line(metadata: StudyMetadata) -> str:
     """Definition of lost contact for the machine."""
     words = contact_words(metadata.machine)
     return f"{capitalised(words)}: at some instant of a run {CONTACT_COUNTS[words]}."
 
 
-def _cell(value: float, name: str) -> str:
-    """A value of a column as text, empty if it is unknown or infinite; a static safety has two decimals."""
-    if not np.isfinite(value):
-        return ""
-    return f"{value:.2f}" if name.partition("[")[0] == SAFETY else load_in_table(value)
+def _kind(name: str) -> str:
+    """The kind of quantity of a column, which says how its numbers are written."""
+    return "factor" if name.partition("[")[0] == SAFETY else "load"
+
+
+def _known(values: Iterable[float]) -> list[float | None]:
+    """The values; None for those that are unknown or infinite, as an error or quantile of too few samples."""
+    return [float(value) if np.isfinite(value) else None for value in values]
 
 
 def _interval(low: float, high: float, name: str) -> str:
-    return f"{_cell(low, name) or '...'} to {_cell(high, name) or '...'}"
-
-
-def _error(value: float) -> str:
-    """A standard error with two digits, empty if it is unknown."""
-    return "" if not np.isfinite(value) else f"{value:.0f}" if value >= 9.95 else f"{value:.2g}"
+    ends = (KINDS[_kind(name)](end) if np.isfinite(end) else "..." for end in (low, high))
+    return " to ".join(ends)
 
 
 def _with_unit(value: float, quantity: Quantity) -> str:
-    return f"{_cell(value, quantity.name)} {quantity.unit}".rstrip()
-
-
-def _share(value: float) -> str:
-    return "" if np.isnan(value) else f"{value:.2f}".replace("-0.00", "0.00")
+    return f"{KINDS[_kind(quantity.name)](value)} {quantity.unit}".rstrip()

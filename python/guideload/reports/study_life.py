@@ -6,13 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from rich.console import RenderableType
-from rich.text import Text
 
-from guideload.base.number_text import counted, joined
+from guideload.base.number_text import between, counted, digits, fixed, joined, kilometres, number
 from guideload.life.limits import LARGE_LOAD
-from guideload.reports.elements import new_table, remark, section
-from guideload.reports.life import kilometres, rating_formulas, unverified_lines
+from guideload.reports.life import rating_formulas, unverified_lines
+from guideload.reports.report import Column, Part, Section, Table, definitions, section
 from guideload.study.description.measures import LIFE, PEAK_LOAD, SAFETY, column_of
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known
@@ -32,13 +30,14 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     life, safety = (summary.xs("", level="carriage").loc[name].to_dict() for name in (LIFE, SAFETY))
     reliability = 100 * result.metadata.machine.life.reliability
     yield (
-        f"Life that all carriages reach with {reliability:g} %: median {_km(life['q50'])} km, 5 % quantile "
-        f"{_km(life['q05'])} km; smallest static safety: median {safety['q50']:.2f}, 1 % quantile {safety['q01']:.2f}"
+        f"Life that all carriages reach with {number(reliability)} %: median {_km(life['q50'])} km, 5 % quantile "
+        f"{_km(life['q05'])} km; smallest static safety: median {fixed(safety['q50'], 2)}, 1 % quantile "
+        f"{fixed(safety['q01'], 2)}"
     )
     yield from unverified_lines(one.product for one in result.rated.values())
     if LIFE in result.limits:
         row = result.failure_probability().loc[""].to_dict()
-        probability, low, high, shorter = (_percent(row[key]) for key in ROW)
+        probability, low, high, shorter = (digits(100 * row[key]) for key in ROW)
         yield (
             f"Probability of a failure by fatigue before {_km(row['travel_km'])} km: {probability} % ({low} to "
             f"{high} %); the rating life is shorter in {shorter} % of the samples"
@@ -48,25 +47,29 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
 ROW = ("probability", "low", "high", "shorter")
 
 
-def life_section(result: StudyResult) -> Iterator[RenderableType]:
-    """Notes, probability of failure and formulas; nothing for a machine without products."""
-    notes = [*result.metadata.life_notes, *_load_notes(result)]
-    if not notes and not result.rated:
-        return
-    yield from section("Life and static safety")
-    yield from remark(*notes)
-    if LIFE in result.limits and not result.metadata.chosen:
-        rows = result.failure_probability()
-        travel = f"{_km(rows['travel_km'].iloc[0])} km"
-        table = new_table("carriage", f"fails before\n{travel}, %", "% lies in", "life is\nshorter, %")
-        for carriage, row in rows.iterrows():
-            if carriage or len(rows) != 2:
-                probability, low, high, shorter = (_percent(row[key]) for key in ROW)
-                table.add_row(Text(str(carriage) or "any"), probability, f"{low} to {high}", shorter)
-        yield table
-        yield from remark(FAILURE)
-    if result.rated:
-        yield from remark(*rating_formulas(list(result.rated.values())))
+def life_section(result: StudyResult) -> Section:
+    """Notes, probability of failure and formulas; empty for a machine without products."""
+    parts: list[Part] = [*result.metadata.life_notes, *_load_notes(result)]
+    if LIFE in result.limits and not result.metadata.chosen and (parts or result.rated):
+        parts += [_failure_table(result), definitions(FAILURE)]
+    formulas = rating_formulas(list(result.rated.values())) if result.rated else []
+    return section("Life and static safety", *parts, *formulas)
+
+
+def _failure_table(result: StudyResult) -> Table:
+    """A row per carriage, and one for any of them: probability of a failure before the limit on the life."""
+    rows = result.failure_probability()
+    if len(rows) == 2:  # the row of all carriages equals that of the only one
+        rows = rows.iloc[:1]
+    intervals = [between(100 * low, 100 * high) for low, high in zip(rows["low"], rows["high"], strict=True)]
+    return Table(
+        Column("carriage", [str(name) or "any" for name in rows.index]),
+        Column(
+            f"fails before {_km(rows['travel_km'].iloc[0])} km", 100 * rows["probability"], "%", "3 digits"
+        ),
+        Column("lies in", intervals, "%", "3 digits"),
+        Column("life is shorter", 100 * rows["shorter"], "%", "3 digits"),
+    )
 
 
 def _load_notes(result: StudyResult) -> Iterator[str]:
@@ -81,14 +84,10 @@ def _load_notes(result: StudyResult) -> Iterator[str]:
     if above:
         what = counted(count, "case" if result.metadata.chosen else "sample")
         yield (
-            f"Note: P0 exceeds {LARGE_LOAD:g} C on carriage {joined(above)}, in up to {what}: the life formula holds "
-            "for smaller loads."
+            f"Note: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life formula "
+            "holds for smaller loads."
         )
 
 
 def _km(value: float) -> str:
     return kilometres(1e3 * value)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g}"

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
 
-from guideload.base.number_text import counted
+from guideload.base.number_text import counted, digits, milliseconds
 from guideload.motion.uncertainty import COVER
-from guideload.reports.elements import WIDTH, new_table, remark, section, to_text
+from guideload.reports.report import Column, Report, Section, Table, definitions, section
 from guideload.smoothing.estimation import Estimate
 
 if TYPE_CHECKING:
@@ -30,54 +29,49 @@ NO_DRIVE = (
 )
 
 
-def encoder_report(inspection: Inspection, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def encoder_report(inspection: Inspection) -> Report:
     """The report of a trace: samples, smoothing, largest values, and the modes that it shows."""
     trace, time, step = inspection.trace, inspection.time, inspection.step
-    parts: list[RenderableType] = [
-        f"{trace.source}, column {trace.column}",
-        *section("Trace"),
-        f"{np.ptp(time):.4g} s, {time.size} samples at {1 / step:.4g} Hz, a sample every {1e3 * step:.4g} ms",
-        *trace.notes,
-        *section("From samples to acceleration"),
-        *_smoothing_lines(inspection),
-        *_largest_lines(inspection),
-    ]
-    if inspection.resolution is not None:
-        parts += resolution_parts(inspection.resolution)
-    elif inspection.machine is not None:
-        parts += ["", *remark(NO_DRIVE)]
-    return to_text(parts, width, encoding)
+    sampled = f"{time.size} samples at {digits(1 / step, 4)} Hz, a sample every {milliseconds(step, 4)} ms"
+    modes = [] if inspection.resolution is None else [resolution_section(inspection.resolution)]
+    no_drive = inspection.resolution is None and inspection.machine is not None
+    return Report(
+        title=f"Trace {trace.source}",
+        answer=[f"{trace.source}, column {trace.column}: {', '.join(_largest_lines(inspection))}."],
+        warnings=[NO_DRIVE] if no_drive else [],
+        sections=[
+            section("Trace", [f"{digits(np.ptp(time), 4)} s, {sampled}", *trace.notes]),
+            section("From samples to acceleration", _smoothing_lines(inspection)),
+            *modes,
+        ],
+    )
 
 
-def resolution_report(resolution: TraceResolution, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The modes of a machine that a trace shows, as text."""
-    return to_text(resolution_parts(resolution), width, encoding)
-
-
-def resolution_parts(resolution: TraceResolution) -> list[RenderableType]:
+def resolution_section(resolution: TraceResolution) -> Section:
     """A row per mode: whether it is within the bandwidth, share of the response, ringing that the trace shows."""
-    parts: list[RenderableType] = section("Modes against the trace's band")
-    if np.isinf(resolution.bandwidth):
-        return [*parts, resolution.text]
-    table = new_table("mode", "natural\nHz", "in the\nband", "share of\nresponse %", "ringing\nshown %")
-    table.add_column("moves mostly in")
-    for mode, frequency in enumerate(resolution.frequency):
-        is_excited = bool(resolution.participating[mode])
-        table.add_row(
-            str(mode + 1),
-            f"{float(frequency):.4g}",
-            "yes" if frequency <= resolution.bandwidth else "no",
-            f"{100 * float(resolution.participation[mode]):.2g}" if is_excited else "0",
-            f"{100 * float(resolution.ringing[mode]):.2g}" if is_excited else "",
-            ", ".join(resolution.moving[mode]),
-        )
-    return [
-        *parts,
-        table,
-        f"band: {resolution.text}",
-        "",
-        *remark(*resolution.warnings(), DEFINITIONS),
+    title, limit = "Modes against the trace's band", resolution.bandwidth
+    if np.isinf(limit):
+        return section(title, resolution.text)
+    is_excited = resolution.participating
+    rings = [
+        100.0 * float(ringing) if excited else None
+        for ringing, excited in zip(resolution.ringing, is_excited, strict=True)
     ]
+    table = Table(
+        Column("mode", [str(mode + 1) for mode in range(len(resolution.frequency))]),
+        Column("natural", resolution.frequency, "Hz", "4 digits"),
+        Column(
+            "in the band",
+            ["yes" if frequency <= limit else "no" for frequency in resolution.frequency],
+            kind="count",
+        ),
+        Column(
+            "share of response", 100.0 * np.where(is_excited, resolution.participation, 0.0), "%", "2 digits"
+        ),
+        Column("ringing shown", rings, "%", "2 digits"),
+        Column("moves mostly in", [", ".join(dofs) for dofs in resolution.moving]),
+    )
+    return section(title, table, f"band: {resolution.text}", *resolution.warnings(), definitions(DEFINITIONS))
 
 
 def _smoothing_lines(inspection: Inspection) -> list[str]:
@@ -88,16 +82,18 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     if not np.any(estimate.acceleration):
         return [estimate.note]
     unit, factor = inspection.unit
-    noise = f"noise {factor * estimate.noise:.3g} {unit} rms before rounding"
+    noise = f"noise {digits(factor * estimate.noise)} {unit} rms before rounding"
     rounding = inspection.quantum / np.sqrt(12.0)
     if rounding:
         share = estimate.noise / rounding
-        noise += f", {share:.3g} times the rounding noise of the quantum, {factor * rounding:.3g} {unit}"
+        noise += (
+            f", {digits(share)} times the rounding noise of the quantum, {digits(factor * rounding)} {unit}"
+        )
     else:
         noise += "; the quantum is unknown"
     length = float(np.diff(estimate.jumps, axis=1).sum())
     point = "drive's position" if estimate.oscillation else "position"
-    jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {length:.3g} s in all"
+    jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {digits(length)} s in all"
     return [
         f"white noise model of derivative {estimate.order} of the {point} ({MOVES[estimate.order]}), chosen by "
         "likelihood; its density varies along the trace",
@@ -107,8 +103,8 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
             else []
         ),
         noise,
-        f"bandwidth at sudden changes {estimate.bandwidth:.3g} Hz; half the sampling rate is "
-        f"{0.5 / inspection.step:.4g} Hz",
+        f"bandwidth at sudden changes {digits(estimate.bandwidth)} Hz; half the sampling rate is "
+        f"{digits(0.5 / inspection.step, 4)} Hz",
         jumps if estimate.jumps.size else "no jumps",
         *([f"warning: {estimate.warning}"] if estimate.warning else []),
     ]
@@ -118,13 +114,13 @@ def _largest_lines(inspection: Inspection) -> list[str]:
     """Largest speed and acceleration, with the 95 % credible band if it is estimated."""
     unit, at = inspection.acceleration_unit, inspection.peak
     speed = inspection.unit[1] * float(np.abs(inspection.kinematics.velocity).max())
-    largest_speed = f"largest speed {speed:.4g} {'rpm' if inspection.of_motor else 'm/s'}"
+    largest_speed = f"largest speed {digits(speed, 4)} {'rpm' if inspection.of_motor else 'm/s'}"
     acceleration = float(inspection.kinematics.acceleration[at])
     if not acceleration:
         return [f"{largest_speed}, no acceleration"]
-    largest = f"largest acceleration {acceleration:.4g} {unit} at {inspection.time[at]:.4g} s"
+    largest = f"largest acceleration {digits(acceleration, 4)} {unit} at {digits(inspection.time[at], 4)} s"
     if inspection.deviation is None:
         return [largest_speed, f"{largest}; this method estimates no band"]
     half = COVER * inspection.deviation
-    band = f"95 % band {acceleration - half[at]:.4g} to {acceleration + half[at]:.4g}"
-    return [largest_speed, f"{largest}, {band}; its median is +-{float(np.median(half)):.2g}"]
+    band = f"95 % band {digits(acceleration - half[at], 4)} to {digits(acceleration + half[at], 4)}"
+    return [largest_speed, f"{largest}, {band}; its median is +-{digits(float(np.median(half)), 2)}"]

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
-from guideload.base.number_text import milliseconds, scientific
+from guideload.base.number_text import digits, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
-from guideload.reports.elements import WIDTH, heading, remark, section, to_text
+from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: largest difference of the loads from the reference, "
@@ -21,53 +18,53 @@ DEFINITIONS = (
 )
 
 
-def chart_report(chart: WorkPrecision, width: int = WIDTH, encoding: str = "utf-8") -> str:
+def chart_report(chart: WorkPrecision) -> Report:
     """The report: method that `auto` picks, table of settings, reference and its error, failed settings."""
     times = "once" if chart.repetitions == 1 else f"{chart.repetitions} times: median and interquartile range"
     picks = f"picks {chart.auto_method}" if chart.auto_method else "fails"
-    return to_text(
-        [
-            *heading(chart.machine),
-            *section("Work-precision diagram"),
-            f"auto {picks}: {chart.auto_reason}.",
-            f"{chart.samples} samples over {chart.duration:.4g} s; every setting ran {times}",
-            settings_table(chart),
-            *remark(
-                *DEFINITIONS,
+    samples = f"{chart.samples} samples over {digits(chart.duration, 4)} s; every setting ran {times}"
+    machine = chart.machine
+    return Report(
+        title=f"{machine.name}: work-precision diagram",
+        answer=[f"{machine.name}: auto {picks}: {chart.auto_reason}."],
+        about=free_dofs(machine),
+        sections=[
+            section("Work-precision diagram", [samples], _settings_table(chart), definitions(*DEFINITIONS)),
+            section(
+                "Reference",
                 f"Error metric: {chart.error_metric}.",
                 f"Reference: {chart.reference.text}.",
-                *failures(chart),
+                *_failures(chart),
             ),
         ],
-        width,
-        encoding,
     )
 
 
-def settings_table(chart: WorkPrecision) -> Table:
+def _settings_table(chart: WorkPrecision) -> Table:
     """A row per run: its settings, time, steps and errors."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=0)
-    for title in ("method", "rtol or step"):
-        table.add_column(title, no_wrap=True)
-    for title in ("time\nms", "spread\n%", "steps", "re-\njected", "error\nof load", "of dyn.\nload"):
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("")
-    for rows in chart.runs():
-        row = rows[0]
-        if row.seconds is None:
-            continue
-        marks = (("Pareto", row.pareto_optimal), ("auto", chart.auto_row in rows))
-        table.add_row(
-            row.setting.method,
-            setting_range(rows),
-            milliseconds(row.seconds),
-            "" if row.spread is None else f"{100.0 * row.spread / row.seconds:.0f}",
-            str(row.steps),
-            str(row.rejected),
-            *(_relative_error(error, row) for error in (row.load_error, row.dynamic_error)),
-            ", ".join(mark for mark, holds in marks if holds),
+    runs = [(rows, rows[0], rows[0].seconds) for rows in chart.runs()]
+    shown = [(rows, row, time) for rows, row, time in runs if time is not None]
+    marks = [
+        ", ".join(
+            mark
+            for mark, holds in (("Pareto", row.pareto_optimal), ("auto", chart.auto_row in rows))
+            if holds
         )
-    return table
+        for rows, row, _ in shown
+    ]
+    spreads = [None if row.spread is None else 100.0 * row.spread / time for _, row, time in shown]
+    return Table(
+        Column("rtol or step", [f"{row.setting.method} {setting_range(rows)}" for rows, row, _ in shown]),
+        Column("time", [time for *_, time in shown], "ms", "milliseconds"),
+        Column("spread", spreads, "%", "count"),
+        Column("error of load", [_relative_error(row.load_error, row) for _, row, _ in shown], kind="number"),
+        Column(
+            "of dyn. load", [_relative_error(row.dynamic_error, row) for _, row, _ in shown], kind="number"
+        ),
+        Column("", marks),
+        Column("steps", [row.steps for _, row, _ in shown], kind="count"),
+        Column("rejected", [row.rejected for _, row, _ in shown], kind="count"),
+    )
 
 
 def _relative_error(error: float | None, row: Row) -> str:
@@ -76,7 +73,7 @@ def _relative_error(error: float | None, row: Row) -> str:
     return f"< {scientific(error)}" if row.below_reference else scientific(error, 1)
 
 
-def failures(chart: WorkPrecision) -> list[str]:
+def _failures(chart: WorkPrecision) -> list[str]:
     """Why settings failed: one sentence for settings of a curve whose messages differ only in numbers."""
     alike: dict[tuple[str, str | None, str], list[Row]] = {}
     for row in chart.rows:

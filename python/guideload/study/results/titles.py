@@ -24,11 +24,6 @@ def title_of(name: str, metadata: StudyMetadata) -> str:
     return QUANTITIES[stem].title if stem in QUANTITIES else name
 
 
-def capitalised(title: str) -> str:
-    """A title with a capital first letter."""
-    return title[0].upper() + title[1:]
-
-
 def with_unit(name: str, metadata: StudyMetadata) -> str:
     """The title of a column and its unit: "peak resultant [N]"."""
     unit = unit_of(stem) if (stem := name.partition("[")[0]) in QUANTITIES else ""

@@ -1,0 +1,49 @@
+"""Commands that show a report: printed to standard output and, with --report, written as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from guideload.cli.options import overwrite_picture_option, report_option
+from guideload.cli.outputs import require_report
+from guideload.cli.terminal import print_report, print_text, status
+
+if TYPE_CHECKING:
+    from guideload.reports.report import Report
+
+    Shown = Report | tuple[Report, Callable[[], str]]
+
+
+def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
+    """Decorator: adds --report, and --overwrite where it is missing.
+
+    The command returns its report, or its report and a function that makes its HTML page with figures.
+    """
+    options = {option.name for option in getattr(command, "__click_params__", ())}
+
+    @wraps(command)
+    def show(report: Path | None, **arguments: Any) -> None:
+        overwrite = arguments["overwrite"] if "overwrite" in options else arguments.pop("overwrite")
+        output = arguments.get("output")
+        read = [value for name, value in arguments.items() if isinstance(value, Path) and name != "output"]
+        require_report(report, overwrite, *read, *_paths(arguments.get("files", ())), folder=output)
+        found = command(**arguments)
+        shown, page = found if isinstance(found, tuple) else (found, None)
+        print_report(shown)
+        if report is not None:
+            from guideload import html_report
+
+            with status("writing the HTML report"):
+                html_report.save_page(page() if page else html_report.report_page(shown), report)
+        if written := [str(path) for path in (output, report) if path is not None]:
+            print_text(f"Wrote {' and '.join(written)}.")
+
+    shown: Any = report_option(show)
+    return shown if "overwrite" in options else overwrite_picture_option(shown)  # type: ignore[no-any-return]
+
+
+def _paths(inputs: Any) -> list[Path]:
+    return [one for one in inputs if isinstance(one, Path)]

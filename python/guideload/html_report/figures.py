@@ -1,0 +1,111 @@
+"""Figures of HTML reports: charts of histories that can be zoomed, pictures, listings."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from guideload.base.arrays import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Longer histories are drawn as an envelope: on paper and on a screen there are at most some thousand pixels.
+MOST_POINTS = 12_000
+LARGEST_SVG = 200_000  # characters; a picture as PNG takes up to about as much
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a chart: its name, its values at the instants of the chart, its colour, and whether it is dashed."""
+
+    name: str
+    values: Array
+    color: str
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A chart that the script of the page draws; data: its lines as JSON. Charts of one group zoom together."""
+
+    title: str
+    data: Markup
+    group: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture with its caption."""
+
+    drawing: Markup
+    caption: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Text that is shown as it is, at a click."""
+
+    title: str
+    text: str
+
+
+Figure = Chart | Picture | Listing
+
+
+def chart(title: str, unit: str, time: Array, lines: Sequence[Line], group: str = "") -> Chart:
+    """A chart of histories over time [s]. Charts of one group zoom together."""
+    if time.size > MOST_POINTS:
+        time, lines = _envelope(time, lines)
+    drawn = [
+        {"name": line.name, "values": _packed(line.values, "<f4"), "color": line.color, "dashed": line.dashed}
+        for line in lines
+    ]
+    data = {"title": title, "unit": unit, "time": _packed(time, "<f8"), "lines": drawn}
+    text = json.dumps(data).replace("<", "\\u003c")  # nothing in a name may end the script element
+    return Chart(title, Markup(text), group)
+
+
+def _packed(values: Array, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+
+
+def _envelope(time: Array, lines: Sequence[Line]) -> tuple[Array, list[Line]]:
+    """Smallest and largest value of every line in groups of neighbouring samples, at the first and last instant."""
+    starts = np.linspace(0, time.size, MOST_POINTS // 2, endpoint=False).astype(np.intp)
+    ends = np.append(starts[1:], time.size) - 1
+    instants = np.column_stack([time[starts], time[ends]]).ravel()
+    thinned = []
+    for line in lines:
+        low, high = np.minimum.reduceat(line.values, starts), np.maximum.reduceat(line.values, starts)
+        rising = (line.values[ends] >= line.values[starts])[:, None]
+        pair = np.where(rising, np.column_stack([low, high]), np.column_stack([high, low]))
+        thinned.append(Line(line.name, pair.ravel(), line.color, line.dashed))
+    return instants, thinned
+
+
+def picture(ax: Axes, caption: str) -> Picture:
+    """A picture in the document, with its caption: SVG, or PNG where it has so many elements that this is smaller."""
+    from matplotlib import rc_context
+
+    from guideload.plots.saving import DOTS_PER_INCH, figure_of, quiet_glyphs
+
+    buffer, figure = io.StringIO(), figure_of(ax)
+    # Letters as outlines: the reader's computer may lack the font. A fixed salt gives the same file for the same input.
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": caption}), quiet_glyphs():
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        drawing = buffer.getvalue()
+        drawing = drawing[drawing.index("<svg") :]
+        if len(drawing) > LARGEST_SVG:
+            pixels = io.BytesIO()
+            figure.savefig(pixels, format="png", dpi=DOTS_PER_INCH)
+            data = base64.b64encode(pixels.getvalue()).decode("ascii")
+            drawing = f'<img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
+    return Picture(Markup(drawing), caption)

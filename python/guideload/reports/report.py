@@ -1,0 +1,125 @@
+"""What a report says, as data: sentences, sections, tables, definitions. `reports.text` and `html_report` render it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from guideload.base.number_text import KINDS
+from guideload.base.visible_text import visible
+from guideload.machine.machine import DOFS
+
+if TYPE_CHECKING:
+    from guideload.machine.machine import Machine
+
+Value = float | str | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its heading, its values, and how they are written.
+
+    label: heading. values: a number, a text or None (an empty cell) for each row. unit: below the label.
+    kind: of quantity, one of `number_text.KINDS`, which says how its numbers are written; "" for names and texts.
+    """
+
+    label: str
+    values: Iterable[Value]
+    unit: str = ""
+    kind: str = ""
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the column is aligned to the right."""
+        return bool(self.kind)
+
+    @property
+    def cells(self) -> list[str]:
+        """The text of each row: the one place where values of tables become text."""
+        return [self._cell(value) for value in self.values]
+
+    def _cell(self, value: Value) -> str:
+        if value is None or isinstance(value, str):
+            return visible(value or "")
+        return KINDS[self.kind](float(value))
+
+
+class Table:
+    """Columns of the same length, the first with the names of the rows.
+
+    A column without a value is left out; a table without rows is not shown.
+    """
+
+    def __init__(self, *columns: Column) -> None:
+        cells = [column.cells for column in columns]
+        shown = [i for i, texts in enumerate(cells) if i == 0 or any(texts)]
+        self.columns = [columns[i] for i in shown]
+        self.rows = list(zip(*(cells[i] for i in shown), strict=True))
+
+    def __bool__(self) -> bool:
+        return bool(self.rows)
+
+
+@dataclass(frozen=True)
+class Definitions:
+    """What the terms of a section mean; in HTML it is shown at a click."""
+
+    texts: tuple[str, ...]
+
+
+# A paragraph, lines that belong together, a table, or definitions. What is empty is not shown.
+Part = str | list[str] | Table | Definitions | None
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report with a title. It is not shown if it has no content."""
+
+    title: str
+    parts: tuple[Part, ...]
+
+    @property
+    def shown(self) -> list[Part]:
+        """The parts that have content."""
+        return [
+            part for part in self.parts if part and not (isinstance(part, Definitions) and not part.texts)
+        ]
+
+
+@dataclass(frozen=True)
+class Report:
+    """A whole report.
+
+    title: of the page. answer: the result in a few sentences. warnings: what speaks against it, the worst first.
+    about: what it is about, such as the free dofs of the machine. failed: whether what was asked for is not reached.
+    """
+
+    title: str
+    answer: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    about: str = ""
+    sections: list[Section] = field(default_factory=list)
+    failed: bool = False
+
+    def text(self, width: int | None = None, encoding: str = "utf-8") -> str:
+        """The report as text; see `reports.text.to_text`."""
+        from guideload.reports.text import WIDTH, to_text
+
+        return to_text(self, width or WIDTH, encoding)
+
+
+def section(title: str, *parts: Part) -> Section:
+    """A section of these parts."""
+    return Section(title, parts)
+
+
+def definitions(*texts: str) -> Definitions:
+    """Definitions of terms, one or several sentences each."""
+    return Definitions(tuple(filter(None, texts)))
+
+
+def free_dofs(machine: Machine) -> str:
+    """The free and the held dofs of a machine."""
+    held = [dof for dof in DOFS if dof not in machine.free]
+    return f"free {', '.join(machine.free)}; held {', '.join(held) or 'none'}"

@@ -1,0 +1,138 @@
+"""Reports as text, for terminals and files."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+
+from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table as Grid
+from rich.text import Text
+
+from guideload.base.number_text import NARROW_SPACE
+from guideload.base.visible_text import visible
+from guideload.reports.report import Column, Definitions, Part, Report, Table
+
+WIDTH = 80
+MOST_PROSE = 100  # characters: longer lines are hard to read
+NARROWEST_LABEL = 9  # a label this short stays on one line
+NARROWEST_NAMES = 16  # shorter names are not divided to spare a block
+NARROWEST_TEXT = 24  # a text column this wide may stand beside others
+GAP = 2  # characters between two columns
+STAND_INS = {NARROW_SPACE: " ", "─": "-"}  # in encodings that lack the character
+
+
+def to_text(report: Report, width: int = WIDTH, encoding: str = "utf-8") -> str:
+    """The report with lines of at most `width` characters where words and numbers allow it.
+
+    A table that is too wide is broken into blocks, each with the names of the rows. Characters outside the encoding are
+    replaced; control characters, as in the names of a trace's columns, are shown as escapes.
+    """
+    blocks = [*report.answer, *report.warnings, report.about]
+    paragraphs = [_prose(block, width) for block in blocks if block]
+    for section in report.sections:
+        if shown := section.shown:
+            first, *others = ("\n\n".join(_part(part, width)) for part in shown)
+            space = "\n\n" if isinstance(shown[0], Table) else "\n"
+            paragraphs += [f"{section.title}{space}{first}", *others]
+    text = visible("\n\n".join(filter(None, paragraphs))) + "\n"
+    for character, plain in STAND_INS.items():
+        if character.encode(encoding, errors="replace") == b"?":
+            text = text.replace(character, plain)
+    return text.encode(encoding, errors="replace").decode(encoding)
+
+
+def _part(part: Part, width: int) -> Iterator[str]:
+    if isinstance(part, Table):
+        yield from (_drawn(block) for block in _blocks(part, width))
+    elif isinstance(part, Definitions):
+        yield _prose(" ".join(part.texts), width)
+    elif isinstance(part, list):
+        yield "\n".join(_prose(line, width) for line in part if line)
+    elif part:
+        yield _prose(part, width)
+
+
+def _prose(text: str, width: int) -> str:
+    return "\n".join(_wrapped(text, min(width, MOST_PROSE)))
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of a text; unlike rich it keeps numbers with narrow spaces in one line."""
+    return [part for line in text.split("\n") for part in wrap(line, width, break_on_hyphens=False)] or [""]
+
+
+class _Fitted:
+    """A column with its heading and cells as lines, and its width."""
+
+    def __init__(self, column: Column, cells: Sequence[str], most: int) -> None:
+        self.column = column
+        natural = max((cell_len(line) for cell in cells for line in cell.split("\n")), default=0)
+        words = [cell_len(word) for word in (*column.label.split(), column.unit)]
+        label = cell_len(column.label)
+        self.natural = max(natural, *words, min(label, NARROWEST_LABEL) if column.is_number else label)
+        self.width = self.natural if column.is_number else max(min(self.natural, most), *words)
+        self.cells = cells
+
+    @property
+    def heading(self) -> str:
+        """The label and below it the unit; names and texts have none, and stand on the lowest line."""
+        label = _wrapped(self.column.label, self.width)
+        return "\n".join([*label, self.column.unit] if self.column.is_number else label)
+
+    @property
+    def lines(self) -> list[str]:
+        return ["\n".join(_wrapped(cell, self.width)) for cell in self.cells]
+
+
+def _blocks(table: Table, width: int) -> Iterator[list[_Fitted]]:
+    """Groups of columns that fit the width, each behind the column with the names of the rows."""
+    cells = list(zip(*table.rows, strict=True))
+    others = [
+        _Fitted(column, texts, NARROWEST_TEXT)
+        for column, texts in zip(table.columns[1:], cells[1:], strict=True)
+    ]
+    beside = sum(fitted.width + GAP for fitted in others) + GAP
+    fits = beside + NARROWEST_NAMES <= width  # in one block, with the names in several lines if need be
+    names = _Fitted(table.columns[0], cells[0], width - beside if fits else width // 2)
+    block, used = [names], names.width + GAP
+    for fitted in others:
+        if used + GAP + fitted.width > width and len(block) > 1:
+            yield _widened(block, width - used)
+            block, used = [names], names.width + GAP
+        block.append(fitted)
+        used += fitted.width + GAP
+    yield _widened(block, width - used)
+
+
+def _widened(block: list[_Fitted], left: int) -> list[_Fitted]:
+    """Give the columns of texts the width that is left."""
+    for fitted in block[1:]:
+        more = max(min(fitted.natural - fitted.width, left), 0)
+        fitted.width, left = fitted.width + more, left - more
+    return block
+
+
+def _drawn(block: list[_Fitted]) -> str:
+    """A block of a table, drawn by rich; without colours, so that terminals and files have the same text."""
+    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    headings = [fitted.heading for fitted in block]
+    if not any(fitted.column.unit for fitted in block):
+        headings = [heading.rstrip("\n") for heading in headings]
+    height = max(heading.count("\n") for heading in headings)
+    for fitted, heading in zip(block, headings, strict=True):
+        above = "\n" * (height - heading.count("\n"))
+        grid.add_column(
+            Text(above + heading), justify="right" if fitted.column.is_number else "left", no_wrap=True
+        )
+    for row in zip(*(fitted.lines for fitted in block), strict=True):
+        grid.add_row(*map(Text, row))
+    console = Console(
+        file=io.StringIO(), width=sum(fitted.width + GAP for fitted in block) + GAP, color_system=None
+    )
+    with console.capture() as captured:
+        console.print(grid)
+    return "\n".join(line.rstrip() for line in captured.get().splitlines()).strip("\n")
