@@ -1,4 +1,4 @@
-"""What a report says, as data: sentences, sections, tables, definitions. `reports.text` and `html_report` render it."""
+"""What a report says, as data: sentences, sections, tables, definitions. `Report.text` and `html_report` render it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from guideload.base.number_text import KINDS
 from guideload.base.visible_text import visible
 from guideload.machine.machine import DOFS
+from guideload.reports.text import WIDTH, encodable, prose, table_blocks
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -102,11 +103,27 @@ class Report:
     sections: list[Section] = field(default_factory=list)
     failed: bool = False
 
-    def text(self, width: int | None = None, encoding: str = "utf-8") -> str:
-        """The report as text; see `reports.text.to_text`."""
-        from guideload.reports.text import WIDTH, to_text
+    def text(self, width: int = WIDTH, encoding: str = "utf-8") -> str:
+        """The report as text in lines of at most `width` characters, where words and numbers allow it."""
+        head = [*self.answer, *self.warnings, self.about]
+        blocks = [prose(text, width) for text in head if text]
+        for one in self.sections:
+            if shown := one.shown:
+                space = "\n\n" if isinstance(shown[0], Table) else "\n"
+                first, *others = (_text(part, width) for part in shown)
+                blocks += [f"{one.title}{space}{first}", *others]
+        return encodable("\n\n".join(blocks), encoding) + "\n"
 
-        return to_text(self, width or WIDTH, encoding)
+
+def _text(part: Part, width: int) -> str:
+    if isinstance(part, Table):
+        return "\n\n".join(table_blocks(part.columns, part.rows, width))
+    lines = (
+        part
+        if isinstance(part, list)
+        else [" ".join(part.texts) if isinstance(part, Definitions) else part or ""]
+    )
+    return "\n".join(prose(line, width) for line in lines if line)
 
 
 def section(title: str, *parts: Part) -> Section:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
+from typing import Protocol
 
 from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
@@ -14,7 +15,6 @@ from rich.text import Text
 
 from guideload.base.number_text import NARROW_SPACE
 from guideload.base.visible_text import visible
-from guideload.reports.report import Column, Definitions, Part, Report, Table
 
 WIDTH = 80
 MOST_PROSE = 100  # characters: longer lines are hard to read
@@ -25,39 +25,49 @@ GAP = 2  # characters between two columns
 STAND_INS = {NARROW_SPACE: " ", "─": "-"}  # in encodings that lack the character
 
 
-def to_text(report: Report, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """The report with lines of at most `width` characters where words and numbers allow it.
+class Heading(Protocol):
+    """What stands above a column of a table, and whether the column is one of numbers."""
 
-    A table that is too wide is broken into blocks, each with the names of the rows. Characters outside the encoding are
-    replaced; control characters, as in the names of a trace's columns, are shown as escapes.
-    """
-    blocks = [*report.answer, *report.warnings, report.about]
-    paragraphs = [_prose(block, width) for block in blocks if block]
-    for section in report.sections:
-        if shown := section.shown:
-            first, *others = ("\n\n".join(_part(part, width)) for part in shown)
-            space = "\n\n" if isinstance(shown[0], Table) else "\n"
-            paragraphs += [f"{section.title}{space}{first}", *others]
-    text = visible("\n\n".join(filter(None, paragraphs))) + "\n"
+    @property
+    def label(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def is_number(self) -> bool: ...
+
+
+def prose(text: str, width: int) -> str:
+    """A text in lines of at most `width` characters, and at most `MOST_PROSE`."""
+    return "\n".join(_wrapped(text, min(width, MOST_PROSE)))
+
+
+def table_blocks(headings: Sequence[Heading], rows: Sequence[Sequence[str]], width: int) -> Iterator[str]:
+    """A table; if it is wider than `width`, in blocks that repeat the first column, with the names of the rows."""
+    cells = list(zip(*rows, strict=True))
+    others = [
+        _Fitted(heading, texts, NARROWEST_TEXT)
+        for heading, texts in zip(headings[1:], cells[1:], strict=True)
+    ]
+    beside = sum(fitted.width + GAP for fitted in others) + GAP
+    fits = beside + NARROWEST_NAMES <= width  # in one block, with the names in several lines if need be
+    names = _Fitted(headings[0], cells[0], width - beside if fits else width // 2)
+    block, used = [names], names.width + GAP
+    for fitted in others:
+        if used + GAP + fitted.width > width and len(block) > 1:
+            yield _drawn(block, width - used)
+            block, used = [names], names.width + GAP
+        block.append(fitted)
+        used += fitted.width + GAP
+    yield _drawn(block, width - used)
+
+
+def encodable(text: str, encoding: str) -> str:
+    """The text with control characters as escapes, and without characters that the encoding lacks."""
+    text = visible(text)
     for character, plain in STAND_INS.items():
         if character.encode(encoding, errors="replace") == b"?":
             text = text.replace(character, plain)
     return text.encode(encoding, errors="replace").decode(encoding)
-
-
-def _part(part: Part, width: int) -> Iterator[str]:
-    if isinstance(part, Table):
-        yield from (_drawn(block) for block in _blocks(part, width))
-    elif isinstance(part, Definitions):
-        yield _prose(" ".join(part.texts), width)
-    elif isinstance(part, list):
-        yield "\n".join(_prose(line, width) for line in part if line)
-    elif part:
-        yield _prose(part, width)
-
-
-def _prose(text: str, width: int) -> str:
-    return "\n".join(_wrapped(text, min(width, MOST_PROSE)))
 
 
 def _wrapped(text: str, width: int) -> list[str]:
@@ -68,7 +78,7 @@ def _wrapped(text: str, width: int) -> list[str]:
 class _Fitted:
     """A column with its heading and cells as lines, and its width."""
 
-    def __init__(self, column: Column, cells: Sequence[str], most: int) -> None:
+    def __init__(self, column: Heading, cells: Sequence[str], most: int) -> None:
         self.column = column
         natural = max((cell_len(line) for cell in cells for line in cell.split("\n")), default=0)
         words = [cell_len(word) for word in (*column.label.split(), column.unit)]
@@ -88,36 +98,11 @@ class _Fitted:
         return ["\n".join(_wrapped(cell, self.width)) for cell in self.cells]
 
 
-def _blocks(table: Table, width: int) -> Iterator[list[_Fitted]]:
-    """Groups of columns that fit the width, each behind the column with the names of the rows."""
-    cells = list(zip(*table.rows, strict=True))
-    others = [
-        _Fitted(column, texts, NARROWEST_TEXT)
-        for column, texts in zip(table.columns[1:], cells[1:], strict=True)
-    ]
-    beside = sum(fitted.width + GAP for fitted in others) + GAP
-    fits = beside + NARROWEST_NAMES <= width  # in one block, with the names in several lines if need be
-    names = _Fitted(table.columns[0], cells[0], width - beside if fits else width // 2)
-    block, used = [names], names.width + GAP
-    for fitted in others:
-        if used + GAP + fitted.width > width and len(block) > 1:
-            yield _widened(block, width - used)
-            block, used = [names], names.width + GAP
-        block.append(fitted)
-        used += fitted.width + GAP
-    yield _widened(block, width - used)
-
-
-def _widened(block: list[_Fitted], left: int) -> list[_Fitted]:
-    """Give the columns of texts the width that is left."""
+def _drawn(block: list[_Fitted], left: int) -> str:
+    """A block of a table, drawn by rich; columns of texts get the width that is left."""
     for fitted in block[1:]:
         more = max(min(fitted.natural - fitted.width, left), 0)
         fitted.width, left = fitted.width + more, left - more
-    return block
-
-
-def _drawn(block: list[_Fitted]) -> str:
-    """A block of a table, drawn by rich; without colours, so that terminals and files have the same text."""
     grid = Grid(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     headings = [fitted.heading for fitted in block]
     if not any(fitted.column.unit for fitted in block):
