@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -19,15 +20,22 @@ from command_line import EXAMPLES, MACHINE, TRACE, guideload
 from machines import link
 from moves import BRISK, GENTLE
 from texts import page_text
+from watched import samples, text_of, watched
 
 from guideload import (
     Catalogue,
     Drive,
+    DutyCycle,
     Inspection,
+    Life,
     LoadCase,
     LongRun,
     Machine,
     PointOfInterest,
+    Result,
+    Stability,
+    StudyResult,
+    WorkPrecision,
     duty_cycle,
     html_report,
     life_of,
@@ -54,31 +62,23 @@ from guideload.reports.study import study_report
 from guideload.reports.trace import encoder_report
 from guideload.reports.work_precision import chart_report
 from guideload.sizing import largest, size
+from guideload.sizing.size import Sizing
 
 FOLDER = Path(__file__).parent / "golden"
 PAGE = "\n==== the page ====\n\n"  # between the text and that of the page
 
-Case = Callable[[], tuple[Report | str, str]]
-CASES: dict[str, Case] = {}
-
-
-def case(make: Case) -> Case:
-    """Decorator: a report, or its text, and its page, empty without one of its own."""
-    CASES[make.__name__] = make
-    return make
-
 
 def written(name: str) -> str:
     """The content of a golden file."""
-    report, page = CASES[name]()
-    text = report if isinstance(report, str) else report.text()
-    return text + (PAGE + page_text(page) if page else "")
+    report = REPORTS[name]()
+    text = report.text() if isinstance(report, Report) else report
+    return text + (PAGE + page_text(PAGES[name]()) if name in PAGES else "")
 
 
 # ---- machines and motions
 
 
-def rack_and_pinion() -> Machine:
+def geared() -> Machine:
     """A machine with a drive, points and products that reaches what is asked."""
     return lives.cart(
         life={"life": "4000 km", "safety": 2.0},
@@ -107,196 +107,129 @@ def every_law() -> Machine:
     )
 
 
-# ---- runs
+def heavier(machine: Machine, mass: float) -> Machine:
+    return machine.model_copy(update={"body": machine.body.model_copy(update={"mass": mass})})
 
 
-@case
-def run() -> tuple[Report, str]:
-    result = simulate(rack_and_pinion(), lives.moved(BRISK))
-    return result_report(result), html_report.run_page(result)
+# ---- results
 
 
-@case
-def run_of_a_trace() -> tuple[Report, str]:
-    result = simulate(*reference.example())
-    return result_report(result), html_report.run_page(result)
+@cache
+def run() -> Result:
+    return simulate(geared(), lives.moved(BRISK))
 
 
-@case
-def run_with_every_law() -> tuple[Report, str]:
-    return result_report(simulate(every_law(), lives.moved(GENTLE, 500.0))), ""
+@cache
+def traced() -> Result:
+    return simulate(*reference.example())
 
 
-@case
-def run_of_the_papers_dofs() -> tuple[Report, str]:
+@cache
+def two_masses() -> dict[str, Result]:
+    return {"light": run(), "heavy": simulate(heavier(geared(), 1500.0), lives.moved(BRISK))}
+
+
+def papers_dofs() -> dict[str, Result]:
     machine, motion = reference.example()
-    runs = {"All dofs": machine, "The paper's dofs": machine.with_free(["rx", "ry", "rz"])}
-    return comparison({name: simulate(one, motion) for name, one in runs.items()}), ""
+    return {"All dofs": traced(), "The paper's dofs": simulate(machine.with_free(["rx", "ry", "rz"]), motion)}
 
 
-@case
-def compare() -> tuple[Report, str]:
-    light, motion = rack_and_pinion(), lives.moved(BRISK)
-    heavy = light.model_copy(update={"body": light.body.model_copy(update={"mass": 1500.0})})
-    results = {"light": simulate(light, motion), "heavy": simulate(heavy, motion)}
-    return comparison_report(results), html_report.comparison_page(results)
-
-
-@case
-def life() -> tuple[Report, str]:
+def life_with_band() -> Life:
     machine, motion = reference.example()
-    products = lives.cart().products
     carriages = tuple(one.model_copy(update={"product": "20"}) for one in machine.carriages)
-    rated = machine.model_copy(update={"products": products, "carriages": carriages})
-    return life_report(life_of(simulate(rated, motion))), ""
+    rated = machine.model_copy(update={"products": lives.cart().products, "carriages": carriages})
+    return life_of(simulate(rated, motion))
 
 
-@case
-def duty() -> tuple[Report, str]:
-    machine = lives.cart(life={"life": "40000 km"})
-    loaded = machine.model_copy(update={"body": machine.body.model_copy(update={"mass": 2000.0})})
-    motion = lives.moved(GENTLE, 500.0)
-    found = duty_cycle([LoadCase("empty", machine, motion, 30.0), LoadCase("full", loaded, motion, 45.0)])
-    return duty_report(found), html_report.duty_page(found)
+@cache
+def duty() -> DutyCycle:
+    machine, motion = lives.cart(life={"life": "40000 km"}), lives.moved(GENTLE, 500.0)
+    full = LoadCase("full", heavier(machine, 2000.0), motion, 45.0)
+    return duty_cycle([LoadCase("empty", machine, motion, 30.0), full])
 
 
-@case
-def sizing() -> tuple[Report, str]:
+@cache
+def sized() -> tuple[Machine, Sizing]:
     machine, motion = reference.example()
     machine = machine.model_copy(update={"life": lives.cart(life={"life": "5000 km"}).life})
-    found = size(machine, motion, Catalogue.from_toml(EXAMPLES / "catalogue.toml"))
-    return sizing_report(machine, found), html_report.sizing_page(machine, found)
+    return machine, size(machine, motion, CATALOGUE)
 
 
-@case
-def limit() -> tuple[Report, str]:
-    machine = rack_and_pinion()
+def limit() -> Report:
+    machine = geared()
     found = largest(machine, lives.moved(GENTLE, 500.0), "payload", conditions=machine.life)
-    return limit_report(machine, found, machine.life), ""
+    return limit_report(machine, found, machine.life)
 
 
-@case
-def long_run() -> tuple[Report, str]:
-    found = LongRun(rack_and_pinion())
+def long_run() -> LongRun:
+    found = LongRun(geared())
     found.add(lives.moved(GENTLE, 500.0))
-    return long_run_report(found), ""
+    return found
 
 
-# ---- machines and traces
-
-
-@case
-def machine() -> tuple[Report, str]:
-    return machine_report(every_law()), ""
-
-
-@case
-def machine_with_products() -> tuple[Report, str]:
-    return machine_report(rack_and_pinion().with_free(["rx", "ry", "rz"])), ""
-
-
-@case
-def modes() -> tuple[Report, str]:
-    machine = every_law()
-    return modes_report(machine, Modes.of(machine)), ""
-
-
-@case
-def check() -> tuple[str, str]:
-    return guideload("check", MACHINE, TRACE).stdout.replace(str(EXAMPLES), ""), ""
-
-
-@case
-def encoder() -> tuple[Report, str]:
-    return encoder_report(Inspection.of(read_trace(TRACE), Machine.from_toml(MACHINE))), ""
-
-
-@case
-def response() -> tuple[Report, str]:
-    machine = rack_and_pinion()
-    return response_report(machine, frequency_response(machine)), ""
-
-
-@case
-def sensitivities() -> tuple[str, str]:
-    return guideload("sensitivities", MACHINE, TRACE).stdout, ""
-
-
-@case
-def step_stability() -> tuple[Report, str]:
+def step_stability() -> Stability:
+    """With made times."""
     found = stability(Machine.from_toml(MACHINE))
     costs = tuple(replace(cost, seconds=cost.seconds and 1e-3) for cost in found.costs)
-    return stability_report(replace(found, costs=costs)), ""
+    return replace(found, costs=costs)
 
 
-@case
-def chart() -> tuple[Report, str]:
-    """Of the exact method, which always runs: times and the number of settings depend on the computer."""
+def chart() -> WorkPrecision:
+    """Of the exact method with made times: how many other settings run depends on the computer."""
     found = work_precision(reference.cart(), lives.moved(GENTLE, 500.0), budget=1.0)
-    rows = tuple(
-        replace(row, seconds=1e-3, spread=1e-5, pareto_optimal=True)
-        for row in found.rows
-        if row.setting.method == "exact"
-    )
-    return chart_report(replace(found, rows=rows, repetitions=3)), ""
+    rows = [row for row in found.rows if row.setting.method == "exact"]
+    made = tuple(replace(row, seconds=1e-3, spread=1e-5, pareto_optimal=True) for row in rows)
+    return replace(found, rows=made, repetitions=3)
 
 
-@case
-def catalogue() -> tuple[Report, str]:
-    return catalogue_report(Catalogue.from_toml(EXAMPLES / "catalogue.toml")), ""
+@cache
+def study() -> StudyResult:
+    return studies.study(400, failed={3: "diverged"}, limits={"peak_resultant_N": 7500.0})
 
 
-@case
-def product() -> tuple[Report, str]:
-    return product_report(Catalogue.from_toml(EXAMPLES / "catalogue.toml")["HGH25CA"]), ""
+def cases() -> StudyResult:
+    return studies.chosen(studies.study(6, factors=2, limits={"peak_resultant_N": 7500.0}))
 
 
-@case
-def identification() -> tuple[str, str]:
-    return guideload("identify", EXAMPLES / "identify.toml").stdout, ""
-
-
-@case
-def monitor() -> tuple[Report, str]:
-    carriages = [
-        {
-            "name": "1a",
-            "Fy_N": -2158.2,
-            "Fz_N": 12.0,
-            "largest_resultant_N": 4711.0,
-            "time_of_largest_s": 1.234,
-        }
-        | {"limit_exceeded": 1, "above_limit_s": 0.02, "life_used": 1.5e-6},
-        dict.fromkeys(("Fy_N", "Fz_N", "largest_resultant_N", "time_of_largest_s", "life_used"))
-        | {"name": "1b", "limit_exceeded": 0, "above_limit_s": 0.0},
-    ]
-    counts = dict.fromkeys(("missing", "early", "jittering", "stuck", "jumps", "counter_set", "lost"), 0)
-    counts |= {"samples": 4000, "malformed": 2, "restarts": 1, "wraps": 0}
-    status = {"machine": "Gantry", "limit_N": 4600.0, "is_settling": True, "distance_m": 12.34}
-    return monitor_report({**status, "carriages": carriages, "input": counts}), ""
-
-
-# ---- studies
-
-
-@case
-def study() -> tuple[Report, str]:
-    found = studies.study(400, failed={3: "diverged"}, limits={"peak_resultant_N": 7500.0})
-    return study_report(found), html_report.study_page(found)
-
-
-@case
-def study_with_sensitivity() -> tuple[Report, str]:
-    return study_report(studies.study(60, sensitivity=True)), ""
-
-
-@case
-def study_of_cases() -> tuple[Report, str]:
-    return study_report(studies.chosen(studies.study(6, factors=2, limits={"peak_resultant_N": 7500.0}))), ""
-
+CATALOGUE = Catalogue.from_toml(EXAMPLES / "catalogue.toml")
+REPORTS: dict[str, Callable[[], Report | str]] = {
+    "run": lambda: result_report(run()),
+    "run_of_a_trace": lambda: result_report(traced()),
+    "run_with_every_law": lambda: result_report(simulate(every_law(), lives.moved(GENTLE, 500.0))),
+    "run_of_the_papers_dofs": lambda: comparison(papers_dofs()),
+    "compare": lambda: comparison_report(two_masses()),
+    "life": lambda: life_report(life_with_band()),
+    "duty": lambda: duty_report(duty()),
+    "sizing": lambda: sizing_report(*sized()),
+    "limit": limit,
+    "long_run": lambda: long_run_report(long_run()),
+    "machine": lambda: machine_report(every_law()),
+    "machine_with_products": lambda: machine_report(geared().with_free(["rx", "ry", "rz"])),
+    "modes": lambda: modes_report(every_law(), Modes.of(every_law())),
+    "check": lambda: guideload("check", MACHINE, TRACE).stdout,
+    "encoder": lambda: encoder_report(Inspection.of(read_trace(TRACE), Machine.from_toml(MACHINE))),
+    "response": lambda: response_report(geared(), frequency_response(geared())),
+    "sensitivities": lambda: guideload("sensitivities", MACHINE, TRACE).stdout,
+    "step_stability": lambda: stability_report(step_stability()),
+    "chart": lambda: chart_report(chart()),
+    "catalogue": lambda: catalogue_report(CATALOGUE),
+    "product": lambda: product_report(CATALOGUE["HGH25CA"]),
+    "identification": lambda: guideload("identify", EXAMPLES / "identify.toml").stdout,
+    "monitor": lambda: monitor_report(watched(text_of(*samples())).status()),
+    "study": lambda: study_report(study()),
+    "study_with_sensitivity": lambda: study_report(studies.study(60, sensitivity=True)),
+    "study_of_cases": lambda: study_report(cases()),
+}
+PAGES: dict[str, Callable[[], str]] = {
+    "run": lambda: html_report.run_page(run()),
+    "run_of_a_trace": lambda: html_report.run_page(traced()),
+    "compare": lambda: html_report.comparison_page(two_masses()),
+    "duty": lambda: html_report.duty_page(duty()),
+    "sizing": lambda: html_report.sizing_page(*sized()),
+    "study": lambda: html_report.study_page(study()),
+}
 
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    wanted = sys.argv[1:] or list(CASES)
-    for name in wanted:
+    for name in sys.argv[1:] or REPORTS:
         (FOLDER / f"{name}.txt").write_text(written(name), encoding="utf-8")

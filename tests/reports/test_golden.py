@@ -6,7 +6,7 @@ import re
 from decimal import Decimal
 
 import pytest
-from golden import CASES, FOLDER, written
+from golden import FOLDER, REPORTS, written
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d\u202f]*(?:\.\d+)?(?:e-?\d+)?(?![\w.]*\w)")
 ROUNDING = Decimal("1e-12")  # smaller numbers are rounding errors: another processor has others
@@ -30,7 +30,7 @@ def alike(found: str, expected: str) -> bool:
     return abs(values[0] - values[1]) <= unit
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", REPORTS)
 def test_report(name: str) -> None:
     (words, numbers), (expected, golden) = map(
         parts, (written(name), (FOLDER / f"{name}.txt").read_text(encoding="utf-8"))
@@ -41,7 +41,7 @@ def test_report(name: str) -> None:
 
 
 def test_every_file_has_its_case() -> None:
-    assert {path.stem for path in FOLDER.iterdir()} == {*CASES}
+    assert {path.stem for path in FOLDER.iterdir()} == {*REPORTS}
 
 
 def test_numbers_are_found_and_compared() -> None:

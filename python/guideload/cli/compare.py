@@ -56,13 +56,7 @@ def compare(files: tuple[Path | Moves, ...], output: Path | None, overwrite: boo
             from guideload import plots
 
             plots.save(plots.comparison(results)[0], draft)
-
-    def page() -> str:
-        from guideload import html_report
-
-        return html_report.comparison_page(results)
-
-    return report, page
+    return report, lambda pages: pages.comparison_page(results)
 
 
 def _title(machine: Path, trace: Path | Moves, machines: bool, traces: bool) -> str:

@@ -28,10 +28,4 @@ def duty(duty_file: Path) -> Shown:
 
     with status("running the cases"):
         found = DutyCycle.from_toml(duty_file)
-
-    def page() -> str:
-        from guideload import html_report
-
-        return html_report.duty_page(found)
-
-    return duty_report(found), page
+    return duty_report(found), lambda pages: pages.duty_page(found)

@@ -14,13 +14,13 @@ from guideload.cli.terminal import print_report, print_text, status
 if TYPE_CHECKING:
     from guideload.reports.report import Report
 
-    Shown = Report | tuple[Report, Callable[[], str]]
+    Shown = Report | tuple[Report, Callable[[Any], str]]
 
 
 def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
     """Decorator: adds --report, and --overwrite where it is missing.
 
-    The command returns its report, or its report and a function that makes its HTML page with figures.
+    The command returns its report, or its report and a function that makes its page with figures of `html_report`.
     """
     options = {option.name for option in getattr(command, "__click_params__", ())}
 
@@ -37,7 +37,7 @@ def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
             from guideload import html_report
 
             with status("writing the HTML report"):
-                html_report.save_page(page() if page else html_report.report_page(shown), report)
+                html_report.save_page(page(html_report) if page else html_report.report_page(shown), report)
         if written := [str(path) for path in (output, report) if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")
 

@@ -77,13 +77,7 @@ def size(
     with status("running every candidate"):
         conditions = _conditions(machine, life, safety)
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
-
-    def page() -> str:
-        from guideload import html_report
-
-        return html_report.sizing_page(machine, found)
-
-    return sizing_report(machine, found), page
+    return sizing_report(machine, found), lambda pages: pages.sizing_page(machine, found)
 
 
 @click.command()

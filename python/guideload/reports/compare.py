@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
 from guideload.base.number_text import KINDS, load_in_table, signed
@@ -15,6 +15,8 @@ from guideload.reports.report import Column, Report, Section, Table, definitions
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
+
+Figure = tuple[str, str, str]
 
 MOST_DIFFERENCES = 30  # rows of the table of differences
 MOST_KEYS = 4  # of a product, in its row of this table
@@ -129,74 +131,47 @@ def _values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 def _figures_table(results: Mapping[str, Result]) -> Table:
     rows = [_figures(result) for result in results.values()]
-    first = rows[0]
-    figures = dict.fromkeys(figure for row in rows for figure in row)
-    peaks = (result.peak_columns["peak_resultant_N"] for result in results.values())
+    found = dict.fromkeys(figure for row in rows for figure in row)
+    peaks = ((one.machine.carriages, one.peak_columns["peak_resultant_N"]) for one in results.values())
     return Table(
         Column("run", [*results]),
         *(
-            Column(
-                figure.label,
-                [
-                    _with_change(
-                        KINDS[figure.kind](row[figure]),
-                        row[figure],
-                        None if row is first else first.get(figure),
-                    )
-                    if figure in row
-                    else None
-                    for row in rows
-                ],
-                figure.unit,
-                figure.kind,
-            )
-            for figure in figures
+            Column(label, [_with_change(rows, i, (label, unit, kind)) for i in range(len(rows))], unit, kind)
+            for label, unit, kind in found
         ),
-        Column(
-            "on",
-            [
-                one.machine.carriages[int(peak.argmax())].name
-                for one, peak in zip(results.values(), peaks, strict=True)
-            ],
-        ),
+        Column("on", [carriages[int(peak.argmax())].name for carriages, peak in peaks]),
     )
 
 
-class _Figure(NamedTuple):
-    label: str
-    unit: str
-    kind: str
-
-
-PEAK, FACTOR = _Figure("peak", "N", "load"), _Figure("f_W", "", "4 digits")
-LIFE, SAFETY = _Figure("life", "km", "life"), _Figure("S0", "", "factor")
-DRIVE, FIRST_MODE = _Figure("drive", "N", "load"), _Figure("mode 1", "Hz", "4 digits")
-
-
-def _figures(result: Result) -> dict[_Figure, float]:
-    """The figures of a run that can be computed."""
+def _figures(result: Result) -> dict[Figure, float]:
+    """The figures of a run that can be computed, by label, unit and kind of quantity."""
     peaks = result.peak_columns["peak_resultant_N"]
     at = int(peaks.argmax())
-    row = {PEAK: float(peaks[at]), FACTOR: float(result.audit.simpler_models.dynamic_factor[at])}
+    factor = float(result.audit.simpler_models.dynamic_factor[at])
+    row: dict[Figure, float] = {("peak", "N", "load"): float(peaks[at]), ("f_W", "", "4 digits"): factor}
     if any(result.machine.product_of_carriage):
         try:
             life = life_of(result)
-            row |= {LIFE: life.machine, SAFETY: life.weakest.static.safety}
+            row |= {("life", "km", "life"): life.machine, ("S0", "", "factor"): life.weakest.static.safety}
         except LifeError:
             pass  # the report of a run says why
     if "x" not in result.machine.free:
         try:
-            row[DRIVE] = drive_requirements(result).peak_force
+            row["drive", "N", "load"] = drive_requirements(result).peak_force
         except GuideloadError:
             pass  # no velocity: the report of a run says so
     if result.modes.frequency.size:
-        row[FIRST_MODE] = float(result.modes.frequency.min())
+        row["mode 1", "Hz", "4 digits"] = float(result.modes.frequency.min())
     return row
 
 
-def _with_change(text: str, value: float, first: float | None) -> str:
-    """A figure, and how much it differs from that of the first run."""
-    return text if not first else f"{text} ({signed(100.0 * (value / first - 1.0), '1 decimal')} %)"
+def _with_change(rows: Sequence[dict[Figure, float]], i: int, figure: Figure) -> str:
+    """A figure of a run, and how much it differs from that of the first run."""
+    value, first = rows[i].get(figure), rows[0].get(figure)
+    if value is None:
+        return ""
+    change = f" ({signed(100.0 * (value / first - 1.0), '1 decimal')} %)" if i and first else ""
+    return KINDS[figure[2]](value) + change
 
 
 def _peaks_table(results: Mapping[str, Result]) -> Table | None:

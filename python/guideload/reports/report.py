@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import TYPE_CHECKING
 
-from guideload.base.number_text import KINDS
+from guideload.base.number_text import KINDS, between
 from guideload.base.visible_text import visible
 from guideload.machine.machine import DOFS
 from guideload.reports.text import WIDTH, encodable, prose, table_blocks
@@ -124,6 +125,13 @@ def _text(part: Part, width: int) -> str:
         else [" ".join(part.texts) if isinstance(part, Definitions) else part or ""]
     )
     return "\n".join(prose(line, width) for line in lines if line)
+
+
+def interval(low: Iterable[float], high: Iterable[float], unit: str = "", kind: str = "3 digits") -> Column:
+    """A column of intervals; one without ends, as of too few samples, has an empty cell."""
+    ends = zip(low, high, strict=True)
+    texts = [between(*pair, kind) if all(map(isfinite, pair)) else None for pair in ends]
+    return Column("lies in", texts, unit, kind)
 
 
 def section(title: str, *parts: Part) -> Section:

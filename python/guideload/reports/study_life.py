@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.base.number_text import between, counted, digits, fixed, joined, kilometres, number
+from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number
 from guideload.life.limits import LARGE_LOAD
 from guideload.reports.life import rating_formulas, unverified_lines
-from guideload.reports.report import Column, Part, Section, Table, definitions, section
+from guideload.reports.report import Column, Part, Section, Table, definitions, interval, section
 from guideload.study.description.measures import LIFE, PEAK_LOAD, SAFETY, column_of
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known
@@ -61,13 +61,12 @@ def _failure_table(result: StudyResult) -> Table:
     rows = result.failure_probability()
     if len(rows) == 2:  # the row of all carriages equals that of the only one
         rows = rows.iloc[:1]
-    intervals = [between(100 * low, 100 * high) for low, high in zip(rows["low"], rows["high"], strict=True)]
     return Table(
         Column("carriage", [str(name) or "any" for name in rows.index]),
         Column(
             f"fails before {_km(rows['travel_km'].iloc[0])} km", 100 * rows["probability"], "%", "3 digits"
         ),
-        Column("lies in", intervals, "%", "3 digits"),
+        interval(100 * rows["low"], 100 * rows["high"], "%"),
         Column("life is shorter", 100 * rows["shorter"], "%", "3 digits"),
     )
 
