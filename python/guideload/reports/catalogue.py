@@ -2,44 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from guideload.base.number_text import counted, number
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product
-from guideload.catalogue.rating import Rating
-from guideload.reports.report import Column, Report, Table, section
+from guideload.reports.report import Report, Table, Value, section
 
 
 def catalogue_report(catalogue: Catalogue) -> Report:
     """A row per product, and remarks."""
-    products = catalogue.products
-
-    def rating(read: Callable[[Rating], float]) -> list[float | None]:
-        return [None if one.dynamic is None else read(one.dynamic) for one in products]
-
+    headings = [("product",), ("C", "kN", "number"), ("base", "km", "number"), ("p", "", "3 digits")]
+    headings += [("C0", "kN", "number"), ("type",), ("preload classes",), ("maker",)]
+    rows: list[tuple[Value, ...]] = []
+    for one in catalogue.products:
+        rating: tuple[Value, ...] = None, None, None
+        if one.dynamic is not None:
+            rating = 1e-3 * one.dynamic.value, 1e-3 * one.dynamic.base, one.dynamic.exponent
+        classes = ", ".join(each.name for each in one.preload_classes)
+        rows.append((one.name, *rating, one.static and 1e-3 * one.static, one.type, classes, one.maker))
     return Report(
         title="Catalogue",
-        answer=[f"{counted(len(products), 'product')}."],
+        answer=[f"{counted(len(rows), 'product')}."],
         warnings=[f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else [],
-        sections=[
-            section(
-                "Products",
-                Table(
-                    Column("product", [one.name for one in products]),
-                    Column("C", rating(lambda one: 1e-3 * one.value), "kN", "number"),
-                    Column("base", rating(lambda one: 1e-3 * one.base), "km", "number"),
-                    Column("p", rating(lambda one: one.exponent), kind="3 digits"),
-                    Column("C0", [one.static and 1e-3 * one.static for one in products], "kN", "number"),
-                    Column("type", [one.type for one in products]),
-                    Column(
-                        "preload classes",
-                        [", ".join(each.name for each in one.preload_classes) for one in products],
-                    ),
-                    Column("maker", [one.maker for one in products]),
-                ),
-            )
-        ],
+        sections=[section("Products", Table.by_rows(headings, rows))],
     )
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import KINDS, digits, fixed, load_in_table, percent, seconds, signed
 from guideload.drive.requirements import DriveRequirements, Motor, drive_requirements, share_of_push
-from guideload.reports.report import Column, Part, Table
+from guideload.reports.report import Part, Table, Value
 
 if TYPE_CHECKING:
     from guideload.simulation.result import Result
@@ -26,34 +26,25 @@ def drive_parts(result: Result) -> list[Part]:
     return [_table(needed), *_sentences(result, needed)]
 
 
-class _Row(NamedTuple):
-    name: str
-    history: Array
-    unit: str
-    kind: str = "load"
-    rms: float | None = None
-
-
 def _table(needed: DriveRequirements) -> Table:
-    rows = [_Row("drive force", needed.force, "N", rms=needed.rms_force)]
+    rows: list[tuple[Value, ...]] = []
+
+    def add(name: str, history: Array, unit: str, kind: str = "load", rms: float | None = None) -> None:
+        at, show = int(np.abs(history).argmax()), KINDS[kind]
+        rows.append((name, show(history[at]), needed.time[at], None if rms is None else show(rms), unit))
+
+    add("drive force", needed.force, "N", rms=needed.rms_force)
     if needed.friction.any():
-        rows.append(_Row("  of it friction", needed.friction, "N"))
+        add("  of it friction", needed.friction, "N")
     if needed.power is not None:
-        rows.append(_Row("power at the cart", needed.power, "W"))
+        add("power at the cart", needed.power, "W")
     if (motor := needed.motor) is not None:
-        rows.append(_Row("motor torque", motor.torque, "N m", "3 digits", motor.rms_torque))
-        rows.append(_Row("motor speed", RPM * motor.speed, "rpm", "count"))
+        add("motor torque", motor.torque, "N m", "3 digits", motor.rms_torque)
+        add("motor speed", RPM * motor.speed, "rpm", "count")
     if needed.push.any():
-        rows.append(_Row("push of the rack", needed.push, "N"))
-    at = [int(np.abs(row.history).argmax()) for row in rows]
-    return Table(
-        Column("", [row.name for row in rows]),
-        Column(
-            "peak", [KINDS[row.kind](row.history[i]) for row, i in zip(rows, at, strict=True)], kind="count"
-        ),
-        Column("at", needed.time[at], "s", "time"),
-        Column("rms", [None if row.rms is None else KINDS[row.kind](row.rms) for row in rows], kind="count"),
-        Column("unit", [row.unit for row in rows]),
+        add("push of the rack", needed.push, "N")
+    return Table.by_rows(
+        [("",), ("peak", "", "load"), ("at", "s", "time"), ("rms", "", "load"), ("unit",)], rows
     )
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from guideload.base.number_text import fixed, joined, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.reports.life import rating_formulas, unverified_lines
-from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
+from guideload.reports.report import Report, Table, Value, definitions, free_dofs, section
 
 DEFINITION = (
     "P_m: mean equivalent load over the distance of all cases. Life: the travel, in all cases by their shares, after "
@@ -63,30 +61,29 @@ def _answer(duty: DutyCycle) -> str:
 
 
 def _cases_table(duty: DutyCycle) -> Table:
-    weakest = [life.weakest for life in duty.lives]
-    return Table(
-        Column("case", [case.name for case in duty.cases]),
-        Column("cycles in period", [case.cycles for case in duty.cases], kind="number"),
-        Column("travel", 1e-3 * np.asarray(duty.distances), "km", "4 digits"),
-        Column("life alone", [life.machine for life in duty.lives], "km", "life"),
-        Column("uses of life", 100 * np.asarray(duty.shares), "%", "1 decimal"),
-        Column("S0", [one.static.safety for one in weakest], kind="factor"),
-        Column("on", [one.name for one in weakest]),
-    )
+    headings = [("case",), ("cycles in period", "", "number"), ("travel", "km", "4 digits")]
+    headings += [
+        ("life alone", "km", "life"),
+        ("uses of life", "%", "1 decimal"),
+        ("S0", "", "factor"),
+        ("on",),
+    ]
+    rows: list[tuple[Value, ...]] = []
+    for case, life, distance, share in zip(duty.cases, duty.lives, duty.distances, duty.shares, strict=True):
+        weakest = life.weakest
+        worst = weakest.static.safety, weakest.name
+        rows.append((case.name, case.cycles, 1e-3 * distance, life.machine, 100.0 * share, *worst))
+    return Table.by_rows(headings, rows)
 
 
 def _carriages_table(duty: DutyCycle) -> Table:
-    carriages, lives = duty.carriages, [*map(float, duty.carriage_lives), duty.machine_life]
-    worst = [
-        min((life.carriages[k].static.safety, i) for i, life in enumerate(duty.lives))
-        for k in range(len(carriages))
-    ]
-    return Table(
-        Column("carriage", [*(one.name for one in carriages), "machine"]),
-        Column("P_m", [*map(float, duty.mean_loads), None], "N", "load"),
-        Column("life", lives, "km", "life"),
-        Column("life", [duty.hours(life) for life in lives], "h", "count"),
-        Column("S0", [*(safety for safety, _ in worst), duty.worst[1].static.safety], kind="factor"),
-        Column("in case", [*(duty.cases[i].name for _, i in worst), duty.worst[0]]),
-        Column("product", [*(one.product.name for one in carriages), None]),
-    )
+    headings = [("carriage",), ("P_m", "N", "load"), ("life", "km", "life"), ("life", "h", "count")]
+    rows: list[tuple[Value, ...]] = []
+    for k, one in enumerate(duty.carriages):
+        life = float(duty.carriage_lives[k])
+        safety, case = min((found.carriages[k].static.safety, i) for i, found in enumerate(duty.lives))
+        worst = safety, duty.cases[case].name, one.product.name
+        rows.append((one.name, float(duty.mean_loads[k]), life, duty.hours(life), *worst))
+    life, (case_name, weakest) = duty.machine_life, duty.worst
+    rows.append(("machine", None, life, duty.hours(life), weakest.static.safety, case_name, None))
+    return Table.by_rows([*headings, ("S0", "", "factor"), ("in case",), ("product",)], rows)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from guideload.base.number_text import capitalised, counted, digits, joined, percent
 from guideload.identification.cross_validation import Level
 from guideload.identification.deflections import Deflections
@@ -15,7 +13,17 @@ from guideload.identification.names import short, together, usual_unit
 from guideload.identification.next_measurement import Candidate
 from guideload.identification.result import Estimate, Identification
 from guideload.reports.identification_records import record_sections
-from guideload.reports.report import Column, Part, Report, Section, Table, definitions, free_dofs, section
+from guideload.reports.report import (
+    Column,
+    Part,
+    Report,
+    Section,
+    Table,
+    Value,
+    definitions,
+    free_dofs,
+    section,
+)
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
@@ -90,95 +98,59 @@ def _relative(one: Estimate) -> float:
 
 
 def _estimates_table(found: Identification) -> Table:
-    units = [usual_unit(one.unit) for one in found.estimates]
-    pairs = list(zip(found.estimates, (scale for _, scale in units), strict=True))
-    starts = [unknown.start for unknown in found.unknowns]
-    return Table(
-        Column("number", [short(one.name) for one in found.estimates]),
-        Column("unit", [unit for unit, _ in units]),
-        Column(
-            "machine file",
-            [scale * start for (_, scale), start in zip(units, starts, strict=True)],
-            kind="4 digits",
-        ),
-        Column(
-            "value",
-            [scale * one.value if one.is_identified else "none" for one, scale in pairs],
-            kind="4 digits",
-        ),
-        Column(
-            "from", [scale * one.low if one.is_identified else None for one, scale in pairs], kind="4 digits"
-        ),
-        Column(
-            "to", [scale * one.high if one.is_identified else None for one, scale in pairs], kind="4 digits"
-        ),
-        Column(
-            "+-",
-            [
-                100.0 * _relative(one) if one.is_identified and start else None
-                for one, start in zip(found.estimates, starts, strict=True)
-            ],
-            "%",
-            "2 digits",
-        ),
-        Column("narrowed", [1.0 / one.narrowed for one in found.estimates], kind="3 digits"),
-        Column("p", ["p" if one.profile and one.is_identified else "" for one in found.estimates]),
-    )
+    headings = [("number",), ("unit",), ("machine file", "", "4 digits"), ("value", "", "4 digits")]
+    headings += [("from", "", "4 digits"), ("to", "", "4 digits"), ("+-", "%", "2 digits")]
+    rows: list[list[Value]] = []
+    for one, unknown in zip(found.estimates, found.unknowns, strict=True):
+        unit, scale = usual_unit(one.unit)
+        numbers: list[Value] = ["none", None, None, None]
+        if one.is_identified:
+            within = 100.0 * _relative(one) if unknown.start else None
+            numbers = [scale * one.value, scale * one.low, scale * one.high, within]
+        profile = "p" if one.profile and one.is_identified else ""
+        rows.append([short(one.name), unit, scale * unknown.start, *numbers, 1.0 / one.narrowed, profile])
+    return Table.by_rows([*headings, ("narrowed", "", "3 digits"), ("p",)], rows)
 
 
 def _modal_section(test: ModalTest, found: Identification) -> Section:
     """Measured and computed modes; measured ones without a computed one have a reason below."""
-    pairs = test.pairs(found.model)
-    modes = [(test.modes[pair.measured], pair) for pair in pairs]
-    return section(
-        f"Modes: {test.name}",
-        Table(
-            Column("mode", [str(pair.measured + 1) for pair in pairs]),
-            Column("measured", [mode.frequency for mode, _ in modes], "Hz", "4 digits"),
-            Column(
-                "computed",
-                ["none" if pair.frequency is None else pair.frequency for pair in pairs],
-                "Hz",
-                "4 digits",
-            ),
-            Column(
-                "differ",
-                [pair.frequency and 100.0 * (mode.frequency / pair.frequency - 1.0) for mode, pair in modes],
-                "%",
-                "signed factor",
-            ),
-            Column("damping", [mode.damping and 100.0 * mode.damping for mode, _ in modes], "%", "3 digits"),
-            Column("computed", [pair.damping and 100.0 * pair.damping for pair in pairs], "%", "3 digits"),
-            Column("MAC", [pair.mac for pair in pairs], kind="time"),
-            Column(
-                "computed mode",
-                [None if pair.computed is None else pair.computed + 1 for pair in pairs],
-                kind="count",
-            ),
-        ),
-        *(
-            f"Mode {pair.measured + 1} was left out: {pair.reason}."
-            for pair in pairs
-            if pair.computed is None
-        ),
-    )
+    headings = [("mode",), ("measured", "Hz", "4 digits"), ("computed", "Hz", "4 digits")]
+    headings += [
+        ("differ", "%", "signed factor"),
+        ("damping", "%", "3 digits"),
+        ("computed", "%", "3 digits"),
+    ]
+    rows: list[list[Value]] = []
+    lost = []
+    for pair in test.pairs(found.model):
+        mode = test.modes[pair.measured]
+        damping = mode.damping and 100.0 * mode.damping
+        computed: list[Value] = ["none", None, damping, None, None, None]
+        if pair.frequency is None or pair.damping is None or pair.computed is None:
+            lost.append(f"Mode {pair.measured + 1} was left out: {pair.reason}.")
+        else:
+            difference = 100.0 * (mode.frequency / pair.frequency - 1.0)
+            computed = [
+                pair.frequency,
+                difference,
+                damping,
+                100.0 * pair.damping,
+                pair.mac,
+                pair.computed + 1,
+            ]
+        rows.append([str(pair.measured + 1), mode.frequency, *computed])
+    table = Table.by_rows([*headings, ("MAC", "", "time"), ("computed mode", "", "count")], rows)
+    return section(f"Modes: {test.name}", table, *lost)
 
 
 def _displacements_section(data: Deflections, found: Identification) -> Section:
-    values = data.values
-    moved = np.asarray([one.moved for one in values])
-    computed = data.computed(found.model)[0]
-    return section(
-        f"Displacements: {data.name}",
-        Table(
-            Column("displacement", [one.at.name for one in values]),
-            Column("force", [one.force for one in values], "N", "4 digits"),
-            Column("measured", 1e6 * moved, "um", "4 digits"),
-            Column("computed", 1e6 * computed, "um", "4 digits"),
-            Column("differ", 1e6 * (moved - computed), "um", "signed 2 digits"),
-            Column("force at", [one.force_at.name for one in values]),
-        ),
+    headings = [("displacement",), ("force", "N", "4 digits"), ("measured", "um", "4 digits")]
+    headings += [("computed", "um", "4 digits"), ("differ", "um", "signed 2 digits"), ("force at",)]
+    rows = (
+        (one.at.name, one.force, 1e6 * one.moved, 1e6 * value, 1e6 * (one.moved - value), one.force_at.name)
+        for one, value in zip(data.values, data.computed(found.model)[0].tolist(), strict=True)
     )
+    return section(f"Displacements: {data.name}", Table.by_rows(headings, rows))
 
 
 def _differences_table(found: Identification) -> Table:
@@ -200,23 +172,21 @@ def _differences_table(found: Identification) -> Table:
 
 
 def _levels_table(levels: Sequence[Level]) -> Table:
-    return Table(
-        Column("model", [one.name for one in levels]),
-        Column("unknowns", [one.unknowns for one in levels], kind="count"),
-        Column("score", [one.score for one in levels], kind="1 decimal"),
-        Column("below best", [one.behind for one in levels], kind="1 decimal"),
-        Column("+-", [one.uncertainty for one in levels], kind="1 decimal"),
-        Column("", ["recommended" if one.is_best else "" for one in levels]),
+    headings = [("model",), ("unknowns", "", "count"), ("score", "", "1 decimal")]
+    headings += [("below best", "", "1 decimal"), ("+-", "", "1 decimal"), ("",)]
+    rows = (
+        (one.name, one.unknowns, one.score, one.behind, one.uncertainty, "recommended" if one.is_best else "")
+        for one in levels
     )
+    return Table.by_rows(headings, rows)
 
 
 def _candidates_table(candidates: Sequence[Candidate]) -> Table:
-    shown = candidates[:MOST_CANDIDATES]
-    return Table(
-        Column("measurement", [one.name for one in shown]),
-        Column("interval", [100.0 * one.deviation for one in shown], "%", "3 digits"),
-        Column("identifies", [together(one.identified) if one.identified else "" for one in shown]),
+    rows = (
+        (one.name, 100.0 * one.deviation, together(one.identified) if one.identified else "")
+        for one in candidates[:MOST_CANDIDATES]
     )
+    return Table.by_rows([("measurement",), ("interval", "%", "3 digits"), ("identifies",)], rows)
 
 
 def _figure_lines(figure: Figure | None, candidates: Sequence[Candidate]) -> list[Part]:

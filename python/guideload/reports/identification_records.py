@@ -10,7 +10,7 @@ from guideload.identification.names import usual_unit
 from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
 from guideload.identification.sensor_log import SensorLog
-from guideload.reports.report import Column, Section, Table, definitions, section
+from guideload.reports.report import Section, Table, definitions, section
 
 INTERVALS = (
     "These intervals, as those of the machine, contain the noise, the error of the acceleration of the trace, and what "
@@ -34,20 +34,15 @@ def record_sections(found: Identification) -> list[Section]:
 
 
 def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
-    rows: list[tuple[str, str, list[str]]] = []
+    rows: list[tuple[str, ...]] = []
     for one in own_estimates(found, data):
         unit, scale = ("ms", 1e3) if one.unknown.unit == "s" else usual_unit(one.unknown.unit)
         count = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
-        values = [digits(scale * value, count) for value in (one.value, one.low, one.high)]
+        values = (digits(scale * value, count) for value in (one.value, one.low, one.high))
         name = one.unknown.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
-        rows.append((name, "" if unit == "1" else unit, values))
-    return Table(
-        Column("number", [name for name, _, _ in rows]),
-        *(
-            Column(label, [values[i] for *_, values in rows], kind="4 digits")
-            for i, label in enumerate(("now", "from", "to"))
-        ),
-        Column("unit", [unit for _, unit, _ in rows]),
+        rows.append((name, *values, "" if unit == "1" else unit))
+    return Table.by_rows(
+        [("number",), *((end, "", "number") for end in ("now", "from", "to")), ("unit",)], rows
     )
 
 

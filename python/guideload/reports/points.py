@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.number_text import counted, seconds
-from guideload.reports.report import Column, Section, Table, definitions, section
+from guideload.reports.report import Column, Section, Table, Value, definitions, section
 
 if TYPE_CHECKING:
     from guideload.simulation.point_motion import Settling
@@ -61,19 +61,17 @@ def points_section(result: Result) -> Section:
 
 def _settling_table(found: list[Settling]) -> Table:
     """Settling times of the points with a window and moves."""
-    known = [np.flatnonzero(np.isfinite(one.time)) for one in found]
-    late = [
-        (one, int(k[one.time[k].argmax()])) if k.size else None for one, k in zip(found, known, strict=True)
-    ]
-    medians = [float(np.median(one.time[k])) if k.size else None for one, k in zip(found, known, strict=True)]
-    return Table(
-        Column("point", [one.point for one in found]),
-        Column("window", [1e6 * one.window for one in found], "um", "length"),
-        Column("moves", [len(one.spans) for one in found], kind="count"),
-        Column("longest", [worst and worst[0].time[worst[1]] for worst in late], "ms", "milliseconds"),
-        Column("after", [worst and worst[0].spans[worst[1]].end for worst in late], "s", "time"),
-        Column("median", medians, "ms", "milliseconds"),
-    )
+    headings = [("point",), ("window", "um", "length"), ("moves", "", "count")]
+    headings += [("longest", "ms", "milliseconds"), ("after", "s", "time"), ("median", "ms", "milliseconds")]
+    rows: list[tuple[Value, ...]] = []
+    for one in found:
+        known = np.flatnonzero(np.isfinite(one.time))
+        times: tuple[Value, ...] = None, None, None
+        if known.size:
+            worst = int(known[one.time[known].argmax()])
+            times = one.time[worst], one.spans[worst].end, float(np.median(one.time[known]))
+        rows.append((one.point, 1e6 * one.window, len(one.spans), *times))
+    return Table.by_rows(headings, rows)
 
 
 def _not_settled(one: Settling) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import TYPE_CHECKING
@@ -58,6 +58,12 @@ class Table:
         shown = [i for i, texts in enumerate(cells) if i == 0 or any(texts)]
         self.columns = [columns[i] for i in shown]
         self.rows = list(zip(*(cells[i] for i in shown), strict=True))
+
+    @classmethod
+    def by_rows(cls, headings: Sequence[tuple[str, ...]], rows: Iterable[Sequence[Value]]) -> Table:
+        """A table from its rows. headings: label, unit and kind of each column; see `Column`."""
+        columns = list(zip(*rows, strict=True)) or [()] * len(headings)
+        return cls(*(Column(one[0], each, *one[1:]) for one, each in zip(headings, columns, strict=True)))
 
     def __bool__(self) -> bool:
         return bool(self.rows)

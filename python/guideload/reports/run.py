@@ -16,7 +16,7 @@ from guideload.reports.drive import drive_parts
 from guideload.reports.life import life_answer, life_sections, run_life
 from guideload.reports.machine import modes_section, weight_lines
 from guideload.reports.points import points_section
-from guideload.reports.report import Column, Report, Section, Table, definitions, free_dofs, section
+from guideload.reports.report import Column, Report, Section, Table, Value, definitions, free_dofs, section
 
 if TYPE_CHECKING:
     from guideload.base.arrays import Array
@@ -167,22 +167,20 @@ def audit_table(result: Result) -> Table:
 def _held_dofs(result: Result) -> Table:
     """Reactions of the held dofs but x, and loads of the extra links."""
     data, machine = result.quantities, result.machine
-    time, reactions, loads = data["time"], data.by_label("reaction"), data.by_label("link_load")
-    at_rest = data.by_label("static_reaction"), data.by_label("static_link_load")
-    rows = [
-        (f"reaction at L, held {dof}", reactions[dof], at_rest[0][dof], "N m" if dof.startswith("r") else "N")
-        for dof in DOFS[1:]
-        if dof not in machine.free
-    ]
-    rows += [(f"link {link.name}", loads[link.name], at_rest[1][link.name], "N") for link in machine.links]
-    at = [int(np.abs(history).argmax()) for _, history, _, _ in rows]
-    return Table(
-        Column("", [name for name, *_ in rows]),
-        Column("largest", [float(row[1][i]) for row, i in zip(rows, at, strict=True)], kind="load"),
-        Column("at", time[at], "s", "time"),
-        Column("static", [float(row[2]) for row in rows], kind="load"),
-        Column("unit", [unit for *_, unit in rows]),
-    )
+    rows: list[tuple[Value, ...]] = []
+
+    def add(name: str, history: Array, static: Array, unit: str) -> None:
+        at = int(np.abs(history).argmax())
+        rows.append((name, float(history[at]), data["time"][at], float(static), unit))
+
+    reactions, static = data.by_label("reaction"), data.by_label("static_reaction")
+    for dof in (dof for dof in DOFS[1:] if dof not in machine.free):
+        add(f"reaction at L, held {dof}", reactions[dof], static[dof], "N m" if dof.startswith("r") else "N")
+    loads, static = data.by_label("link_load"), data.by_label("static_link_load")
+    for link in machine.links:
+        add(f"link {link.name}", loads[link.name], static[link.name], "N")
+    headings = [("",), ("largest", "", "load"), ("at", "s", "time"), ("static", "", "load"), ("unit",)]
+    return Table.by_rows(headings, rows)
 
 
 def _rider_lines(result: Result) -> list[str]:

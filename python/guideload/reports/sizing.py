@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from guideload.base.number_text import counted, digits, fixed, kilometres, number
 from guideload.reports.life import unverified_lines
-from guideload.reports.report import Column, Report, Table, definitions, section
+from guideload.reports.report import Report, Table, Value, definitions, section
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
@@ -48,22 +48,17 @@ def sizing_report(machine: Machine, sizing: Sizing) -> Report:
 
 
 def _candidates_table(sizing: Sizing) -> Table:
-    rows = [
-        (one, one.life, one.margins)
-        for one in sizing.candidates
-        if one.life is not None and one.margins is not None
-    ]
-    marks = ("* " if one is sizing.smallest else "  " if one.holds else "- " for one, _, _ in rows)
-    forces = [None if one.drive_force != one.drive_force else one.drive_force for one, _, _ in rows]
-    return Table(
-        Column("product", [mark + row[0].name for mark, row in zip(marks, rows, strict=True)]),
-        Column("life", [life.machine for _, life, _ in rows], "km", "life"),
-        Column("S0", [life.weakest.static.safety for _, life, _ in rows], kind="factor"),
-        Column("margin", [margins.smallest for *_, margins in rows], kind="factor"),
-        Column("drive", forces, "N", "load"),
-        Column("mode 1", [one.first_mode for one, _, _ in rows], "Hz", "3 digits"),
-        Column("fails first", [margins.first_to_fail for *_, margins in rows]),
-    )
+    headings = [("product",), ("life", "km", "life"), ("S0", "", "factor"), ("margin", "", "factor")]
+    headings += [("drive", "N", "load"), ("mode 1", "Hz", "3 digits"), ("fails first",)]
+    rows: list[tuple[Value, ...]] = []
+    for one in sizing.candidates:
+        if one.life is None or one.margins is None:
+            continue
+        mark = "* " if one is sizing.smallest else "  " if one.holds else "- "
+        figures = one.life.machine, one.life.weakest.static.safety, one.margins.smallest
+        force = None if one.drive_force != one.drive_force else one.drive_force
+        rows.append((mark + one.name, *figures, force, one.first_mode, one.margins.first_to_fail))
+    return Table.by_rows(headings, rows)
 
 
 def _answer(machine: Machine, sizing: Sizing) -> str:

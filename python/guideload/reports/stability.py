@@ -9,7 +9,7 @@ import numpy as np
 from guideload.base.number_text import digits, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import METHODS, NEAR
 from guideload.reports.machine import nominal_lines
-from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
+from guideload.reports.report import Column, Report, Table, Value, definitions, free_dofs, section
 from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period
 
@@ -87,23 +87,18 @@ def _longest_step(stability: Stability) -> str:
 
 def _eigenvalues_table(stability: Stability) -> Table:
     """A row per eigenvalue or conjugate pair: damped frequency, damping ratio, longest stable step of rk45."""
-    shown = np.flatnonzero(stability.eigenvalues.imag >= 0.0)
-    values = stability.eigenvalues[shown]
-    return Table(
-        Column("", ["limit" if index == stability.limiting else "" for index in shown]),
-        Column("eigenvalue", [_complex(value) for value in values], "1/s", "4 digits"),
-        Column(
-            "damped", [_hertz(value) if value.imag > 0.0 else "none" for value in values], "Hz", "4 digits"
-        ),
-        Column(
-            "damping ratio",
-            [100.0 * abs(value.real / abs(value)) if value.imag > 0.0 else "over 100" for value in values],
-            "%",
-            "3 digits",
-        ),
-        Column("stable", 1e3 * np.asarray(stability.longest_steps)[shown], "ms", "4 digits"),
-        Column("moves mostly in", [", ".join(stability.moving(index)) for index in shown.tolist()]),
-    )
+    headings = [("",), ("eigenvalue", "1/s", "4 digits"), ("damped", "Hz", "4 digits")]
+    headings += [("damping ratio", "%", "3 digits"), ("stable", "ms", "4 digits"), ("moves mostly in",)]
+    rows: list[tuple[Value, ...]] = []
+    for index in np.flatnonzero(stability.eigenvalues.imag >= 0.0).tolist():
+        value = stability.eigenvalues[index]
+        vibration: tuple[Value, Value] = "none", "over 100"
+        if value.imag > 0.0:
+            vibration = _hertz(value), 100.0 * abs(value.real / abs(value))
+        limit = "limit" if index == stability.limiting else ""
+        stable = 1e3 * stability.longest_steps[index]
+        rows.append((limit, _complex(value), *vibration, stable, ", ".join(stability.moving(index))))
+    return Table.by_rows(headings, rows)
 
 
 def _complex(value: complex) -> str:
@@ -136,22 +131,14 @@ def _cost(stability: Stability) -> str:
 
 def _costs_table(stability: Stability) -> Table:
     """A row per method: steps that samples and stability require, steps of the run, time."""
-    costs = stability.costs
-    ran = [cost.steps is not None and cost.seconds is not None for cost in costs]
-    runs = list(zip(costs, ran, strict=True))
-    return Table(
-        Column("method", [cost.method for cost in costs]),
-        Column("needed", [cost.needed for cost in costs], "steps", "count"),
-        Column("counted", [cost.steps if has_run else "not run" for cost, has_run in runs], "steps", "count"),
-        Column("rejected", [cost.rejected if has_run else None for cost, has_run in runs], "steps", "count"),
-        Column(
-            "time",
-            [1e3 * cost.seconds if cost.seconds is not None else None for cost in costs],
-            "ms",
-            "3 digits",
-        ),
-        Column("note", [cost.note for cost in costs]),
-    )
+    steps = [(label, "steps", "count") for label in ("needed", "counted", "rejected")]
+    rows: list[tuple[Value, ...]] = []
+    for cost in stability.costs:
+        counted: tuple[Value, ...] = "not run", None, None
+        if cost.seconds is not None:
+            counted = cost.steps, cost.rejected, 1e3 * cost.seconds
+        rows.append((cost.method, cost.needed, *counted, cost.note))
+    return Table.by_rows([("method",), *steps, ("time", "ms", "3 digits"), ("note",)], rows)
 
 
 def _damping(stability: Stability) -> str:

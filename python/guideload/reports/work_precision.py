@@ -6,7 +6,7 @@ import re
 
 from guideload.base.number_text import digits, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
-from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
+from guideload.reports.report import Report, Table, Value, definitions, free_dofs, section
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: largest difference of the loads from the reference, "
@@ -42,29 +42,20 @@ def chart_report(chart: WorkPrecision) -> Report:
 
 def _settings_table(chart: WorkPrecision) -> Table:
     """A row per run: its settings, time, steps and errors."""
-    runs = [(rows, rows[0], rows[0].seconds) for rows in chart.runs()]
-    shown = [(rows, row, time) for rows, row, time in runs if time is not None]
-    marks = [
-        ", ".join(
-            mark
-            for mark, holds in (("Pareto", row.pareto_optimal), ("auto", chart.auto_row in rows))
-            if holds
-        )
-        for rows, row, _ in shown
-    ]
-    spreads = [None if row.spread is None else 100.0 * row.spread / time for _, row, time in shown]
-    return Table(
-        Column("rtol or step", [f"{row.setting.method} {setting_range(rows)}" for rows, row, _ in shown]),
-        Column("time", [time for *_, time in shown], "ms", "milliseconds"),
-        Column("spread", spreads, "%", "count"),
-        Column("error of load", [_relative_error(row.load_error, row) for _, row, _ in shown], kind="number"),
-        Column(
-            "of dyn. load", [_relative_error(row.dynamic_error, row) for _, row, _ in shown], kind="number"
-        ),
-        Column("", marks),
-        Column("steps", [row.steps for _, row, _ in shown], kind="count"),
-        Column("rejected", [row.rejected for _, row, _ in shown], kind="count"),
-    )
+    headings = [("rtol or step",), ("time", "ms", "milliseconds"), ("spread", "%", "count")]
+    headings += [("error of load", "", "number"), ("of dyn. load", "", "number"), ("",)]
+    table: list[tuple[Value, ...]] = []
+    for rows in chart.runs():
+        row = rows[0]
+        if row.seconds is None:
+            continue
+        spread = None if row.spread is None else 100.0 * row.spread / row.seconds
+        errors = (_relative_error(error, row) for error in (row.load_error, row.dynamic_error))
+        marks = (("Pareto", row.pareto_optimal), ("auto", chart.auto_row in rows))
+        mark = ", ".join(name for name, holds in marks if holds)
+        name = f"{row.setting.method} {setting_range(rows)}"
+        table.append((name, row.seconds, spread, *errors, mark, row.steps, row.rejected))
+    return Table.by_rows([*headings, ("steps", "", "count"), ("rejected", "", "count")], table)
 
 
 def _relative_error(error: float | None, row: Row) -> str:
