@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 import pytest
+from command_line import MACHINE, TRACE, guideload, names, refused
 from faults import each
 
 from guideload.base.atomic import atomic_write, draft_of
@@ -200,3 +201,15 @@ def test_a_folder_that_appears_during_the_run_is_not_mixed_into(tmp_path: Path) 
         out.mkdir()
         (out / "notes.txt").write_text("mine")
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "notes.txt"]
+
+
+def test_o_is_a_folder_or_a_file_as_its_ending_says(tmp_path: Path) -> None:
+    """The diagram of `chart` may be written alone; a folder with the name of a file is refused."""
+    picture = tmp_path / "chart.png"
+    chart = ("chart", MACHINE, TRACE, "--budget", 0.2, "-o", picture)
+    guideload(*chart)
+    assert picture.read_bytes().startswith(b"\x89PNG") and names(tmp_path) == {"chart.png"}
+    assert "exists" in refused(*chart) and "--no-pictures" in refused(*chart, "--no-pictures", "--overwrite")
+    for name in ("out.png", "out.nc", "report.html"):
+        message = refused("run", MACHINE, TRACE, "-o", tmp_path / name)
+        assert "expected a folder, got" in message and "names a file" in message

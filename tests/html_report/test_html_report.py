@@ -228,6 +228,8 @@ def pages(tmp_path_factory: pytest.TempPathFactory, result: Result) -> dict[str,
     study = EXAMPLES / "study.toml"
     commands = {
         "run": ("run", MACHINE, TRACE, "-o", home / "out", "--no-pictures"),
+        "check": ("check", MACHINE, TRACE),
+        "modes": ("modes", MACHINE),
         "compare": ("compare", MACHINE, other, TRACE),
         "size": ("size", MACHINE, TRACE, "--from", EXAMPLES / "catalogue.toml", "--life", "5000 km"),
         "study": ("study", study, "-o", home / "study", "--samples", 32, "--no-pictures"),
@@ -257,7 +259,7 @@ def test_a_run_may_write_the_report_alone(tmp_path: Path, pages: dict[str, str])
         )
 
 
-@pytest.mark.parametrize("command", ["run", "compare", "size", "study"])
+@pytest.mark.parametrize("command", ["run", "check", "modes", "compare", "size", "study"])
 def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path) -> None:
     """Each is a whole page without network, below 2 MB, that a browser opens without an error."""
     page = pages[command]
@@ -265,7 +267,7 @@ def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path
     for tag, attributes in Elements(page).found:
         assert tag not in ("link", "iframe", "object")
         assert (attributes.get("src") or "data:").startswith("data:")
-    assert "<table>" in page and ("<svg" in page or charts(page))
+    assert "<table>" in page and (command in ("check", "modes") or "<svg" in page or charts(page))
     if CHROMIUM is not None:
         shown = opened(page, tmp_path)
         assert len(re.findall('class="line"', shown)) == sum(len(one["lines"]) for one in charts(page))  # type: ignore[arg-type]

@@ -49,7 +49,7 @@ def read_moves(trace_file: Path | Moves, **options: Any) -> Moves | None:
 
     if given := [name for name, value in options.items() if value is not None]:
         raise InputError(
-            f"{option_of(given[0])} is for traces; planned moves are known exactly, and nothing is read or smoothed"
+            f"{option_name(given[0])} is for traces; planned moves are known exactly, and nothing is read or smoothed"
         )
     return Moves.from_toml(trace_file) if isinstance(trace_file, Path) else trace_file
 
@@ -102,11 +102,11 @@ def read_optional_motion(trace_file: Path | Moves | None, machine: Machine, **op
     if trace_file is not None:
         return read_motion(trace_file, machine, **options)
     if given := [name for name, value in options.items() if value is not None]:
-        raise InputError(f"{option_of(given[0])} needs a trace or a motion")
+        raise InputError(f"{option_name(given[0])} needs a trace or a motion")
     return None
 
 
-def option_of(name: str) -> str:
+def option_name(name: str) -> str:
     """The option of the command line that sets a keyword."""
     return "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"
 

@@ -11,6 +11,7 @@ from guideload.cli import options
 from guideload.cli.inputs import paths, read_machine, read_motion, read_optional_motion
 from guideload.cli.outputs import (
     CHART,
+    PICTURE_ENDINGS,
     atomic_output,
     picture_draft,
     write_errors,
@@ -20,6 +21,7 @@ from guideload.cli.reporting import shows_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
+    from guideload.method_comparison import WorkPrecision
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
 
@@ -28,7 +30,14 @@ if TYPE_CHECKING:
 @shows_report
 @options.machine_argument
 @options.trace_argument
-@options.folder_option(default=Path("guideload-chart"), show_default=True)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("guideload-chart"),
+    show_default=True,
+    help="Folder to write; or a picture alone, such as chart.png.",
+)
 @click.option(
     "--budget",
     type=options.POSITIVE,
@@ -58,24 +67,39 @@ def chart(
     from guideload.method_comparison.runner import work_precision
     from guideload.reports.work_precision import chart_report
 
-    names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
     inputs = paths(machine_file, trace_file, reading["forces"])
-    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
+
+    def compute() -> WorkPrecision:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
         with status(f"running every method, {budget:g} s at most"):
-            diagram = work_precision(machine, motion, budget=budget)
+            return work_precision(machine, motion, budget=budget)
+
+    if output.suffix.lower() in PICTURE_ENDINGS:
+        if no_pictures:
+            raise click.UsageError(f"--no-pictures needs a folder (-o), got the picture {output}")
+        with picture_draft(output, overwrite, *inputs) as draft:
+            diagram = compute()
+            _draw(diagram, draft or output)
+        return chart_report(diagram)
+    names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
+    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
+        diagram = compute()
         with write_errors(output):
             diagram.table().to_csv(folder / "chart.csv", index=False)
             (folder / "report.txt").write_text(chart_report(diagram).text(), encoding="utf-8")
             if not no_pictures:
-                with status("drawing the picture"):
-                    from guideload import plots
-
-                    plots.save(plots.work_precision(diagram), folder / "chart.png")
+                _draw(diagram, folder / "chart.png")
             write_manifest(folder)
     return chart_report(diagram)
+
+
+def _draw(diagram: WorkPrecision, picture: Path) -> None:
+    from guideload import plots
+
+    with status("drawing the picture"):
+        plots.save(plots.work_precision(diagram), picture)
 
 
 @click.command()

@@ -53,7 +53,7 @@ monitor.add_command(watch)
     type=click.Path(path_type=Path, dir_okay=False),
     required=True,
     multiple=True,
-    help="File to write: .rs (Rust), .h (C) or .toml (for `guideload monitor watch`); again for each further file.",
+    help="File to write: .rs (Rust), .h (C) or .toml (for `guideload monitor watch`); repeatable.",
 )
 @options.overwrite_picture_option
 @options.trace_options

@@ -17,7 +17,16 @@ InputFile = click.Path(path_type=Path)
 FileKind = Literal[
     "machine", "study", "catalogue", "motion", "duty", "monitor", "identify"
 ]  # of files with a schema
-Folder = click.Path(path_type=Path, file_okay=False)
+
+
+class _Folder(click.Path):
+    """A folder to write; a name that ends like that of a file is refused."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = Path(str(super().convert(value, param, ctx)))
+        if path.suffix.lower() in FILE_ENDINGS and not path.is_dir():
+            self.fail(f"expected a folder, got {path}, which names a file", param, ctx)
+        return path
 
 
 class Positive(click.FloatRange):
@@ -45,6 +54,8 @@ class NumberOrText(click.ParamType[float | str]):
             return str(value)
 
 
+FILE_ENDINGS = (*PICTURE_ENDINGS, ".html", ".txt", ".nc", ".csv", ".parquet", ".json", ".toml")
+Folder = _Folder(path_type=Path, file_okay=False)
 POSITIVE = Positive()
 MOVES = "guideload.moves"  # key of the texts of --move in the context
 # click types of the options for traces, by the types of their values; other options are text.
@@ -79,7 +90,7 @@ rider_option = click.option(
     "riders",
     multiple=True,
     metavar="NAME=FILE",
-    help="Trace or motion file of the travel of a rider, instead of that of the machine file; again for each rider.",
+    help="Trace or motion file of the travel of a rider, instead of that of the machine file; repeatable.",
 )
 method_option = click.option(
     "--method",
@@ -161,7 +172,7 @@ def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
             expose_value=False,
             callback=lambda ctx, _, texts: ctx.meta.update({MOVES: texts}),
             help='Planned move in place of TRACE, e.g. "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, '
-            'jerk=200 m/s^3, dwell=0.5 s"; give it again for each further move.',
+            'jerk=200 m/s^3, dwell=0.5 s"; repeatable.',
         )(force_options(command))
         return click.argument(
             name, metavar=metavar, type=InputFile, nargs=nargs, required=False, callback=_moves_or_file

@@ -26,11 +26,19 @@ FIGURES = ("peak_resultant", "mean_load", "life")
 @options.machine_argument
 @options.trace_argument
 @click.option(
-    "--of", "figure", type=click.Choice(FIGURES), default=FIGURES[0], show_default=True, help="Figure."
+    "--of",
+    "figure",
+    type=click.Choice(FIGURES),
+    default=FIGURES[0],
+    show_default=True,
+    help="Result to differentiate.",
 )
 @click.option("--carriage", help="Carriage; by default the most loaded one.")
 @click.option(
-    "--to", multiple=True, metavar="PATH", help='Numbers, such as "carriages.*.stiffness_y"; may be repeated.'
+    "--to",
+    multiple=True,
+    metavar="PARAMETER",
+    help='Parameters to vary, such as "carriages.*.stiffness_y"; repeatable.',
 )
 @options.start_option
 @options.picture_option

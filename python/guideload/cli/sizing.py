@@ -51,7 +51,7 @@ class Vector(click.ParamType[tuple[float, ...]]):
     "--product",
     "products",
     multiple=True,
-    help="A product to try, not all; may be given again.",
+    help="Product to try, instead of all; repeatable.",
 )
 @life_option
 @safety_option

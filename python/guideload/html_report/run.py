@@ -118,15 +118,15 @@ def _load_charts(result: Result) -> Iterator[Chart]:
         near = np.zeros(time.size, np.bool_)
         near[worst_cycle(result)] = True
 
-    def lines_of(values: Array) -> list[Line]:
+    def carriage_lines(values: Array) -> list[Line]:
         return [_line(i, carriage.name, values[:, i]) for i, carriage in enumerate(machine.carriages)]
 
-    yield chart("Resultant of Fy and Fz", "N", time, lines_of(data["resultant"]), group="run")
+    yield chart("Resultant of Fy and Fz", "N", time, carriage_lines(data["resultant"]), group="run")
     if near.sum() < time.size:
         title = f"Resultant around the largest load, at {largest:.3f} s"
-        yield chart(title, "N", time[near], lines_of(data["resultant"][near]))
+        yield chart(title, "N", time[near], carriage_lines(data["resultant"][near]))
     for index, axis in ((1, "y"), (2, "z")):
-        yield chart(f"F{axis}", "N", time, lines_of(data["force"][:, :, index]), group="run")
+        yield chart(f"F{axis}", "N", time, carriage_lines(data["force"][:, :, index]), group="run")
 
 
 def _line(index: int, name: str, values: Array) -> Line:
