@@ -17,6 +17,7 @@ from guideload.audit.energy import Energy
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import GuideloadError
+from guideload.base.number_text import scientific
 
 # Solves the run again: takes method, rtol and a factor on the excitation, returns link loads (time, link) [N].
 Solve = Callable[[str, float, float], Array]
@@ -77,7 +78,7 @@ class SecondLook:
     @property
     def words(self) -> str:
         """The second solution, in words."""
-        return self.method if self.method == "exact" else f"{self.method} at rtol {self.rtol:.0e}"
+        return self.method if self.method == "exact" else f"{self.method} at rtol {scientific(self.rtol)}"
 
     @property
     def predictable(self) -> bool:

@@ -13,7 +13,7 @@ from guideload.audit.force_balance import ForceBalance
 from guideload.audit.histories import Histories
 from guideload.audit.second_look import UNBALANCED, SecondLook, explained_error, fastest_rate
 from guideload.base.arrays import Array
-from guideload.base.number_text import first_names, percent
+from guideload.base.number_text import first_names, percent, scientific
 from guideload.machine.links import LinkTable
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
@@ -96,8 +96,9 @@ def force_doubts(balance: ForceBalance) -> Iterator[str]:
     if not balance.holds:
         yield (
             f"Doubtful: at {balance.place}, {balance.time:.6g} s, motion and loads do not belong together: their force "
-            f"balance is off by {balance.residual:.1e} of its terms, and only rounding, about 1e-15, is explained. The "
-            "numbers were changed or lost digits: compute them again, and check for extreme positions and stiffnesses."
+            f"balance is off by {scientific(balance.residual, 1)} of its terms, and only rounding, about 1e-15, is "
+            "explained. The numbers were changed or lost digits: compute them again, and check for extreme positions "
+            "and stiffnesses."
         )
 
 
@@ -108,10 +109,10 @@ def solution_doubts(
     if isinstance(look, SecondLook):
         if not look.predictable:
             yield (
-                f"Doubtful: impacts amplify small differences: a motion times 1 + {look.perturbation:.0e} changes "
-                f"loads by up to {percent(look.sensitivity or np.nan)} of the largest load. No method can predict such "
-                "impacts, and peaks may change as much. Damping that always acts (damping_in_contact = false), more "
-                "damping or less clearance makes the loads predictable."
+                f"Doubtful: impacts amplify small differences: a motion times 1 + {scientific(look.perturbation)} "
+                f"changes loads by up to {percent(look.sensitivity or np.nan)} of the largest load. No method can "
+                "predict such impacts, and peaks may change as much. Damping that always acts (damping_in_contact = "
+                "false), more damping or less clearance makes the loads predictable."
             )
         elif not look.agrees:
             yield _contradiction(histories, look)
@@ -135,7 +136,7 @@ def _contradiction(histories: Histories, look: SecondLook) -> str:
         way_out = f"Use a smaller rtol or method {look.method}."
         if (look.sensitivity or 0.0) > AMPLIFIED * look.perturbation:
             share = percent(look.sensitivity or 0.0)
-            amplified = f"a motion times 1 + {look.perturbation:.0e} changes loads by {share}"
+            amplified = f"a motion times 1 + {scientific(look.perturbation)} changes loads by {share}"
             way_out = f"Contacts amplify errors: {amplified}. {way_out}"
     explained = look.explained * float(attributes["load_scale_N"])
     return (
