@@ -24,7 +24,7 @@ from texts import one_line, page_text
 from guideload import Motion, Result, html_report, simulate
 from guideload.catalogue.product import Product
 from guideload.html_report.figures import MOST_POINTS, Line, chart
-from guideload.reports.report import Column, Report, Table, definitions, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 from guideload.reports.run import result_report
 
 BROWSERS = "chromium", "chromium-browser", "google-chrome"
@@ -89,7 +89,7 @@ def test_needs_no_network(page: str) -> None:
 def test_a_page_says_all_that_the_text_says(result: Result, page: str) -> None:
     """Every sentence, and every cell of every table."""
     report, words = result_report(result), one_line(page_text(page))
-    for part in (part for one in report.sections for part in one.shown):
+    for part in (part for one in report.sections for part in one.parts):
         if isinstance(part, Table):
             assert all(" ".join(cell.split()) in words for row in part.rows for cell in row)
         elif isinstance(part, str | list):
@@ -140,8 +140,8 @@ def test_names_are_text() -> None:
     assert not any(name.startswith("on") for _, attributes in found for name in attributes)
     lines = charts(page)[0]["lines"]
     assert isinstance(lines, list) and lines[0]["name"] == HOSTILE
-    parts = (Table(Column(HOSTILE, [HOSTILE], HOSTILE)), definitions(HOSTILE), [HOSTILE], HOSTILE)
-    report = Report(HOSTILE, [HOSTILE], [HOSTILE], HOSTILE, [section(HOSTILE, *parts)])
+    parts = (Table(Column(HOSTILE, [HOSTILE], HOSTILE)), Definitions(HOSTILE), [HOSTILE], HOSTILE)
+    report = Report(HOSTILE, [HOSTILE], [HOSTILE], HOSTILE, [Section(HOSTILE, *parts)])
     assert all(tag != "img" for tag, _ in Elements(html_report.report_page(report)).found)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from texts import one_line
 
 from guideload.base.number_text import KINDS, NARROW_SPACE, digits, fixed, load_in_table, signed
-from guideload.reports.report import Column, Report, Table, definitions, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 NAMES = ["left rear", "left front", "right rear"]
 WORDS = st.text("abcdefgh", min_size=1, max_size=9)
@@ -19,7 +19,7 @@ SENTENCES = st.lists(WORDS, min_size=1, max_size=12).map(" ".join)
 
 
 def text_of(*parts: Table | str, width: int = 80, encoding: str = "utf-8") -> str:
-    return Report("title", sections=[section("Title", *parts)]).text(width, encoding)
+    return Report("title", sections=[Section("Title", *parts)]).text(width, encoding)
 
 
 @given(
@@ -50,7 +50,7 @@ def test_what_fits_is_one_table_and_what_is_empty_is_left_out() -> None:
     assert text_of(Table(names, Column("peak", [1.0, None, 3.0], "N", "load"))).count("left rear") == 1
     empty = text_of(Table(names, Column("noise", [None] * 3, "N", "load")), Table(Column("none", [])))
     assert "noise" not in empty and "none" not in empty and "nothing" not in text_of("nothing"[:0])
-    nothing = Report("title", answer=["yes"], sections=[section("Empty", "", None, definitions(""))])
+    nothing = Report("title", answer=["yes"], sections=[Section("Empty", "", None, Definitions(""))])
     assert nothing.text() == "yes\n"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from guideload.cli.options import overwrite_picture_option, report_option
 from guideload.cli.outputs import require_report
@@ -28,8 +28,9 @@ def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
     def show(report: Path | None, **arguments: Any) -> None:
         overwrite = arguments["overwrite"] if "overwrite" in options else arguments.pop("overwrite")
         output = arguments.get("output")
-        read = [value for name, value in arguments.items() if isinstance(value, Path) and name != "output"]
-        require_report(report, overwrite, *read, *_paths(arguments.get("files", ())), folder=output)
+        given = [*arguments.values(), *arguments.get("files", ())]
+        read = [one for one in given if isinstance(one, Path) and one != output]
+        require_report(report, overwrite, *read, folder=output)
         found = command(**arguments)
         shown, page = found if isinstance(found, tuple) else (found, None)
         print_report(shown)
@@ -41,9 +42,5 @@ def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
         if written := [str(path) for path in (output, report) if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")
 
-    shown: Any = report_option(show)
-    return shown if "overwrite" in options else overwrite_picture_option(shown)  # type: ignore[no-any-return]
-
-
-def _paths(inputs: Any) -> list[Path]:
-    return [one for one in inputs if isinstance(one, Path)]
+    with_report = cast(Callable[..., None], report_option(show))
+    return with_report if "overwrite" in options else overwrite_picture_option(with_report)

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from guideload.base.atomic import atomic_write
 from guideload.html_report.figures import Chart, Figure, Listing, Picture
-from guideload.reports.report import Definitions, Part, Report, Table, section
+from guideload.reports.report import Definitions, Part, Report, Section, Table
 
 KINDS = {
     Table: "table",
@@ -31,7 +31,7 @@ def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None =
     """A report as HTML. figures: by the title of the section below whose text they stand; a new one is added."""
     drawn = {title: list(each) for title, each in (figures or {}).items()}
     titles = [one.title for one in report.sections]
-    added = [section(title) for title in drawn if title not in titles]
+    added = [Section(title) for title in drawn if title not in titles]
     page = Report(
         report.title, report.answer, report.warnings, report.about, [*report.sections, *added], report.failed
     )

@@ -21,7 +21,7 @@ from guideload.plots.machine import modes as modes_picture
 from guideload.plots.machine import scene
 from guideload.plots.style import INK, carriage_look
 from guideload.reports.machine import machine_sections
-from guideload.reports.report import Column, Table, section
+from guideload.reports.report import Column, Section, Table
 from guideload.reports.run import result_report
 
 if TYPE_CHECKING:
@@ -75,11 +75,11 @@ def run_page(result: Result) -> str:
     added = [
         body,
         carriages,
-        section(
+        Section(
             "Assumptions and formulas",
             Table(*map(Column, ("statement", "source"), zip(*ASSUMPTIONS, strict=True))),
         ),
-        section(
+        Section(
             INPUT,
             [
                 f"Versions: {versions}, Python {platform.python_version()}.",
@@ -89,7 +89,7 @@ def run_page(result: Result) -> str:
     ]
     peaks, *others = report.sections
     hint = "Drag to zoom, double click for the whole history, click on a name to hide it."
-    page = replace(report, sections=[peaks, section(HISTORIES, hint), *others, *added])
+    page = replace(report, sections=[peaks, Section(HISTORIES, hint), *others, *added])
     scene_caption = (
         "The machine, with the force of the body on each carriage at the instant of the largest resultant."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from guideload.base.number_text import counted, number
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product
-from guideload.reports.report import Report, Table, Value, section
+from guideload.reports.report import Report, Section, Table, Value
 
 
 def catalogue_report(catalogue: Catalogue) -> Report:
@@ -23,7 +23,7 @@ def catalogue_report(catalogue: Catalogue) -> Report:
         title="Catalogue",
         answer=[f"{counted(len(rows), 'product')}."],
         warnings=[f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else [],
-        sections=[section("Products", Table.by_rows(headings, rows))],
+        sections=[Section("Products", Table.by_rows(headings, rows))],
     )
 
 
@@ -38,7 +38,7 @@ def product_report(product: Product) -> Report:
     return Report(
         title=product.name,
         answer=[f"{product.name}: {product.source}"],
-        sections=[section("Values (SI units)", lines)],
+        sections=[Section("Values (SI units)", lines)],
     )
 
 

@@ -10,7 +10,7 @@ from guideload.base.number_text import KINDS, load_in_table, signed
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.reports.life import unverified_lines
-from guideload.reports.report import Column, Report, Section, Table, definitions, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -49,8 +49,8 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
         warnings=[*unverified_lines(products), *warned],
         sections=[
             _differences_section(machines),
-            section("Figures", _figures_table(results), definitions(DEFINITIONS)),
-            section("Peak resultants of the carriages", _peaks_table(results)),
+            Section("Figures", _figures_table(results), Definitions(DEFINITIONS)),
+            Section("Peak resultants of the carriages", _peaks_table(results)),
         ],
     )
 
@@ -76,7 +76,7 @@ def _differences_section(machines: Mapping[str, Machine]) -> Section:
         Column("key", [path for path, _ in listed]),
         *(Column(title, [words[i] for _, words in listed]) for i, title in enumerate(machines)),
     )
-    return section(
+    return Section(
         "Differences of the machines, in SI units", table, f"and {rest} more differences" if rest > 0 else ""
     )
 

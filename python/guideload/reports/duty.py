@@ -5,7 +5,7 @@ from __future__ import annotations
 from guideload.base.number_text import fixed, joined, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.reports.life import rating_formulas, unverified_lines
-from guideload.reports.report import Report, Table, Value, definitions, free_dofs, section
+from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
 
 DEFINITION = (
     "P_m: mean equivalent load over the distance of all cases. Life: the travel, in all cases by their shares, after "
@@ -32,9 +32,9 @@ def duty_report(duty: DutyCycle) -> Report:
         ],
         about=free_dofs(machine),
         sections=[
-            section("Cases", _cases_table(duty)),
-            section("Carriages", _carriages_table(duty), definitions(DEFINITION)),
-            section("Formulas", *rating_formulas(duty.carriages)),
+            Section("Cases", _cases_table(duty)),
+            Section("Carriages", _carriages_table(duty), Definitions(DEFINITION)),
+            Section("Formulas", *rating_formulas(duty.carriages)),
         ],
         failed=not duty.holds,
     )

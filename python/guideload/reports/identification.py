@@ -13,17 +13,7 @@ from guideload.identification.names import short, together, usual_unit
 from guideload.identification.next_measurement import Candidate
 from guideload.identification.result import Estimate, Identification
 from guideload.reports.identification_records import record_sections
-from guideload.reports.report import (
-    Column,
-    Part,
-    Report,
-    Section,
-    Table,
-    Value,
-    definitions,
-    free_dofs,
-    section,
-)
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value, free_dofs
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
@@ -65,17 +55,17 @@ def identification_report(
         warnings=[*doubts, *(f"{capitalised(message)}." for message in found.messages)],
         about=free_dofs(found.nominal),
         sections=[
-            section("Numbers of the machine", _estimates_table(found), definitions(DEFINITION)),
-            section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),
+            Section("Numbers of the machine", _estimates_table(found), Definitions(DEFINITION)),
+            Section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),
             *(_modal_section(each, found) for each in found.data if isinstance(each, ModalTest)),
             *(_displacements_section(each, found) for each in found.data if isinstance(each, Deflections)),
             *record_sections(found),
-            section("Differences", _differences_table(found), definitions(DIFFERENCES)),
-            section("Which model", _levels_table(levels), definitions(LEVELS if levels else "")),
-            section(
+            Section("Differences", _differences_table(found), Definitions(DIFFERENCES)),
+            Section("Which model", _levels_table(levels), Definitions(LEVELS if levels else "")),
+            Section(
                 "What to measure next", _candidates_table(candidates), *_figure_lines(figure, candidates)
             ),
-            section("Search", _searches(found)),
+            Section("Search", _searches(found)),
         ],
     )
 
@@ -140,7 +130,7 @@ def _modal_section(test: ModalTest, found: Identification) -> Section:
             ]
         rows.append([str(pair.measured + 1), mode.frequency, *computed])
     table = Table.by_rows([*headings, ("MAC", "", "time"), ("computed mode", "", "count")], rows)
-    return section(f"Modes: {test.name}", table, *lost)
+    return Section(f"Modes: {test.name}", table, *lost)
 
 
 def _displacements_section(data: Deflections, found: Identification) -> Section:
@@ -150,7 +140,7 @@ def _displacements_section(data: Deflections, found: Identification) -> Section:
         (one.at.name, one.force, 1e6 * one.moved, 1e6 * value, 1e6 * (one.moved - value), one.force_at.name)
         for one, value in zip(data.values, data.computed(found.model)[0].tolist(), strict=True)
     )
-    return section(f"Displacements: {data.name}", Table.by_rows(headings, rows))
+    return Section(f"Displacements: {data.name}", Table.by_rows(headings, rows))
 
 
 def _differences_table(found: Identification) -> Table:
@@ -194,12 +184,12 @@ def _figure_lines(figure: Figure | None, candidates: Sequence[Candidate]) -> lis
     if not candidates:
         return []
     if figure is None:
-        return [definitions(NEXT.format(figure="all unknowns (geometric mean)"))]
+        return [Definitions(NEXT.format(figure="all unknowns (geometric mean)"))]
     unit, scale = usual_unit(figure.unit)
     value, low, high = (digits(scale * one, 4) for one in (figure.value, figure.low, figure.high))
     unit = "" if unit == "1" else f" {unit}"
     return [
-        definitions(NEXT.format(figure=figure.name)),
+        Definitions(NEXT.format(figure=figure.name)),
         f"Now the {figure.name} is {value}{unit}, and with a probability of 95 % from {low} to {high}{unit}, as far as "
         "the numbers above are uncertain.",
     ]

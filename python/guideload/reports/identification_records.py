@@ -10,7 +10,7 @@ from guideload.identification.names import usual_unit
 from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
 from guideload.identification.sensor_log import SensorLog
-from guideload.reports.report import Section, Table, definitions, section
+from guideload.reports.report import Definitions, Section, Table
 
 INTERVALS = (
     "These intervals, as those of the machine, contain the noise, the error of the acceleration of the trace, and what "
@@ -23,11 +23,11 @@ def record_sections(found: Identification) -> list[Section]:
     """A section for each record in time."""
     records = [each for each in found.data if isinstance(each, MotorForce | SensorLog)]
     return [
-        section(
+        Section(
             f"{'Motor' if isinstance(each, MotorForce) else 'Sensors'}: {each.name}",
             _own_table(found, each),
             *_differences(found, each),
-            definitions(INTERVALS),
+            Definitions(INTERVALS),
         )
         for each in records
     ]

@@ -23,7 +23,7 @@ from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
-from guideload.reports.report import Column, Report, Section, Table, definitions, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
     from guideload.catalogue.product import Product
@@ -47,12 +47,12 @@ def life_report(life: Life, band: bool = True) -> Report:
         answer=[_answer(life, found)],
         warnings=_notes(life),
         sections=[
-            section("Life and static safety", _life_table(life, found), definitions(LIFE_DEFINITION, words)),
+            Section("Life and static safety", _life_table(life, found), Definitions(LIFE_DEFINITION, words)),
             _causes_section(life),
             _rows_section(life),
-            section("Share of the life by phase of the cycle", _phases(life)),
+            Section("Share of the life by phase of the cycle", _phases(life)),
             _places_section(life),
-            section("Formulas", *_formulas(life)),
+            Section("Formulas", *_formulas(life)),
         ],
         failed=not life.holds,
     )
@@ -85,7 +85,7 @@ def life_sections(life: Life | LifeError | None) -> list[Section]:
     notes = [note for note in _notes(life) if note not in unverified]
     table = _life_table(life, None)
     return [
-        section("Life and static safety", *notes, table, definitions(LIFE_DEFINITION)),
+        Section("Life and static safety", *notes, table, Definitions(LIFE_DEFINITION)),
         _causes_section(life),
     ]
 
@@ -172,10 +172,10 @@ def _causes_section(life: Life) -> Section:
         Column("while", [one.phase for one in worst]),
     )
     terms = " ".join(f"{capitalised(cause)}: {CAUSES[cause]}." for cause in causes)
-    return section(
+    return Section(
         "Causes of the worst instant",
         table,
-        definitions(
+        Definitions(
             f"P0 is largest at the time in the table, and there the sum of its causes. {terms} Noise: 1.96 "
             "standard deviations of the resultant at this time, from the uncertainty of the trace."
         ),
@@ -190,7 +190,7 @@ def _rows_section(life: Life) -> Section:
         for one in life.carriages
         if one.rows is not None
     ]
-    return section("Loads of the two rows along y, preload included", lines)
+    return Section("Loads of the two rows along y, preload included", lines)
 
 
 def _phases(life: Life) -> str:
@@ -209,7 +209,7 @@ def _places_section(life: Life) -> Section:
     note = (
         "x is counted from L at the start of the record. Damage at a place: from all carriages that pass it."
     )
-    return section("Life by place", lines, definitions(note if lines else ""))
+    return Section("Life by place", lines, Definitions(note if lines else ""))
 
 
 def _formulas(life: Life) -> list[str]:

@@ -15,7 +15,7 @@ from guideload.base.number_text import (
 )
 from guideload.long_runs.long_run import RESULTANT, LongRun
 from guideload.reports.life import rating_formulas, unverified_lines
-from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table, free_dofs
 
 DEFINITION = (
     "R: resultant of Fy and Fz, its largest value and when. P_m: mean equivalent load over the distance. Life: "
@@ -34,13 +34,13 @@ def long_run_report(run: LongRun) -> Report:
         answer=[f"{run.machine.name}: {_answer(run)}", *unverified_lines(rated)],
         about=free_dofs(run.machine),
         sections=[
-            section(
+            Section(
                 "Carriages",
                 _carriages_table(run),
-                definitions(DEFINITION if rated else DEFINITION.partition(" P_m")[0]),
+                Definitions(DEFINITION if rated else DEFINITION.partition(" P_m")[0]),
             ),
-            section("Formulas", *(rating_formulas(run.criteria) if rated else ())),
-            section("Motion", _motion_lines(run)),
+            Section("Formulas", *(rating_formulas(run.criteria) if rated else ())),
+            Section("Motion", _motion_lines(run)),
         ],
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 from guideload.audit.warnings import free_at_rest, open_row_notes, rest_notes
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.reports.report import Column, Part, Report, Section, Table, definitions, free_dofs, section
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, free_dofs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,8 +54,8 @@ def machine_sections(machine: Machine) -> list[Section]:
         count += f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
     lines = [*_mounting_lines(machine), *_product_lines(machine), *_payload_lines(machine)]
     return [
-        section("Body and drive", _body_lines(machine)),
-        section(f"Carriages and links ({count})", *_carriage_parts(machine), _links_table(machine), lines),
+        Section("Body and drive", _body_lines(machine)),
+        Section(f"Carriages and links ({count})", *_carriage_parts(machine), _links_table(machine), lines),
     ]
 
 
@@ -108,7 +108,7 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
         Column("damped", damped, "Hz", "4 digits"),
         Column("moves mostly in", dofs),
     )
-    return section("Natural modes", table, *nominal_lines(machine, "frequencies"))
+    return Section("Natural modes", table, *nominal_lines(machine, "frequencies"))
 
 
 def _modes_range(modes: Modes) -> str:
@@ -334,8 +334,8 @@ def _static_section(machine: Machine) -> Section:
         Column("carriage", [one.name for one in machine.carriages]),
         *(Column(axis, loads[:, i + 1], unit, "load") for i, (axis, unit) in enumerate(axes.items())),
     )
-    terms = definitions(STATIC_DEFINITIONS if table else "")
-    return section("Static loads", table, terms, *weight_lines(machine))
+    terms = Definitions(STATIC_DEFINITIONS if table else "")
+    return Section("Static loads", table, terms, *weight_lines(machine))
 
 
 def weight_lines(machine: Machine) -> list[str]:

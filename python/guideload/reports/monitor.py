@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from guideload.base.number_text import counted, fixed, seconds
-from guideload.reports.report import Column, Report, Table, section
+from guideload.reports.report import Column, Report, Section, Table
 
 UNKNOWN = "-"
 
@@ -16,7 +16,7 @@ def monitor_report(status: Mapping[str, Any]) -> Report:
     return Report(
         title=f"{status['machine']}: load monitor",
         answer=[_answer(status)],
-        sections=[section("Carriages", _table(status)), section("Samples", _input(status["input"]))],
+        sections=[Section("Carriages", _table(status)), Section("Samples", _input(status["input"]))],
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.number_text import counted, seconds
-from guideload.reports.report import Column, Section, Table, Value, definitions, section
+from guideload.reports.report import Column, Definitions, Section, Table, Value
 
 if TYPE_CHECKING:
     from guideload.simulation.point_motion import Settling
@@ -28,7 +28,7 @@ def points_section(result: Result) -> Section:
     """Sag, peaks and settling of the points; empty without points."""
     title = "Motion of the points"
     if not result.machine.points:
-        return section(title)
+        return Section(title)
     columns = result.point_columns
     lengths = {"sag": "sag_m", "peak": "peak_m"} | {f"|{axis}|": f"peak_{axis}_m" for axis in "xyz"}
     sag, peak, *along = (
@@ -50,12 +50,12 @@ def points_section(result: Result) -> Section:
         if "band_method" in result.quantities.attrs
         else ""
     )
-    return section(
+    return Section(
         title,
         table,
         _settling_table(settling),
         *map(_not_settled, settling),
-        definitions(DEFINITIONS, SETTLING if settling else "", no_band),
+        Definitions(DEFINITIONS, SETTLING if settling else "", no_band),
     )
 
 

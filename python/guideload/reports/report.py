@@ -69,30 +69,26 @@ class Table:
         return bool(self.rows)
 
 
-@dataclass(frozen=True)
 class Definitions:
-    """What the terms of a section mean; in HTML it is shown at a click."""
+    """What the terms of a section mean, in one or several sentences each; in HTML they are shown at a click."""
 
-    texts: tuple[str, ...]
+    def __init__(self, *texts: str) -> None:
+        self.texts = list(filter(None, texts))
+
+    def __bool__(self) -> bool:
+        return bool(self.texts)
 
 
 # A paragraph, lines that belong together, a table, or definitions. What is empty is not shown.
 Part = str | list[str] | Table | Definitions | None
 
 
-@dataclass(frozen=True)
 class Section:
     """A part of a report with a title. It is not shown if it has no content."""
 
-    title: str
-    parts: tuple[Part, ...]
-
-    @property
-    def shown(self) -> list[Part]:
-        """The parts that have content."""
-        return [
-            part for part in self.parts if part and not (isinstance(part, Definitions) and not part.texts)
-        ]
+    def __init__(self, title: str, *parts: Part) -> None:
+        self.title = title
+        self.parts = [part for part in parts if part]
 
 
 @dataclass(frozen=True)
@@ -115,7 +111,7 @@ class Report:
         head = [*self.answer, *self.warnings, self.about]
         blocks = [prose(text, width) for text in head if text]
         for one in self.sections:
-            if shown := one.shown:
+            if shown := one.parts:
                 space = "\n\n" if isinstance(shown[0], Table) else "\n"
                 first, *others = (_text(part, width) for part in shown)
                 blocks += [f"{one.title}{space}{first}", *others]
@@ -125,11 +121,9 @@ class Report:
 def _text(part: Part, width: int) -> str:
     if isinstance(part, Table):
         return "\n\n".join(table_blocks(part.columns, part.rows, width))
-    lines = (
-        part
-        if isinstance(part, list)
-        else [" ".join(part.texts) if isinstance(part, Definitions) else part or ""]
-    )
+    if isinstance(part, Definitions):
+        return prose(" ".join(part.texts), width)
+    lines = part if isinstance(part, list) else [part or ""]
     return "\n".join(prose(line, width) for line in lines if line)
 
 
@@ -138,16 +132,6 @@ def interval(low: Iterable[float], high: Iterable[float], unit: str = "", kind: 
     ends = zip(low, high, strict=True)
     texts = [between(*pair, kind) if all(map(isfinite, pair)) else None for pair in ends]
     return Column("lies in", texts, unit, kind)
-
-
-def section(title: str, *parts: Part) -> Section:
-    """A section of these parts."""
-    return Section(title, parts)
-
-
-def definitions(*texts: str) -> Definitions:
-    """Definitions of terms, one or several sentences each."""
-    return Definitions(tuple(filter(None, texts)))
 
 
 def free_dofs(machine: Machine) -> str:

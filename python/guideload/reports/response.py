@@ -7,7 +7,7 @@ import numpy as np
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
-from guideload.reports.report import Column, Report, Table, definitions, free_dofs, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table, free_dofs
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
@@ -48,7 +48,7 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
         title=f"{machine.name}: frequency response",
         answer=[f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."],
         about=free_dofs(machine),
-        sections=[section("Points", table, definitions(NOTE))],
+        sections=[Section("Points", table, Definitions(NOTE))],
     )
 
 

@@ -16,7 +16,7 @@ from guideload.reports.drive import drive_parts
 from guideload.reports.life import life_answer, life_sections, run_life
 from guideload.reports.machine import modes_section, weight_lines
 from guideload.reports.points import points_section
-from guideload.reports.report import Column, Report, Section, Table, Value, definitions, free_dofs, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, free_dofs
 
 if TYPE_CHECKING:
     from guideload.base.arrays import Array
@@ -45,11 +45,11 @@ def result_report(result: Result) -> Report:
             _peaks_section(result),
             *life_sections(life),
             points_section(result),
-            section("Drive and held dofs", *drive_parts(result), _held_dofs(result)),
+            Section("Drive and held dofs", *drive_parts(result), _held_dofs(result)),
             modes_section(machine, result.modes),
-            section("Motion of the cart", _run_motion_lines(result.quantities), *_rider_lines(result)),
-            section("Solution", _solution_lines(result.quantities)),
-            section("Audit", audit_table(result)),
+            Section("Motion of the cart", _run_motion_lines(result.quantities), *_rider_lines(result)),
+            Section("Solution", _solution_lines(result.quantities)),
+            Section("Audit", audit_table(result)),
         ],
         failed=life is not None and not (isinstance(life, Life) and life.holds),
     )
@@ -62,7 +62,7 @@ def comparison(results: Mapping[str, Result]) -> Report:
         title=f"Comparison: {', '.join(results)}",
         sections=[
             *(
-                section(
+                Section(
                     f"{title}: free {', '.join(result.machine.free)}",
                     _largest_load(result),
                     *result.audit.warnings,
@@ -71,14 +71,14 @@ def comparison(results: Mapping[str, Result]) -> Report:
                 )
                 for title, result in results.items()
             ),
-            section("Definitions", DEFINITIONS, *bands),
+            Section("Definitions", DEFINITIONS, *bands),
         ],
     )
 
 
 def motion_section(motion: Motion) -> Section:
     """Source, duration, samples, largest values of a motion, notes from its trace."""
-    return section("Motion", motion_lines(motion))
+    return Section("Motion", motion_lines(motion))
 
 
 def _largest_load(result: Result) -> str:
@@ -107,9 +107,9 @@ def _largest_load(result: Result) -> str:
 def _peaks_section(result: Result) -> Section:
     title = "Peak loads of the carriages"
     if not result.machine.carriages:
-        return section(title)
-    terms = definitions(DEFINITIONS, *_band_lines(result))
-    return section(title, *_peaks_tables(result), terms, *weight_lines(result.machine))
+        return Section(title)
+    terms = Definitions(DEFINITIONS, *_band_lines(result))
+    return Section(title, *_peaks_tables(result), terms, *weight_lines(result.machine))
 
 
 def _peaks_tables(result: Result) -> list[Table]:

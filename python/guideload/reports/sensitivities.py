@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.number_text import digits
-from guideload.reports.report import Column, Report, Table, definitions, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -39,11 +39,11 @@ def sensitivities_report(machine: Machine, found: Influence) -> Report:
         answer=[f"{machine.name}: what drives the {figure}."],
         warnings=[f"Note: {note}." for note in found.notes],
         sections=[
-            section(
+            Section(
                 "Effect of a change of each number",
                 table,
                 f"{left} numbers with less effect are left out." if left else "",
-                definitions(NOTE),
+                Definitions(NOTE),
             )
         ],
     )

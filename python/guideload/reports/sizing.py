@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from guideload.base.number_text import counted, digits, fixed, kilometres, number
 from guideload.reports.life import unverified_lines
-from guideload.reports.report import Report, Table, Value, definitions, section
+from guideload.reports.report import Definitions, Report, Section, Table, Value
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
@@ -42,7 +42,7 @@ def sizing_report(machine: Machine, sizing: Sizing) -> Report:
     return Report(
         title=f"{machine.name}: which carriage",
         answer=[" ".join([_answer(machine, sizing), *not_run]), *unverified_lines(products)],
-        sections=[section("Candidates", table, marks, definitions(DEFINITIONS)), section("Not run", *failed)],
+        sections=[Section("Candidates", table, marks, Definitions(DEFINITIONS)), Section("Not run", *failed)],
         failed=sizing.smallest is None,
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from guideload.base.number_text import digits, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import METHODS, NEAR
 from guideload.reports.machine import nominal_lines
-from guideload.reports.report import Column, Report, Table, Value, definitions, free_dofs, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, free_dofs
 from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period
 
@@ -43,23 +43,23 @@ def stability_report(stability: Stability) -> Report:
         answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability)],
         about=free_dofs(machine),
         sections=[
-            section(
+            Section(
                 "Longest stable step of rk45",
                 _eigenvalues_table(stability),
-                definitions(STEP_DEFINITIONS),
+                Definitions(STEP_DEFINITIONS),
                 *nominal_lines(machine, "eigenvalues"),
             ),
-            section(
+            Section(
                 "Cost of a motion",
                 motion_lines(stability.motion),
                 _costs_table(stability),
-                definitions(needed),
+                Definitions(needed),
             ),
-            section(
+            Section(
                 "Numerical damping of a vibration",
                 _damping(stability),
                 _periods_table(),
-                definitions(PERIOD_DEFINITIONS),
+                Definitions(PERIOD_DEFINITIONS),
             ),
         ],
     )

@@ -8,14 +8,7 @@ import numpy as np
 import pandas as pd
 
 from guideload.base.number_text import capitalised, digits, fixed, number, percent
-from guideload.reports.report import (
-    Column,
-    Report,
-    Section,
-    Table,
-    free_dofs,
-    section,
-)
+from guideload.reports.report import Column, Report, Section, Table, free_dofs
 from guideload.reports.study_life import life_answer, life_section
 from guideload.reports.study_tables import (
     cases_parts,
@@ -43,8 +36,8 @@ def study_report(result: StudyResult) -> Report:
     metadata, summary = result.metadata, result.summary()
     answer: list[str] = []
     sections = [
-        section("Study", [*_study_lines(result)], _parameters_table(result)),
-        section("Failures", _failures_table(result)),
+        Section("Study", [*_study_lines(result)], _parameters_table(result)),
+        Section("Failures", _failures_table(result)),
     ]
     if not summary.empty:
         lines = _cases_answer(result) if metadata.chosen else _statistics_answer(result, summary)
@@ -60,7 +53,7 @@ def study_report(result: StudyResult) -> Report:
 
 
 def _case_sections(result: StudyResult) -> list[Section]:
-    return [section("Cases", *cases_parts(result)), life_section(result)]
+    return [Section("Cases", *cases_parts(result)), life_section(result)]
 
 
 def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Section]:
@@ -73,15 +66,15 @@ def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Sec
     metadata = result.metadata
     return [
         *(
-            section(
+            Section(
                 capitalised(with_unit(name, metadata)), summary_table(summary.loc[name], QUANTITIES[name])
             )
             for name in names
         ),
-        section("Probabilities", probabilities_table(result.probabilities(), metadata)),
-        section(f"What drives {with_owner(result.leading, metadata)}", *driving_parts(result)),
+        Section("Probabilities", probabilities_table(result.probabilities(), metadata)),
+        Section(f"What drives {with_owner(result.leading, metadata)}", *driving_parts(result)),
         life_section(result),
-        section("Definitions", " ".join(terms(result, summary))),
+        Section("Definitions", " ".join(terms(result, summary))),
     ]
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number
 from guideload.life.limits import LARGE_LOAD
 from guideload.reports.life import rating_formulas, unverified_lines
-from guideload.reports.report import Column, Part, Section, Table, definitions, interval, section
+from guideload.reports.report import Column, Definitions, Part, Section, Table, interval
 from guideload.study.description.measures import LIFE, PEAK_LOAD, SAFETY, column_of
 from guideload.study.results.result import StudyResult
 from guideload.study.results.statistics import known
@@ -51,9 +51,9 @@ def life_section(result: StudyResult) -> Section:
     """Notes, probability of failure and formulas; empty for a machine without products."""
     parts: list[Part] = [*result.metadata.life_notes, *_load_notes(result)]
     if LIFE in result.limits and not result.metadata.chosen and (parts or result.rated):
-        parts += [_failure_table(result), definitions(FAILURE)]
+        parts += [_failure_table(result), Definitions(FAILURE)]
     formulas = rating_formulas(list(result.rated.values())) if result.rated else []
-    return section("Life and static safety", *parts, *formulas)
+    return Section("Life and static safety", *parts, *formulas)
 
 
 def _failure_table(result: StudyResult) -> Table:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from guideload.base.number_text import KINDS, capitalised, digits
-from guideload.reports.report import Column, Part, Table, definitions, interval
+from guideload.reports.report import Column, Definitions, Part, Table, interval
 from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, SAFETY, Quantity
 from guideload.study.description.metadata import StudyMetadata
 from guideload.study.results.result import StudyResult, weaker_parameters
@@ -92,7 +92,7 @@ def cases_parts(result: StudyResult) -> list[Part]:
             f"The first {MOST_CASES} of {len(cases)} cases; all are in summary.json, or in result.cases()."
         ]
     contact = [_contact_line(metadata)] if CONTACT in result.quantities else []
-    return [table, definitions(*terms, *contact, CASES_NOTE)]
+    return [table, Definitions(*terms, *contact, CASES_NOTE)]
 
 
 def summary_table(rows: pd.DataFrame, quantity: Quantity) -> Table:

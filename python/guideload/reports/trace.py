@@ -8,7 +8,7 @@ import numpy as np
 
 from guideload.base.number_text import counted, digits, milliseconds
 from guideload.motion.uncertainty import COVER
-from guideload.reports.report import Column, Report, Section, Table, definitions, section
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 from guideload.smoothing.estimation import Estimate
 
 if TYPE_CHECKING:
@@ -40,8 +40,8 @@ def encoder_report(inspection: Inspection) -> Report:
         answer=[f"{trace.source}, column {trace.column}: {', '.join(_largest_lines(inspection))}."],
         warnings=[NO_DRIVE] if no_drive else [],
         sections=[
-            section("Trace", [f"{digits(np.ptp(time), 4)} s, {sampled}", *trace.notes]),
-            section("From samples to acceleration", _smoothing_lines(inspection)),
+            Section("Trace", [f"{digits(np.ptp(time), 4)} s, {sampled}", *trace.notes]),
+            Section("From samples to acceleration", _smoothing_lines(inspection)),
             *modes,
         ],
     )
@@ -51,7 +51,7 @@ def resolution_section(resolution: TraceResolution) -> Section:
     """A row per mode: whether it is within the bandwidth, share of the response, ringing that the trace shows."""
     title, limit = "Modes against the trace's band", resolution.bandwidth
     if np.isinf(limit):
-        return section(title, resolution.text)
+        return Section(title, resolution.text)
     is_excited = resolution.participating
     rings = [
         100.0 * float(ringing) if excited else None
@@ -71,7 +71,7 @@ def resolution_section(resolution: TraceResolution) -> Section:
         Column("ringing shown", rings, "%", "2 digits"),
         Column("moves mostly in", [", ".join(dofs) for dofs in resolution.moving]),
     )
-    return section(title, table, f"band: {resolution.text}", *resolution.warnings(), definitions(DEFINITIONS))
+    return Section(title, table, f"band: {resolution.text}", *resolution.warnings(), Definitions(DEFINITIONS))
 
 
 def _smoothing_lines(inspection: Inspection) -> list[str]:

@@ -6,7 +6,7 @@ import re
 
 from guideload.base.number_text import digits, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
-from guideload.reports.report import Report, Table, Value, definitions, free_dofs, section
+from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: largest difference of the loads from the reference, "
@@ -29,8 +29,8 @@ def chart_report(chart: WorkPrecision) -> Report:
         answer=[f"{machine.name}: auto {picks}: {chart.auto_reason}."],
         about=free_dofs(machine),
         sections=[
-            section("Work-precision diagram", [samples], _settings_table(chart), definitions(*DEFINITIONS)),
-            section(
+            Section("Work-precision diagram", [samples], _settings_table(chart), Definitions(*DEFINITIONS)),
+            Section(
                 "Reference",
                 f"Error metric: {chart.error_metric}.",
                 f"Reference: {chart.reference.text}.",
