@@ -1,4 +1,4 @@
-"""Results in files: netCDF, Parquet and CSV, read back, and opened by other programs."""
+"""Results in files: netCDF and Parquet, which are read back, and CSV for other programs."""
 
 from importlib.resources import files
 
@@ -15,7 +15,7 @@ result = simulate(machine, move, times=np.linspace(0, 2, 2001))
 result.to_netcdf("loads.nc")
 result.to_parquet("loads.parquet")
 result.to_csv("loads.csv")  # and loads.json: what is not a history
-for name in ("loads.nc", "loads.parquet", "loads.csv"):
+for name in ("loads.nc", "loads.parquet"):
     again = Result.load(name)
     assert np.allclose(again.carriage_loads, result.carriage_loads, rtol=1e-12)
     print(name, again.peaks()["peak_resultant_N"].round(1).to_dict())

@@ -12,9 +12,7 @@ from faults import each
 
 from guideload import Machine, Motion, simulate
 from guideload.base.atomic import DRAFT
-from guideload.base.errors import GuideloadError
 from guideload.cli.main import main
-from guideload.simulation.result import Result
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on open files")
@@ -54,12 +52,14 @@ def test_a_pair_of_files_is_always_of_one_result(tmp_path: Path, kind: str) -> N
     ]
     path, faults = tmp_path / "pair" / "loads.csv", 0
     path.parent.mkdir()
-    peaks = [result.peaks() for result in results]
+
+    def pair() -> tuple[bytes, bytes]:
+        return path.read_bytes(), path.with_suffix(".json").read_bytes()
+
+    whole = []
+    for result in results:
+        result.to_csv(path)
+        whole.append(pair())
     for faults in each(path.parent, kind, partial(results[0].to_csv, path), partial(results[1].to_csv, path)):
-        try:
-            there = Result.load(path).peaks()
-        except GuideloadError:  # the second file is missing
-            assert not path.with_suffix(".json").exists()
-            continue
-        assert any(there.equals(one) for one in peaks), faults
+        assert not path.with_suffix(".json").exists() or pair() in whole, faults
     assert faults > 10

@@ -38,9 +38,8 @@ from guideload.traces.reading import motion_from_trace, read_trace
 LIMIT = 60.0  # s for one file, far above the usual 0.05 s, also on a busy computer
 START = 300.0  # s for the start of the process
 TEXTS = made_files.texts()
-PAIR = ("loads.csv", "loads.json")
 TRACES = (*(f"{name}.csv" for name in TEXTS), "npz", "npy", "parquet")
-RESULTS = ("loads.nc", "loads.parquet", *PAIR)
+RESULTS = ("loads.nc", "loads.parquet")
 STUDY = ("study.json", "samples", "histories.nc")
 FORMATS = (*TRACES, *RESULTS, *STUDY)
 # A netCDF file of another program has no digest: damage in it reaches HDF5, which may stall or end the process.
@@ -84,10 +83,6 @@ def read_damaged_result(folder: Path, name: str, rng: np.random.Generator) -> No
     """A damaged result, with its peaks and its audit."""
     path = folder / name
     path.write_bytes(_changed((folder / "valid" / name).read_bytes(), name, rng))
-    if name in PAIR:
-        other = PAIR[name == PAIR[0]]
-        shutil.copy(folder / "valid" / other, folder / other)
-        path = folder / PAIR[0]
     yield_path(path)
     result = Result.load(path)
     if result.quantities["time"].size:

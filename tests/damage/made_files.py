@@ -245,11 +245,10 @@ def result() -> Result:
 
 
 def result_files(folder: Path) -> None:
-    """The result in all formats, and its netCDF file as another program writes it."""
+    """The result in both formats that are read, and its netCDF file as another program writes it."""
     one = result()
     one.to_netcdf(folder / "loads.nc")
     one.to_parquet(folder / "loads.parquet")
-    one.to_csv(folder / "loads.csv")
     one.data.to_netcdf(folder / "foreign.nc", engine="h5netcdf")
 
 

@@ -50,7 +50,7 @@ def test_valid_files_are_read(valid: Path, tmp_path: Path) -> None:
         trace = read_trace(tmp_path / f"{name}.csv", **made_files.options_of(name))
         assert np.ptp(trace.value) == pytest.approx(np.ptp(made_files.PLACE), abs=2e-6)
     loads = Result.load(valid / "foreign.nc").carriage_loads
-    for name in ("loads.nc", "loads.parquet", "loads.csv"):
+    for name in ("loads.nc", "loads.parquet"):
         assert np.array_equal(Result.load(valid / name).carriage_loads, loads)
     assert StudyResult.load(valid / "study").finished == 40
 

@@ -205,15 +205,18 @@ class Result:
 
     def to_netcdf(self, path: str | PathLike[str]) -> None:
         """Write all quantities as netCDF 4."""
-        result_files.write_netcdf(self._to_write(), path)
+        result_files.to_netcdf(self._to_write(), path)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all quantities as Parquet: histories as columns, other quantities in the metadata."""
-        result_files.write_parquet(self._to_write(), path)
+        result_files.to_parquet(self._to_write(), path)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the histories as CSV, and all other quantities as JSON in a second file (same name, .json)."""
-        result_files.write_csv(self._to_write(), path)
+        """Write the histories as CSV, and all other quantities as JSON in a second file (same name, .json).
+
+        For other programs; `load` does not read CSV.
+        """
+        result_files.to_csv(self._to_write(), path)
 
     def _to_write(self) -> Quantities:
         """All quantities, from `data` if it exists, because the user may have changed it."""
@@ -221,7 +224,7 @@ class Result:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Result:
-        """Read a result that `to_netcdf`, `to_parquet` or `to_csv` wrote; the ending of its name decides the format.
+        """Read a result that `to_netcdf` or `to_parquet` wrote; the ending of its name decides the format.
 
         Raises TraceError if the file holds no result.
         """

@@ -1,8 +1,7 @@
-"""Writing and reading of results: netCDF, or Parquet and CSV with a column for each label of a history."""
+"""Result files: netCDF and Parquet, which are read back, and CSV for other programs."""
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterable
 from itertools import product
@@ -13,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.base.atomic import atomic_write
-from guideload.base.checksum import append_checksum, check_hdf5
 from guideload.base.errors import TraceError, ValueRefused, shortened, shown
+from guideload.base.netcdf import read_netcdf, write_netcdf
 from guideload.base.quantities import Quantities, Quantity
 from guideload.machine.machine import Machine
 from guideload.simulation.point_motion import DIMS as POINT_DIMS
@@ -36,58 +35,13 @@ REQUIRED = {
 LARGEST = 1e30  # far above any load; the audit's products of five numbers fit into a double
 
 
-def write_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
-    """Write netCDF 4, the same bytes as xarray, but without importing xarray; a checksum follows them."""
+def to_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
+    """Write all quantities as netCDF 4."""
     with atomic_write(_ending(path, ".nc")) as draft:
-        with _Draft(draft) as target:
-            _write_hdf5(data, target)
-        append_checksum(draft)
+        write_netcdf(data, draft)
 
 
-class _Draft(io.FileIO):
-    """A file for HDF5 that raises the first error of the disk when it is closed.
-
-    HDF5 reports a full disk by its internals, and may crash when it ends after an error.
-    """
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path, "w+")
-        self.failure: OSError | None = None
-
-    def write(self, content: Any) -> int:
-        rest = memoryview(content).cast("B")
-        while self.failure is None and rest:
-            try:
-                rest = rest[super().write(rest) :]
-            except OSError as error:
-                self.failure = error
-        return len(content)
-
-    def __exit__(self, *error: Any) -> None:
-        super().__exit__(*error)
-        if self.failure is not None:
-            raise self.failure
-
-
-def _write_hdf5(data: Quantities, target: io.FileIO) -> None:
-    import h5netcdf
-    import h5py
-
-    with h5netcdf.File(target, "w") as file:
-        file.attrs.update(data.attrs)
-        for dims, values, _ in data.variables.values():
-            for dim, size in zip(dims, values.shape, strict=True):
-                if dim not in file.dimensions:
-                    file.dimensions[dim] = size
-        for name, (dims, values, attrs) in data.variables.items():
-            kind = h5py.string_dtype() if values.dtype.kind in "OUT" else values.dtype
-            empty = np.nan if values.dtype.kind == "f" else None
-            written = file.create_variable(name, dims, kind, fillvalue=empty)
-            written.attrs.update(attrs)
-            written[...] = values
-
-
-def write_parquet(data: Quantities, path: str | PathLike[str]) -> None:
+def to_parquet(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in the metadata of the schema."""
     from pyarrow import parquet
 
@@ -96,7 +50,7 @@ def write_parquet(data: Quantities, path: str | PathLike[str]) -> None:
         parquet.write_table(table, draft, write_page_checksum=True)
 
 
-def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
+def to_csv(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in a second file."""
     from pyarrow import csv
 
@@ -104,13 +58,11 @@ def write_csv(data: Quantities, path: str | PathLike[str]) -> None:
     with atomic_write(second) as rest, atomic_write(_ending(path, ".csv")) as draft:
         csv.write_csv(_columns(data), draft)
         rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
-        second.unlink(
-            missing_ok=True
-        )  # so that a kill never leaves the new file of one with the old one of the other
+        second.unlink(missing_ok=True)  # first: a kill never leaves the new file of one beside the old other
 
 
 def _ending(path: str | PathLike[str], ending: str) -> Path:
-    """`path`. Raises ValueRefused if it has another ending, from which `Result.load` knows the format."""
+    """`path`. Raises ValueRefused if its name has another ending, by which readers know the format."""
     path = Path(path)
     if path.suffix != ending:
         raise ValueRefused(f"a file name that ends in {ending}", str(path))
@@ -118,7 +70,7 @@ def _ending(path: str | PathLike[str], ending: str) -> Path:
 
 
 def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
-    """The machine and the data of a result file of any of the three formats.
+    """The machine and the data of a result file, netCDF or Parquet.
 
     Raises TraceError if the file holds no result.
     """
@@ -169,34 +121,14 @@ def _check(data: xr.Dataset, machine: Machine) -> None:
 
 def _data(path: Path) -> xr.Dataset:
     if path.suffix == ".nc":
-        import xarray as xr
-
-        check_hdf5(path)
-        return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
+        return read_netcdf(path)
     if path.suffix == ".parquet":
         from pyarrow import parquet
 
         table = parquet.ParquetFile(path, page_checksum_verification=True).read()
         return _assembled(table, json.loads((table.schema.metadata or {})[METADATA_KEY])).dataset()
-    if path.suffix == ".csv":
-        beside = path.with_suffix(".json")
-        try:
-            rest = json.loads(beside.read_text(encoding="utf-8"))
-        except (ValueError, RecursionError) as error:
-            raise ValueError(f"{beside.name} beside it, which is damaged: {error}") from error
-        return _assembled(_numbers(path), rest).dataset()
-    raise ValueError(f"the ending {path.suffix!r}: expected .nc, .parquet or .csv")
-
-
-def _numbers(path: Path) -> pa.Table:
-    """The columns of a CSV file, all as float64."""
-    import pyarrow as pa
-    from pyarrow import csv
-
-    with csv.open_csv(path) as reader:
-        names = reader.schema.names
-    options = csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()))
-    return csv.read_csv(path, convert_options=options)
+    also = ": CSV is for other programs" if path.suffix == ".csv" else ""
+    raise ValueError(f"the ending {path.suffix!r}{also}; expected .nc or .parquet")
 
 
 def _columns(data: Quantities) -> pa.Table:

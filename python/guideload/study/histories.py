@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.errors import RunError, SceneError
-from guideload.base.quantities import Quantity, quantities
+from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 from guideload.study.description.plan import Plan
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 TOGETHER = 16  # samples whose loads are computed at a time
-COPIES = (
-    4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs to write it
-)
+COPIES = 4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs for it
 
 
-def histories(plan: Plan) -> xr.Dataset:
+def histories(plan: Plan) -> Quantities:
     """force, moment and resultant (sample, time, carriage) of the samples in `plan.histories`, with their factors.
 
     A failed sample has NaN, and the reason in `reason`. nominal_force, nominal_moment and nominal_resultant (time,
@@ -43,14 +45,15 @@ def histories(plan: Plan) -> xr.Dataset:
     variables["value"] = Quantity(("sample", "factor"), values, words)
     words = {"long_name": "reason why the sample failed, or empty"}
     variables["reason"] = Quantity(("sample",), np.array(reasons, dtype=object), words)
-    coords = {
-        "sample": ("sample", samples, {"long_name": "index of the sample"}),
-        "time": ("time", plan.motion.time, {"units": "s", "long_name": "time"}),
-        "carriage": list(metadata.carriages),
-        "axis": list(AXES),
+    variables["sample"] = Quantity(("sample",), np.array(samples), {"long_name": "index of the sample"})
+    variables["time"] = Quantity(("time",), plan.motion.time, {"units": "s", "long_name": "time"})
+    labels = {
+        "carriage": metadata.carriages,
+        "axis": AXES,
         "factor": [one.name for one in metadata.parameters],
     }
-    return xr.Dataset(variables, coords=coords, attrs={"fingerprint": metadata.fingerprint})
+    variables |= {name: Quantity((name,), np.array(list(each)), {}) for name, each in labels.items()}
+    return Quantities(variables, {"fingerprint": metadata.fingerprint})
 
 
 def _room(samples: int, times: int, carriages: int) -> Array:

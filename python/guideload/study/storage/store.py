@@ -7,20 +7,22 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
-import xarray as xr
 
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
-from guideload.base.checksum import append_checksum, check_hdf5
 from guideload.base.errors import ArgumentError, RunError
+from guideload.base.netcdf import read_netcdf, write_netcdf
+from guideload.base.quantities import Quantities
 from guideload.study.description.metadata import StudyMetadata
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Range = tuple[int, int]  # start, stop: samples start to stop - 1
 
@@ -87,9 +89,9 @@ class SampleStore:
         """The stored histories."""
         return self._histories
 
-    def add_histories(self, data: xr.Dataset) -> None:
-        """Store histories; they replace earlier ones."""
-        self._histories = data
+    def add_histories(self, data: Quantities) -> None:
+        """Store histories; they replace earlier ones. Raises RunError."""
+        self._histories = data.dataset()
 
     def _save(self, table: pa.Table, samples: Range) -> Any:
         """Save the table of these samples; returns the entry of `_stored` that `_load` reads."""
@@ -238,32 +240,13 @@ class FolderStore(SampleStore):
         try:
             if not path.exists():
                 return None
-            check_hdf5(path)
-            return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
-        except (
-            OSError,
-            ValueError,
-            KeyError,
-            RuntimeError,
-        ):  # damaged: they are computed again when the study is resumed
-            return None
+            return read_netcdf(path)
+        except (OSError, ValueError, KeyError, RuntimeError):
+            return None  # damaged: they are computed again when the study is resumed
 
-    def add_histories(self, data: xr.Dataset) -> None:
+    def add_histories(self, data: Quantities) -> None:
         with atomic_write(self.folder / HISTORIES, durable=True) as draft:
-            draft.write_bytes(_netcdf(data))
-            append_checksum(draft)
-
-
-def _netcdf(data: xr.Dataset) -> memoryview:
-    """The dataset as a NetCDF file with checksums; made in memory, as HDF5 crashes the process on a full disk."""
-    import h5netcdf
-    from xarray.backends import H5NetCDFStore
-
-    buffer = BytesIO()
-    checked = {str(name): {"fletcher32": True} for name in data.data_vars if data[name].dtype.kind == "f"}
-    with h5netcdf.File(buffer, "w") as file:
-        data.dump_to_store(H5NetCDFStore(file), encoding=checked)
-    return buffer.getbuffer()
+            write_netcdf(data, draft)
 
 
 def chunks_in(folder: Path) -> list[Path]:

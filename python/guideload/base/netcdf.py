@@ -1,0 +1,107 @@
+"""netCDF 4 files, made in memory and then written at once, with a checksum that is verified before HDF5 reads them.
+
+In memory, because HDF5 may crash the process when the disk of an open file is full; the checksum, because HDF5 may
+stall or crash on a damaged file. It follows the end of the HDF5 file, which the superblock states. Other programs
+ignore it, and it is dropped when one of them changes the file.
+"""
+
+from __future__ import annotations
+
+import io
+import zlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from guideload.base.quantities import Quantities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MARK = b"\nguideload crc32 "
+LENGTH = len(MARK) + 8  # and eight hexadecimal digits
+PIECE = 2**20  # bytes that are read at once
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+# Where the superblock states the end of the file, by its version; offsets have eight bytes in all usual files.
+END_OF_FILE = {0: 40, 1: 44, 2: 28, 3: 28}
+
+
+def write_netcdf(data: Quantities, path: Path) -> None:
+    """Write quantities as netCDF 4, the same bytes as xarray, and a checksum behind them.
+
+    By h5netcdf, as importing xarray takes longer than most runs. Raises OSError if the file cannot be written, and
+    MemoryError if there is no memory for its content, about the size of the arrays.
+    """
+    with _content(data).getbuffer() as content, path.open("wb") as file:
+        file.write(content)
+        file.write(_mark(zlib.crc32(content)))
+
+
+def _content(data: Quantities) -> io.BytesIO:
+    """The netCDF file of quantities."""
+    import h5netcdf
+    import h5py
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        file.attrs.update(data.attrs)
+        for dims, values, _ in data.variables.values():
+            for dim, size in zip(dims, values.shape, strict=True):
+                if dim not in file.dimensions:
+                    file.dimensions[dim] = size
+        for name, (dims, values, attrs) in data.variables.items():
+            kind = h5py.string_dtype() if values.dtype.kind in "OUT" else values.dtype
+            empty = np.nan if values.dtype.kind == "f" else None
+            written = file.create_variable(name, dims, kind, fillvalue=empty)
+            written.attrs.update(attrs)
+            written[...] = values
+    return content
+
+
+def read_netcdf(path: Path) -> xr.Dataset:
+    """The content of a netCDF 4 file. Raises ValueError if it is damaged, and the errors of xarray and HDF5."""
+    import xarray as xr
+
+    _check(path)
+    return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
+
+
+def _check(path: Path) -> None:
+    """Raise ValueError unless an HDF5 file is complete and, if it has a checksum, undamaged.
+
+    A file without checksum, as other programs write, must begin with the signature and be as long as it states.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(64)
+        file.seek(max(0, size - LENGTH))
+        tail = file.read()
+    if not head.startswith(SIGNATURE) or len(head) < 64:
+        raise ValueError("a file that is no netCDF 4 file, or whose beginning is damaged")
+    version = head[8]
+    has_usual_offsets = head[13 if version < 2 else 9] == 8
+    if version not in END_OF_FILE or not has_usual_offsets:
+        raise ValueError("a file whose beginning is damaged")
+    end = int.from_bytes(head[END_OF_FILE[version] :][:8], "little")
+    if size == end:
+        return
+    if size != end + LENGTH or not tail.startswith(MARK):
+        raise ValueError(f"a file of {size} bytes that states {end}: it is cut off or damaged; copy it again")
+    if tail != _mark(_checksum(path, end)):
+        raise ValueError("a file whose checksum is wrong: it is damaged; copy it again, or repeat the run")
+
+
+def _checksum(path: Path, size: int) -> int:
+    """The CRC-32 of the first `size` bytes of a file."""
+    checksum = 0
+    with path.open("rb") as file:
+        while size and (piece := file.read(min(size, PIECE))):
+            checksum = zlib.crc32(piece, checksum)
+            size -= len(piece)
+    return checksum
+
+
+def _mark(checksum: int) -> bytes:
+    """The checksum as it is appended to a file."""
+    return MARK + b"%08x" % checksum
