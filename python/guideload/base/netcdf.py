@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 MARK = b"\nguideload crc32 "
 LENGTH = len(MARK) + 8  # and eight hexadecimal digits
 PIECE = 2**20  # bytes that are read at once
+MARGIN = 2**20  # bytes for labels and attributes, far more than usual
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # Where the superblock states the end of the file, by its version; offsets have eight bytes in all usual files.
 END_OF_FILE = {0: 40, 1: 44, 2: 28, 3: 28}
@@ -45,6 +46,9 @@ def _content(data: Quantities) -> io.BytesIO:
 
     content = io.BytesIO()
     with h5netcdf.File(content, "w") as file:
+        # All memory at once, because HDF5 may crash as well if memory ends while it writes; it cuts off the rest.
+        content.seek(sum(values.nbytes for _, values, _ in data.variables.values()) + MARGIN)
+        content.write(b"\0")
         file.attrs.update(data.attrs)
         for dims, values, _ in data.variables.values():
             for dim, size in zip(dims, values.shape, strict=True):
