@@ -2,17 +2,61 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 
 TESTS = Path(__file__).parent
 LIMIT = 300.0  # s; an interrupted call ends within a second, but not on a busy machine
 INTO = 0.7  # s from the start of the call to Ctrl-C
+
+
+# The program, from the moment at which it handles signals.
+PROGRAM = """
+import signal, sys
+for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(each, signal.default_int_handler if each == signal.SIGINT else signal.SIG_DFL)
+from guideload.cli import signals
+signals.end_at_once()
+print(flush=True)
+from guideload.__main__ import main
+main()
+"""
+
+
+def signalled(
+    words: Sequence[object], number: int, after: float, folder: Path | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command of guideload in `folder`; send it a signal `after` seconds [s] from its first line on."""
+    with (
+        TemporaryFile("w+") as errors,
+        subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, *map(str, words)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        ) as process,
+    ):
+        timer = threading.Timer(LIMIT, process.kill)
+        timer.start()
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        time.sleep(after)
+        process.send_signal(number)
+        out = first + process.stdout.read()
+        code = process.wait()
+        timer.cancel()
+        errors.seek(0)
+        return subprocess.CompletedProcess([], code, out, errors.read())
 
 
 def run_process(source: str, *, interrupt: bool = False) -> subprocess.CompletedProcess[str]:

@@ -5,10 +5,12 @@
 A name is imported when it is first used, so that `import guideload` takes no time.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
 
+TYPE_CHECKING = False  # as in `typing`, which would take longer to import than all else here
 if TYPE_CHECKING:
+    from typing import Any
+
     from guideload.audit import Audit as Audit
     from guideload.base.errors import ArgumentError as ArgumentError
     from guideload.base.errors import ConfigError as ConfigError
@@ -126,6 +128,8 @@ __all__ = sorted(_HOME_OF)
 
 
 def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
     if name in _HOME_OF:
         return getattr(import_module(f"guideload.{_HOME_OF[name]}"), name)
     if name in _PACKAGES:

@@ -16,6 +16,7 @@ from faults import each
 
 from guideload.base.atomic import atomic_write, draft_of
 from guideload.base.errors import RunError
+from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import MANIFEST, atomic_output, write_manifest
 
 OLD, NEW = ("loads.csv", "loads.json", "scene.png"), ("loads.nc", "report.txt", "scene.png")
@@ -118,12 +119,60 @@ def test_a_file_is_whole_and_its_draft_is_cleared(tmp_path: Path, kind: str, rep
     assert faults > 5
 
 
-def test_a_file_that_must_not_be_replaced_stays(tmp_path: Path) -> None:
+@pytest.mark.parametrize("has_links", [True, False])
+def test_a_file_that_must_not_be_replaced_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
+) -> None:
+    if not has_links:
+        monkeypatch.setattr(
+            os, "link", lambda *_: os.stat(tmp_path / "no such file")
+        )  # as a disk without links
     path = tmp_path / "machine.toml"
     with pytest.raises(RunError, match="File exists"), atomic_write(path, replace=False) as draft:
         draft.write_text("ours")
         path.write_text("another's, meanwhile")
     assert path.read_text() == "another's, meanwhile" and not hidden(tmp_path)
+    with atomic_write(tmp_path / "new.toml", replace=False) as draft:
+        draft.write_text("ours")
+    assert (tmp_path / "new.toml").read_text() == "ours" and not hidden(tmp_path)
+
+
+# Each writes one thing, where nothing is: a file, or a folder.
+AT_ONCE = {
+    "report": ["run", "{machine}", "{trace}", "--report", "{out}.html"],
+    "folder": ["run", "{machine}", "{trace}", "--no-pictures", "-o", "{out}"],
+    "table": ["response", "{gantry}", "--csv", "{out}.csv"],
+    "study": ["study", "{study}", "--samples", "50", "--no-pictures", "-o", "{out}"],
+    "init": ["init", "{out}.toml"],
+}
+
+
+@pytest.mark.parametrize("words", AT_ONCE.values(), ids=AT_ONCE)
+def test_of_two_commands_at_once_one_writes(tmp_path: Path, words: list[str]) -> None:
+    """Both find the place free when they begin; the later one must not replace what the earlier one has written."""
+    names = {
+        "machine": MACHINE,
+        "trace": TRACE,
+        "gantry": EXAMPLES / "gantry.toml",
+        "study": EXAMPLES / "study.toml",
+        "out": tmp_path / "z",
+    }
+    command = [sys.executable, "-m", "guideload", *(word.format(**names) for word in words)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    both = [
+        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    said = [process.communicate(timeout=300) for process in both]
+    wrote = [process.returncode == 0 for process in both]
+    assert sorted(wrote) == [False, True], said
+    assert ["Wrote" in out for out, _ in said] == wrote, said
+    (_, refusal) = said[wrote.index(False)]
+    assert any(word in refusal for word in ("is writing here", "exists", "is not empty", "holds a study")), (
+        refusal
+    )
+    assert len([path for path in tmp_path.iterdir() if not path.name.startswith(".")]) == 1
+    assert not hidden(tmp_path) - {".lock"}  # of the study's samples
 
 
 SECOND = """

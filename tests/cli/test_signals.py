@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP end a command with their exit code, and leave nothing behind."""
+"""Signals end a command with their exit code, at any time, and leave nothing behind."""
 
 import os
 import signal
@@ -7,8 +7,15 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
-from command_line import MACHINE, write_trace
+from command_line import MACHINE, TRACE, write_trace
+from interrupts import run_process, signalled
+
+from guideload.cli.inputs import EXAMPLES
+from guideload.cli.outputs import MANIFEST
+
+STUDY = EXAMPLES / "study.toml"
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no such signals between processes"
@@ -47,9 +54,97 @@ def test_a_signal_ends_a_run_in_order(tmp_path: Path, name: str, code: int) -> N
     assert not list(home.iterdir())
 
 
+NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+START = np.linspace(0.0, 0.3, 8)  # s: the imports of the command line
+# Commands, and the times of signals [s]: the start, and through the whole command.
+COMMANDS = {
+    "version": (["--version"], START),
+    "check": (["check", MACHINE], START),
+    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], [*START, *np.linspace(0.4, 4.0, 8)]),
+    "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 8)),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_signal_at_any_time_ends_a_command_in_order(tmp_path: Path, command: str) -> None:
+    words, times = COMMANDS[command]
+    for i, after in enumerate(times):
+        number, folder = NUMBERS[i % len(NUMBERS)], tmp_path / str(i)
+        folder.mkdir()
+        ended = signalled(words, number, after, folder)
+        assert ended.returncode in (0, 128 + number), (number, after, ended.stderr)
+        assert "Traceback" not in ended.stderr and "ignored" not in ended.stderr, (
+            number,
+            after,
+            ended.stderr,
+        )
+        assert "Error" not in ended.stderr.replace("Error: interrupted; no", ""), (
+            number,
+            after,
+            ended.stderr,
+        )
+        hidden = {path.name for path in folder.rglob(".*")} - {MANIFEST, ".lock"}
+        assert not hidden, (number, after, hidden)
+        if ended.returncode == 0:
+            assert "interrupted" not in ended.stderr.lower()
+
+
+def test_an_exception_that_python_cannot_raise_comes_later() -> None:
+    """In a finaliser Python would only print that it ignores the exception."""
+    source = """
+import os, signal
+from guideload.cli.signals import ended_in_order
+
+class Finalised:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        sum(range(1000))
+
+def command():
+    Finalised()
+    for _ in range(10**9):
+        pass
+
+print()
+try:
+    ended_in_order(command)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    ended = run_process(source)
+    assert ended.stdout.split() == ["interrupted"] and not ended.stderr
+
+
+def test_an_import_is_never_interrupted(tmp_path: Path) -> None:
+    """A module that is half imported fails later, and far from here."""
+    (tmp_path / "slow.py").write_text(
+        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
+    )
+    source = f"""
+import sys, time
+from guideload.cli.signals import ended_in_order
+
+sys.path.insert(0, {str(tmp_path)!r})
+
+def command():
+    import slow
+    assert slow.whole
+    print("imported", flush=True)
+    time.sleep(60)
+
+print()
+try:
+    ended_in_order(command)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    ended = run_process(source)
+    assert ended.stdout.split() == ["imported", "interrupted"] and not ended.stderr
+
+
 def test_a_command_leaves_the_handlers_of_its_caller(tmp_path: Path) -> None:
     from command_line import guideload
 
-    before = signal.getsignal(signal.SIGTERM)
+    before = [*map(signal.getsignal, [*NUMBERS, signal.SIGALRM]), sys.unraisablehook]
     guideload("check", MACHINE)
-    assert signal.getsignal(signal.SIGTERM) is before
+    assert [*map(signal.getsignal, [*NUMBERS, signal.SIGALRM]), sys.unraisablehook] == before

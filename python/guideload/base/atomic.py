@@ -145,13 +145,15 @@ def is_draft(path: Path) -> bool:
 
 def _move_to_new(draft: Path, path: Path) -> None:
     """Move a file to a path that must not exist. Raises FileExistsError."""
+    if sys.platform == "win32":
+        draft.rename(path)  # an error if the path exists, as with a link elsewhere
+        return
     try:
-        os.link(draft, path)  # unlike a move, an error if the path exists
+        os.link(draft, path)
     except FileExistsError:
         raise
-    except (OSError, AttributeError):  # a disk or system without links
-        if path.exists():
-            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
+    except OSError:  # a disk without links
+        path.touch(exist_ok=False)  # takes the name, or is the error
         draft.replace(path)
 
 

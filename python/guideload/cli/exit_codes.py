@@ -30,7 +30,7 @@ class CommandInterrupted(click.ClickException):
     exit_code = INTERRUPTED
 
     def __init__(self) -> None:
-        super().__init__("interrupted; nothing was written")
+        super().__init__("interrupted; nothing is half written")
 
 
 def picture_failure(draw: Callable[[], object]) -> PictureError | None:

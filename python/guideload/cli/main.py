@@ -38,7 +38,7 @@ from guideload.cli.response import response
 from guideload.cli.run import demo, run
 from guideload.cli.schema import schema
 from guideload.cli.sensitivities import sensitivities
-from guideload.cli.signals import orderly_end
+from guideload.cli.signals import ended_in_order
 from guideload.cli.sizing import limit, size
 from guideload.cli.study import study
 
@@ -51,8 +51,7 @@ class Commands(click.Group):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         atexit.register(gc.freeze)  # saves the search for garbage in all modules at exit, 0.25 s
         try:
-            with orderly_end():
-                return super().invoke(ctx)
+            return ended_in_order(super().invoke, ctx)
         except (ArgumentError, ConfigError, LifeError, SceneError, TraceError) as error:
             raise InputError(str(error)) from error
         except click.ClickException as error:

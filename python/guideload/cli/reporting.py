@@ -38,7 +38,8 @@ def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
             from guideload import html_report
 
             with status("writing the HTML report"):
-                html_report.save_page(page(html_report) if page else html_report.report_page(shown), report)
+                made = page(html_report) if page else html_report.report_page(shown)
+                html_report.save_page(made, report, replace=overwrite)
         if written := [str(path) for path in (output, report) if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")
 

@@ -166,7 +166,7 @@ def run(
         with status("writing the HTML report"):
             from guideload import html_report
 
-            html_report.save(result, report)
+            html_report.save(result, report, replace=overwrite)
     print_text(f"Wrote {' and '.join(str(path) for path in (output, report) if path is not None)}.")
     exit_if(failure)
 

@@ -1,38 +1,131 @@
-"""Signals that ask a command to end: it removes its drafts first."""
+"""Signals that ask a command to end: Ctrl-C (SIGINT), SIGTERM and SIGHUP, with the exit codes 130, 143 and 129.
+
+Before a command begins, a signal ends the process at once, as nothing has been written. While it runs, a signal raises
+an exception, so that drafts are removed. After it, signals are ignored, as everything is written.
+
+This module imports next to nothing, because the handlers are set before all other modules are imported.
+"""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
 
-NAMES = ("SIGTERM", "SIGHUP")  # Ctrl-C is SIGINT, for which Python raises KeyboardInterrupt
+TYPE_CHECKING = False  # as in `typing`, which takes 10 ms to import
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType
+    from typing import Any, ParamSpec, TypeVar
+
+    P = ParamSpec("P")
+    T = TypeVar("T")
+
+NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+RETRY = 0.005  # s, between attempts to raise an exception at a place where it is not lost
+# Files whose functions an exception must not leave: an import would be lost or half done, a move of files half done.
+WHOLE = ("<frozen importlib._bootstrap>", os.path.join("guideload", "base", "atomic.py"))
+_has_begun = False  # whether a command of this process has begun, or ended
 
 
-@contextmanager
-def orderly_end() -> Iterator[None]:
-    """Until the block ends, SIGTERM and SIGHUP raise SystemExit with 128 and the number of the signal: 143 and 129.
+def end_at_once() -> None:
+    """From now on, until a command begins, a signal ends the process at once."""
+    for number in NUMBERS:
+        if (
+            signal.getsignal(number) is not signal.SIG_IGN
+        ):  # as nohup has SIGHUP, and a shell Ctrl-C in the background
+            signal.signal(number, _at_once)
 
-    A second signal ends the process at once.
-    """
-    if threading.current_thread() is not threading.main_thread():  # only the main thread may set handlers
-        yield
+
+def ignore() -> None:
+    """From now on signals are ignored: the end of the interpreter has no place for exceptions."""
+    for number in NUMBERS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def _at_once(number: int, _: FrameType | None) -> None:
+    if _has_begun:
         return
-    found = [number for name in NAMES if (number := getattr(signal, name, None)) is not None]
-    former = {number: signal.getsignal(number) for number in found}
-    ours = [number for number in found if former[number] is signal.SIG_DFL]  # nohup has SIGHUP ignored
-    for number in ours:
-        signal.signal(number, _end)
+    if number == signal.SIGINT:
+        try:
+            os.write(2, b"Error: interrupted; nothing was written\n")
+        except OSError:
+            pass
+    os._exit(128 + number)
+
+
+def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
+    """Call `command`; meanwhile SIGINT raises KeyboardInterrupt, and the others SystemExit with 143 and 129.
+
+    A second SIGTERM or SIGHUP ends the process at once. Signals that are ignored, or have a handler of the caller,
+    are left alone.
+    """
+    import threading
+
+    global _has_begun
+    if threading.current_thread() is not threading.main_thread():  # only the main thread may set handlers
+        return command(*arguments, **options)
+    _has_begun = True
+    known = (signal.SIG_DFL, signal.default_int_handler, _at_once)
+    former: dict[int, Any] = {
+        number: handler for number in NUMBERS if (handler := signal.getsignal(number)) in known
+    }
+    raiser = _Raiser()
+    hook, sys.unraisablehook = sys.unraisablehook, raiser.unraisable
+    if raiser.can_wait:
+        former[signal.SIGALRM] = signal.signal(signal.SIGALRM, raiser.again)
     try:
-        yield
+        for number in former.keys() & NUMBERS:
+            signal.signal(number, raiser.asked)
+        return command(*arguments, **options)
     finally:
-        for number in ours:
-            signal.signal(number, former[number])
+        raiser.is_running = False  # first: an exception in the lines below would leave the handlers
+        for number, handler in former.items():
+            signal.signal(number, handler)
+        sys.unraisablehook = hook
 
 
-def _end(number: int, _: FrameType | None) -> None:
-    signal.signal(number, signal.SIG_DFL)
-    sys.exit(128 + number)
+class _Raiser:
+    """Raises the exception of a signal where it is not lost: not within `WHOLE`, and again if it was not raisable."""
+
+    can_wait = hasattr(signal, "setitimer")  # not on Windows
+
+    def __init__(self) -> None:
+        self.is_running = True
+        self.number = 0
+        self.raised: BaseException | None = None
+
+    def asked(self, number: int, frame: FrameType | None) -> None:
+        """Handler of a signal that asks the command to end."""
+        self.number = number
+        self.again(number, frame)
+
+    def again(self, _: int, frame: FrameType | None) -> None:
+        """Raise the exception, or wait a little; handler of the timer too."""
+        if not self.is_running:
+            return
+        if self.can_wait and _is_whole(frame):
+            signal.setitimer(signal.ITIMER_REAL, RETRY)
+            return
+        if self.number == signal.SIGINT:
+            self.raised = KeyboardInterrupt()
+        else:
+            signal.signal(self.number, signal.SIG_DFL)
+            self.raised = SystemExit(128 + self.number)
+        raise self.raised
+
+    def unraisable(self, lost: sys.UnraisableHookArgs) -> Any:
+        """Hook for exceptions that Python cannot raise, as in finalisers."""
+        if self.can_wait and lost.exc_value is not None and lost.exc_value is self.raised:
+            signal.setitimer(signal.ITIMER_REAL, RETRY)
+        else:
+            sys.__unraisablehook__(lost)
+
+
+def _is_whole(frame: FrameType | None) -> bool:
+    """Whether the command is within an import, or within a move of files."""
+    while frame is not None and frame.f_code is not ended_in_order.__code__:
+        if frame.f_code.co_filename.endswith(WHOLE):
+            return True
+        frame = frame.f_back
+    return False

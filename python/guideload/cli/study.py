@@ -95,7 +95,7 @@ def study(
             if report is not None:
                 from guideload import html_report
 
-                html_report.save_page(html_report.study_page(result), report)
+                html_report.save_page(html_report.study_page(result), report, replace=overwrite or resume)
             print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
             if strict and not interrupted:
                 result.require_no_doubts()

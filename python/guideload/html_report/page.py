@@ -45,9 +45,12 @@ def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None =
     )
 
 
-def save_page(text: str, path: str | PathLike[str]) -> Path:
-    """Write a page, whole or not at all; returns its path. Raises OSError if it cannot be written."""
-    with atomic_write(Path(path)) as draft:
+def save_page(text: str, path: str | PathLike[str], *, replace: bool = True) -> Path:
+    """Write a page, whole or not at all; returns its path.
+
+    replace: whether a file that exists is replaced; if not, that is an error. Raises OSError if it cannot be written.
+    """
+    with atomic_write(Path(path), replace=replace) as draft:
         draft.write_text(text, encoding="utf-8")
     return Path(path)
 

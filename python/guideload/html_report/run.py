@@ -54,12 +54,13 @@ ASSUMPTIONS = (
 )
 
 
-def save(result: Result, path: str | PathLike[str]) -> Path:
+def save(result: Result, path: str | PathLike[str], *, replace: bool = True) -> Path:
     """Write the report of a run as one HTML file, whole or not at all; returns its path.
 
-    Raises OSError if the file cannot be written, and the errors of `run_page`.
+    replace: whether a file that exists is replaced; if not, that is an error. Raises OSError if the file cannot be
+    written, and the errors of `run_page`.
     """
-    return save_page(run_page(result), path)
+    return save_page(run_page(result), path, replace=replace)
 
 
 def run_page(result: Result) -> str:

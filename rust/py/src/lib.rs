@@ -24,6 +24,18 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _core {
+    use numpy::{PyArray1, PyArrayMethods};
+    use pyo3::prelude::*;
+
+    /// Find NumPy's functions now: the `numpy` crate panics if Ctrl-C ends its first search, and a command waits
+    /// with Ctrl-C until an import is over.
+    #[pymodule_init]
+    fn find_numpy(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.py().import("numpy")?;
+        drop(PyArray1::<f64>::zeros(module.py(), 1, false).readonly());
+        Ok(())
+    }
+
     #[pymodule_export]
     use super::bands::{PyMotionDraws, draw_motion, draw_peaks, load_spread};
     #[pymodule_export]
