@@ -51,7 +51,7 @@ from typing import get_args
 import numpy as np
 import scipy
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from clock import processor, timed
 from peers.problem import Array, problem

@@ -1,6 +1,6 @@
 """From samples to acceleration against filters chosen with the truth: `python tests/benchmarks/encoder.py`.
 
-    --seed N, --rounds N   made moves: 64 cases a round (traces.py)
+    --seed N, --rounds N   made moves: 64 cases a round (tests/helpers/made_traces.py)
     --cases                a line per case
     --peers N              PyNumDiff's methods at their own automatic choice, on cases up to N samples (minutes each)
     --random               cover of motions that are random at all times, as the model says
@@ -32,7 +32,10 @@ import numpy as np
 from peers.spline import smoothing_spline
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
-from traces import FAMILIES, JITTERS, NOISES, QUANTA, RATES, Array, Case, case, draw, moves
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
+
+from made_traces import FAMILIES, JITTERS, NOISES, QUANTA, RATES, Array, Case, case, draw, moves
 
 from guideload import Machine, Motion, simulate
 from guideload.smoothing.estimation import Estimate, estimate

@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 from guideload import GuideloadError
 from guideload._core import Law, Scene
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from machines import carriage_ends
 
 DOFS = ["x", "y", "z", "rx", "ry", "rz"]

@@ -19,7 +19,7 @@ import numpy as np
 from guideload import GuideloadError
 from guideload._core import Law, Scene, Solution
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from machines import carriage_ends
 
 RTOLS = 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8

@@ -1,12 +1,11 @@
 """Laws of the state-space smoother: Gaussian posterior, gain by adapting, coverage of the credible band."""
 
-import sys
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 from linear_gaussian import dense, problem
+from made_traces import FAMILIES, case, course, line
 from signals import best_filter_error, rms, rounded
 from trace_files import refuses
 
@@ -15,9 +14,6 @@ from guideload.motion.resolution import ramp_time, sudden_change
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.kinematics import Kind
 from guideload.traces.reading import read_trace
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
-from traces import FAMILIES, case, course, line
 
 RNG_SEED = 5
 TIME, SINE = np.arange(20.0), np.sin(np.arange(20.0))

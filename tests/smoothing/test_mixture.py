@@ -1,20 +1,16 @@
 """Laws of the mixture over the orders, and of the noise level where it hides among jumps."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from made_traces import case
 from signals import rms, rounded
 
 from guideload.base.errors import RunError, TraceError
 from guideload.smoothing import estimation, selection
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.stationary import ScaledSamples
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
-from traces import case
 
 SEED = 8
 

@@ -1,17 +1,12 @@
 """Laws of an axis that rings: its oscillator is found, and only where there is one."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from made_traces import case, ringing
 from signals import rms, rounded
 
 from guideload.smoothing import selection
 from guideload.smoothing.estimation import estimate
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
-from traces import case, ringing
 
 SEED = 11
 # Accelerations of the drive: two moves there and back, with jumps.

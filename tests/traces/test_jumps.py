@@ -1,20 +1,16 @@
 """Wild speeds in slow logs: found at their rows, while no real or made motion is taken for one."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from made_traces import FAMILIES, moves
 from trace_files import has_note, refuses
 
 from guideload.traces.quality.jumps import drop_outs, speed_jumps
 from guideload.traces.quality.repair import outliers
 from guideload.traces.reading import read_trace
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
-
-from traces import FAMILIES, moves
 
 RATES = (10.0, 20.0, 50.0, 100.0, 1000.0)
 

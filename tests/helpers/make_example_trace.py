@@ -1,6 +1,6 @@
 """Make the motor speed of the example, python/guideload/examples/manipulator.csv.
 
-Run: python tests/make_example_trace.py
+Run: python tests/helpers/make_example_trace.py
 The move: there and back, 1.6 m/s, 4 m/s2, jerk 500 m/s3 (ramps of 8 ms), dwells of 0.6 s, cruise 1 s, at 1 kHz. The
 motor turns 12 times per turn of a pinion of 127.3 mm pitch diameter. Its encoder gives 65536 counts per turn (16
 bit); the drive logs the counts of each millisecond as a speed with one decimal of rpm, and the speed ripples
@@ -16,7 +16,7 @@ from moves import BRISK
 RATE = 1000.0  # Hz
 GEAR_RATIO, PINION_DIAMETER = 12.0, 0.1273  # -, m
 COUNTS, RIPPLE, DECIMALS = 65536, 0.2, 1  # per turn, rpm, of the rpm
-FILE = Path(__file__).resolve().parents[1] / "python" / "guideload" / "examples" / "manipulator.csv"
+FILE = Path(__file__).resolve().parents[2] / "python" / "guideload" / "examples" / "manipulator.csv"
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 
-TESTS = Path(__file__).parent
+HELPERS = Path(__file__).parent
 LIMIT = 300.0  # s; an interrupted call ends within a second, but not on a busy machine
 INTO = 0.7  # s from the start of the call to Ctrl-C
 
@@ -63,7 +63,7 @@ def run_process(source: str, *, interrupt: bool = False) -> subprocess.Completed
     """Run Python code that prints a line before its call; then send SIGINT if asked, and wait for the end."""
     # A process that was started in the background ignores Ctrl-C, and so do the processes that it starts.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    lines = f"import sys; sys.path.insert(0, {str(TESTS)!r})\n{heard}\n{source}"
+    lines = f"import sys; sys.path.insert(0, {str(HELPERS)!r})\n{heard}\n{source}"
     with (
         TemporaryFile("w+") as errors,
         subprocess.Popen(
