@@ -45,9 +45,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from clock import processor
-from goals import goals, quickest
-from measure import FULL, MISSED, PULSE_TOLERANCES, QUICK, Job, Measured, measure, pulse_errors
+from harness import processor, row
+from measure import FULL, MISSED, PULSE_TOLERANCES, QUICK, Job, Measured, measure, pulse_errors, quickest
 from peers.roster import installed, roster
 from picture import draw
 from reference import cart
@@ -77,9 +76,6 @@ def main() -> None:
     missing = sorted({peer.package for peer in roster(cart()) if not installed(peer.package)})
     if missing:
         print(f"left out, not installed: {', '.join(missing)}")
-    print("\nasked in issue 3")
-    for goal in goals(scenes):
-        print(goal)
     if asked.picture:
         draw(scenes, made_on(), asked.picture)
 
@@ -145,10 +141,6 @@ def print_markdown(scenes: list[Measured], pulse: dict[str, list[float]]) -> Non
         cells = [pulse_text(error) for error in errors]
         print(row(name, *cells, *[""] * (len(PULSE_TOLERANCES) - len(cells))))
     print()
-
-
-def row(*cells: str) -> str:
-    return f"| {' | '.join(cells)} |"
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ import scipy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from clock import processor, timed
+from harness import by_turns, processor, timed
 from peers.problem import Array, problem
 from peers.roster import LSIM, RK45, RTOL, found_peers
 from reference import cart, cart_clear, cycle, noisy, preloaded
@@ -67,10 +67,6 @@ SLOW, EVERY = 0.1, 5  # s, from which on a call is timed once, and in every fift
 METHODS = [method for method in get_args(Method) if method not in ("auto", "exponential")]
 EXACT = "guideload exact"
 NAMES = "from guideload import Machine, motion_from_trace, read_trace, simulate"
-
-# What issue 2 asks: s on the clean motion, noisy to clean, s.
-LIMITS = {EXACT: 0.4e-3, "guideload rk45": 3e-3, "guideload implicit": 8e-3}
-NOISE_LIMIT, IMPORT_LIMIT, RUN_LIMIT = 1.3, 0.3, 1.5
 
 
 @dataclass(eq=False)
@@ -113,7 +109,6 @@ def main() -> None:
     for statement, seconds in imports.items():
         print(f"- `{statement}`: {seconds:.3f} s")
     print(f"- `guideload run --no-pictures` on 25 s at 1 kHz: {whole:.2f} s (a bare Python: {bare:.2f} s)")
-    print_limits(clean, noise, imports["import guideload"], whole)
 
 
 # ---- in process
@@ -187,12 +182,7 @@ def parts_of_runs() -> dict[str, dict[str, float]]:
             "loads from them": partial(run.carriage_loads, solution=run.solution),
             "bytes": partial(np.ones, run.carriage_loads().shape),
         }
-        times: dict[str, list[float]] = {what: [] for what in calls}
-        for _ in range(TURNS * CALLS):
-            for what, call in calls.items():
-                start = time.process_time()
-                call()
-                times[what].append(time.process_time() - start)
+        times = by_turns(calls, TURNS * CALLS, time.process_time)
         all_times[scene] = {what: statistics.median(those) for what, those in times.items()}
     return all_times
 
@@ -202,13 +192,10 @@ def peak_ratios() -> dict[str, float]:
     ratios = {}
     for scene, machine in scenes().items():
         for title, motion in (("clean", cycle()), ("noisy", noisy())):
-            both: dict[Callable[..., object], list[float]] = {histories: [], peaks: []}
-            for _ in range(TURNS * CALLS):
-                for call, times in both.items():
-                    start = time.process_time()
-                    call(machine, motion, "auto")
-                    times.append(time.process_time() - start)
-            ratios[f"{scene}, {title}"] = statistics.median(both[peaks]) / statistics.median(both[histories])
+            calls = {call.__name__: partial(call, machine, motion, "auto") for call in (histories, peaks)}
+            times = by_turns(calls, TURNS * CALLS, time.process_time)
+            of_all, of_peaks = map(statistics.median, times.values())
+            ratios[f"{scene}, {title}"] = of_peaks / of_all
     return ratios
 
 
@@ -305,17 +292,6 @@ def print_markdown(clean: Jobs, noise: Jobs) -> None:
     versions = f"Python {platform.python_version()}, NumPy {np.__version__}, SciPy {scipy.__version__}"
     print("\nWhere a cell has two figures: clean, noisy. `cart`, 7062 samples, rtol 1e-6, one thread of")
     print(f"{processor()}; {versions}.\n")
-
-
-def print_limits(clean: Jobs, noise: Jobs, importing: float, whole: float) -> None:
-    """What issue 2 asks and what was found."""
-    found = [(f"{name}, ms", clean[name].median * 1e3, limit * 1e3) for name, limit in LIMITS.items()]
-    ratios = {name: noise[name].median / clean[name].median for name in LIMITS}
-    found += [(f"{name}, noisy / clean", ratio, NOISE_LIMIT) for name, ratio in ratios.items()]
-    found += [("import guideload, s", importing, IMPORT_LIMIT), ("guideload run, s", whole, RUN_LIMIT)]
-    print("\nasked in issue 2")
-    for what, value, limit in found:
-        print(f"  {what:36}{value:8.3f} of {limit:g}{'' if value <= limit else '   MISSED'}")
 
 
 def short(value: float) -> str:

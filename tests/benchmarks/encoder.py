@@ -6,7 +6,6 @@
     --random               cover of motions that are random at all times, as the model says
     --alike                share of bands that cover as asked, as they are and scaled by a factor that is best for
                            other moves of the same family, rate, quantum, jitter and noise
-    --emps FILE            the measured trace emps_bangbang_1kHz.csv, against acceleration from force
 
 A case's ratio is the rms error of the acceleration over that of the best Savitzky-Golay filter, chosen with the truth
 over orders 2, 4, 5, 6, some 40 windows each, and (with jitter) over taking the stamps for uniform or resampling by a
@@ -40,10 +39,8 @@ from made_traces import FAMILIES, JITTERS, NOISES, QUANTA, RATES, Array, Case, c
 from guideload import Machine, Motion, simulate
 from guideload.smoothing.estimation import Estimate, estimate
 
-MEAN, WORST, COVER = 0.90, 1.15, (0.90, 0.98)  # asked in issue 5
-LONG, SECONDS = 1_000_000, 2.0
-# Published model of the EMPS rig: force per volt, viscous and dry friction, offset, mass.
-PER_VOLT, VISCOUS, DRY, OFFSET, MASS = 35.15065, 203.5, 20.39, -3.165, 95.11
+WORST, COVER = 1.15, (0.90, 0.98)  # ratio and cover of a case beyond which the table counts it
+LONG = 1_000_000  # samples
 PEERS = ("savgoldiff", "butterdiff", "kerneldiff", "polydiff", "splinediff", "spectraldiff", "rtsdiff")
 
 
@@ -153,25 +150,6 @@ def table(scores: list[Score]) -> None:
         f"{100 * inside:.0f} % of cases; peaks off by {100 * np.median(peak):.2g} % (median), {100 * peak.max():.2g} % "
         f"(worst), {100 * np.mean([s.peaks_held for s in scores]):.0f} % of true peaks within their bands"
     )
-    print(f"asked: mean <= {MEAN}, worst <= {WORST}, cover {COVER[0]} to {COVER[1]} in each case")
-
-
-def emps(file: Path) -> None:
-    """Measured: acceleration from the encoder against acceleration from the force."""
-    import pandas as pd
-
-    data = pd.read_csv(file)
-    found = estimate(data.t_s, data.q_meas_m, "position", 5e-8)
-    velocity, force = found.velocity, PER_VOLT * data.u_V.to_numpy()
-    expected = (force - VISCOUS * velocity - DRY * np.sign(velocity) - OFFSET) / MASS
-    moving = np.abs(velocity) > 0.01
-    columns = np.column_stack([found.acceleration, velocity, np.sign(velocity), np.ones(velocity.size)])
-    mass = np.linalg.lstsq(columns[moving], force[moving], rcond=None)[0][0]
-    error = rms((found.acceleration - expected)[moving])
-    print(
-        f"\nEMPS: rms difference {error:.5f} m/s2 (asked 0.0225), mass {mass:.2f} kg ({100 * (mass / MASS - 1):+.2f} %)"
-    )
-    print(f"    {found.note}")
 
 
 def long_trace() -> None:
@@ -187,9 +165,7 @@ def long_trace() -> None:
         estimate(stamps, value, "position", 1e-6)
         taken.append(clock.perf_counter() - start)
     held = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / LONG
-    print(
-        f"\n{LONG} samples: {min(taken):.2f} s (asked {SECONDS:g}), {held:.0f} B per sample at the peak (asked 500)"
-    )
+    print(f"\n{LONG} samples: {min(taken):.2f} s, {held:.0f} B per sample at the peak")
 
 
 def random_motions() -> None:
@@ -284,7 +260,6 @@ def main() -> None:
     parser.add_argument("--peers", type=int, metavar="N", help="PyNumDiff as well, on cases up to N samples")
     parser.add_argument("--random", action="store_true", help="motions that are random at all times as well")
     parser.add_argument("--alike", action="store_true", help="bands scaled as those of other moves alike")
-    parser.add_argument("--emps", type=Path, metavar="FILE")
     asked = parser.parse_args()
     long_trace()
     with ProcessPoolExecutor(2) as pool:
@@ -300,8 +275,6 @@ def main() -> None:
         random_motions()
     if asked.alike:
         alike()
-    if asked.emps:
-        emps(asked.emps)
     if asked.peers:
         peers(scores, asked.peers)
 

@@ -18,8 +18,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from coverage_table import print_table, share
 from hammer_tests import hammer_test, unknown, with_corners
+from harness import print_table, share
 from reference import cart, preloaded
 
 from guideload import Machine

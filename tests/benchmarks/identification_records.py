@@ -18,8 +18,8 @@ from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from coverage_table import print_table, share
 from hammer_tests import unknown
+from harness import print_table, share
 from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 
 from guideload import Machine, Motion, PointOfInterest

@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from clock import timed
+from harness import timed
 from peers.problem import Array, Call
 from peers.roster import Peer, installed, roster
 from scenes import Case
@@ -178,6 +178,12 @@ def series(
         failure = "" if np.isfinite(error) else "no number"
         jobs.append(Job(name, label(value), call, error, dynamic, [seconds], failure))
     return jobs
+
+
+def quickest(jobs: list[Job], error: float) -> Job | None:
+    """The quickest that is at least that accurate."""
+    enough = [job for job in jobs if job.error <= error]
+    return min(enough, key=lambda job: job.median, default=None)
 
 
 def time_again(jobs: list[Job], pace: Pace) -> None:

@@ -52,8 +52,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
-from clock import cores, on_cores, processor, timed
-from goals import USEFUL, Goal
+from harness import cores, on_cores, processor, row, timed
 from peers.batch_roster import BatchPeer, clear_peers, linear_peers
 from peers.roster import installed
 from peers.scatter import Peaks, Scatter
@@ -66,6 +65,7 @@ ROUNDS, PATIENCE = 7, 2.5  # runs of each, as long as they have not taken that m
 QUICK_ROUNDS, QUICK_PATIENCE = 3, 0.5
 OURS = "guideload"
 MILLION = 1_000_000
+USEFUL = 1e-3  # error of the load that a designer can still use
 
 
 @dataclass(eq=False)
@@ -103,14 +103,6 @@ class Measured:
     same: bool  # whether two threads gave the same bits as one
     apart: float  # largest difference of the batch from single runs, of the largest peak
 
-    def ours(self, threads: int) -> Job | None:
-        return next((job for job in self.jobs if job.name == OURS and job.threads == threads), None)
-
-    def best_peer(self, error: float = USEFUL) -> Job | None:
-        """The quickest peer that is at least that accurate."""
-        peers = [job for job in self.jobs if job.name != OURS and job.error <= error]
-        return max(peers, key=lambda job: job.per_core, default=None)
-
 
 def main() -> None:
     """Measure all, print all."""
@@ -134,10 +126,8 @@ def main() -> None:
     print(made_on())
     if missing:
         print(f"left out: {', '.join(dict.fromkeys(missing))}")
-    million = run_million() if asked.million else None
-    print("\nasked in issue 4")
-    for goal in goals(done, million):
-        print(goal)
+    if asked.million:
+        print(f"a million machines of the packaged study on two cores: {run_million()}")
 
 
 # ---- measure
@@ -190,8 +180,8 @@ def apart(given: Scatter, batch: Peaks) -> float:
     return worst
 
 
-def run_million() -> tuple[float, float] | str:
-    """Seconds and GiB of `guideload study` from its start to the summary; or what went wrong."""
+def run_million() -> str:
+    """Time and memory of `guideload study` from its start to the summary; or what went wrong."""
     program = shutil.which("guideload", path=str(Path(sys.executable).parent))
     if program is None:
         return f"no command guideload beside {sys.executable}"
@@ -210,7 +200,7 @@ def run_million() -> tuple[float, float] | str:
     if child.returncode:
         return f"guideload study ended with {child.returncode}"
     unit = 1 if sys.platform == "darwin" else 1024  # of the largest resident set, bytes
-    return seconds, usage.ru_maxrss * unit / 2**30
+    return f"{seconds:.1f} s, {usage.ru_maxrss * unit / 2**30:.2f} GiB"
 
 
 # ---- print
@@ -228,7 +218,9 @@ def print_case(done: Measured) -> None:
     for job in done.jobs:
         if job.failure:
             print(f"{job.name:34}failed: {job.failure}")
-    print()
+    print(
+        f"batch to single runs {done.apart:.0e}; two threads give {'the same' if done.same else 'OTHER'} bits\n"
+    )
 
 
 def print_markdown(done: list[Measured]) -> None:
@@ -248,68 +240,10 @@ def short(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.0f}".replace(",", " ") if value >= 10.0 else f"{value:.2g}"
 
 
-def row(*cells: str) -> str:
-    return f"| {' | '.join(cells)} |"
-
-
 def made_on() -> str:
     """Machine and versions."""
     found = ", ".join(f"{name} {version(name)}" for name in PACKAGES if installed(name))
     return f"{processor()}; Python {platform.python_version()}, {found}."
-
-
-# ---- goals
-
-
-def goals(done: list[Measured], million: tuple[float, float] | str | None) -> list[Goal]:
-    """What issue 4 asks, for the cases in the order of `cases()`; the costs are asked in study_cost.py."""
-    plain, noisy, clear = done
-    found = [
-        _rate("linear, scenes/s per core", 40_000.0, plain, 1e-6),
-        _rate("linear, noisy, scenes/s per core", 40_000.0, noisy, 1e-6),
-        _two("linear, two threads to one", plain),
-        _ahead("linear: times as fast as the best peer", plain, USEFUL),
-        _rate("clearance at error 1e-6, scenes/s per core", 2_500.0, clear, 1e-6),
-        _two("clearance, two threads to one", clear),
-        _ahead("clearance at error 1e-6: times as fast as the best peer", clear, 1e-6),
-    ]
-    for name, measured in (("linear", plain), ("noisy", noisy), ("clearance", clear)):
-        gap = measured.apart
-        found.append(Goal(f"{name}: batch to single runs", "<= 1e-12", f"{gap:.0e}", gap <= 1e-12))
-        bits = "the same" if measured.same else "others"
-        found.append(Goal(f"{name}: bits with two threads", "the same", bits, measured.same))
-    name = "a million machines of the example, two cores"
-    if isinstance(million, tuple):
-        seconds, memory = million
-        found.append(Goal(f"{name}: time", "<= 60 s", f"{seconds:.1f} s", seconds <= 60.0))
-        found.append(Goal(f"{name}: memory", "<= 1 GiB", f"{memory:.2f} GiB", memory <= 1.0))
-    else:
-        found.append(Goal(name, "<= 60 s, <= 1 GiB", million or "not run (--million)", million is None))
-    return found
-
-
-def _rate(what: str, asked: float, of: Measured, error: float) -> Goal:
-    job = of.ours(1)
-    assert job is not None
-    met = job.per_core >= asked and job.error <= error
-    return Goal(what, f">= {asked:,.0f}", f"{job.per_core:,.0f} at {job.error:.0e}", met)
-
-
-def _two(what: str, of: Measured) -> Goal:
-    one, two = of.ours(1), of.ours(2)
-    if one is None or two is None:
-        return Goal(what, ">= 1.9", "one core only", False)
-    ratio = two.rate / one.rate
-    return Goal(what, ">= 1.9", f"{ratio:.2f}", ratio >= 1.9)
-
-
-def _ahead(what: str, of: Measured, error: float) -> Goal:
-    ours, peer = of.ours(1), of.best_peer(error)
-    assert ours is not None
-    if peer is None:
-        return Goal(what, "> 1", "no peer is that accurate", True)
-    ratio = ours.per_core / peer.per_core
-    return Goal(what, "> 1", f"{ratio:.1f} ({peer.name}: {peer.per_core:,.0f})", ratio > 1.0)
 
 
 if __name__ == "__main__":

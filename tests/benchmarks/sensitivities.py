@@ -14,7 +14,6 @@ from __future__ import annotations
 import os
 import statistics
 import sys
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -25,6 +24,7 @@ os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 import numpy as np
+from harness import by_turns
 from reference import cart, cart_clear, noisy, preloaded
 
 from guideload import Machine, Motion
@@ -44,13 +44,7 @@ HISTORIES = ("carriage_loads", "link_loads", "displacement", "velocity", "accele
 
 def in_turn(works: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
     """Median time of each work [s]."""
-    times: dict[str, list[float]] = {name: [] for name in works}
-    for _ in range(repeats):
-        for name, work in works.items():
-            start = time.perf_counter()
-            work()
-            times[name].append(time.perf_counter() - start)
-    return {name: statistics.median(of) for name, of in times.items()}
+    return {name: statistics.median(of) for name, of in by_turns(works, repeats).items()}
 
 
 def plain(machine: Machine, motion: Motion, method: str) -> Solution:

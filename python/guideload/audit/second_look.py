@@ -30,7 +30,7 @@ UNBALANCED = 0.01  # of the exchanged energy: beyond this a run by exact is solv
 # stands above its step error is still far below the error of any trace; and not tighter than rounding allows.
 TIGHTER, LOOSEST, TIGHTEST = 0.01, 1e-8, 1e-12
 PERTURBATION = 1e-9  # relative change of the excitation, if the step error of the second solution is smaller
-# Error over rtol that is explained: 1 to 3 are usual, 10 is the bound that tests/benchmarks/mixed_laws.py holds.
+# Error over rtol that is explained: 1 to 3 are usual, 10 is the bound that tests/fuzz/scenes.py holds.
 EXPLAINED = 10.0
 MOST_EXPLAINED = 0.01  # of the load scale, for any tolerance: catalogues of guides are good to some percent
 UNCONTROLLED = (

@@ -1,25 +1,17 @@
 """Whether every machine that can rest is accepted and every other is refused, against a linear program.
 
-    python tests/benchmarks/equilibria.py [SCENES] [FIRST_SEED]
-
 Each seed is one scene of random links: linear, sided, with play, curves that end flat, preloaded. It has an equilibrium
 if and only if forces within what each law can bear balance the weight, because the elastic energy is convex. Scenes
 within 1e-6 of the limit may be accepted or refused. Accepted scenes must also be in balance.
 """
 
-from __future__ import annotations
-
-import sys
-from pathlib import Path
-
 import numpy as np
+import pytest
+from machines import carriage_ends
 from scipy.optimize import linprog
 
 from guideload import GuideloadError
 from guideload._core import Law, Scene
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-from machines import carriage_ends
 
 DOFS = ["x", "y", "z", "rx", "ry", "rz"]
 LIMIT = 1e-6  # of the weight, the largest entry of forces and of moments over the size of the machine
@@ -152,17 +144,8 @@ def judge(seed: int) -> str:
     return "rests" if gap < BALANCE else f"wrong: out of balance by {gap:.1e}"
 
 
-def main() -> None:
-    count, first = (int(x) for x in (sys.argv[1:] + ["1000", "0"][len(sys.argv) - 1 :]))
-    counts: dict[str, int] = {}
-    for seed in range(first, first + count):
-        found = judge(seed)
-        kind = found.split(":")[0]
-        counts[kind] = counts.get(kind, 0) + 1
-        if ":" in found:
-            print(f"{seed}: {found}", flush=True)
-    print(counts)
-
-
-if __name__ == "__main__":
-    main()
+@pytest.mark.parametrize("first", range(0, 200, 50))
+def test_a_machine_rests_if_and_only_if_its_links_can_bear_the_weight(first):
+    found = {seed: judge(seed) for seed in range(first, first + 50)}
+    assert not {seed: text for seed, text in found.items() if text.startswith("wrong")}
+    assert {"rests", "refused"} <= set(found.values())
