@@ -94,27 +94,3 @@ def test_a_study_takes_forces() -> None:
     assert Path("forces.csv") in study.inputs
     Path("study.toml").write_text(text + forces.replace("forces.csv", "none.csv") + vary, encoding="utf-8")
     assert "forces.file: expected a file that exists" in refused("study", "study.toml", "-o", "study")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["trace.csv", "--forces", "forces.csv"], "Give a point of the machine file: --forces-at NAME"),
-        (["trace.csv", "--forces", "forces.csv", "--forces-at", "spindle"], "got 'spindle'; it has tool"),
-        (["--move", MOVE, "--forces-at", "tool"], "give their file with --forces FILE"),
-        (["trace.csv", "--forces-at", "tool"], "expected columns of forces"),
-        (["both.csv", "--column", "velocity_m_s", "--forces-at", "tool", "--clock", "uniform"], "--clock uniform"),
-        (["trace.csv", "--forces", "forces.csv", "--forces-at", "tool", "--forces-start", "1 mm"], "--forces-start"),
-        (["trace.csv", "--forces", "forces.csv", "--forces-at", "tool", "--forces-start", "1"], "expected no forces"),
-    ],
-)  # fmt: skip
-def test_what_would_be_ignored_is_refused(arguments: list[str], words: str) -> None:
-    assert words in refused("run", "machine.toml", *arguments, "-o", "out")
-
-
-def test_refusals_of_other_commands() -> None:
-    moves = ["--move", MOVE, "--forces", "forces.csv", "--forces-at", "tool"]
-    assert "plans the moves anew" in refused("limit", "machine.toml", *moves, "--of", "jerk")
-    for command in ("check", "stability"):
-        assert "--forces-at needs a trace" in refused(command, "machine.toml", "--forces-at", "tool")
-        assert "--unit needs a trace" in refused(command, "machine.toml", "--unit", "mm")

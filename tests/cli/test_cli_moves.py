@@ -4,12 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
-from command_line import MACHINE, TRACE, guideload, refused
+from command_line import MACHINE, TRACE, guideload
 
 from guideload import Moves, Result
 from guideload.cli.inputs import EXAMPLES
-from guideload.cli.main import main
 
 MOVE = "distance=0.8 m, speed=1.5 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.2 s"
 
@@ -19,7 +17,6 @@ def moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """The motion file that `init` writes, in the working directory."""
     monkeypatch.chdir(tmp_path)
     assert "guideload run machine.toml moves.toml" in guideload("init", "--moves").stdout
-    assert "exists and is not replaced" in refused("init", "--moves")
     return "moves.toml"
 
 
@@ -76,31 +73,3 @@ def test_a_study_takes_it(moves: str) -> None:
     Path("study.toml").write_text(text, encoding="utf-8")
     report = guideload("study", "study.toml", "-o", "out", "--no-pictures").stdout
     assert "motion moves.toml: " in report and "neglects the uncertainty" not in report
-    text = text.replace("# [reading]", "[reading]\nclock = 'uniform'")
-    Path("study.toml").write_text(text, encoding="utf-8")
-    assert "reading: expected no [reading] beside planned moves" in refused(
-        "study", "study.toml", "-o", "new"
-    )
-
-
-def test_what_does_not_fit_planned_moves_is_refused(moves: str) -> None:
-    run = ("run", MACHINE, moves, "-o", "out")
-    assert "--rate is for traces" in refused(*run, "--rate", 1000)
-    assert "--no-cross-check is for traces" in refused(*run, "--no-cross-check")
-    assert "--smoothing is for traces" in refused(
-        "run", MACHINE, "-o", "out", "--move", MOVE, "--smoothing", "auto"
-    )
-    assert "no samples to judge" in refused("encoder", moves)
-    assert "got both" in refused(*run, "--move", MOVE)
-    assert "Missing argument 'TRACE'" in refused("run", MACHINE, "-o", "out")
-    assert "[[moves]] tables" in refused("run", MACHINE, MACHINE, "-o", "out")
-    assert "moves[0].distanz: expected a known key" in refused(
-        "run", MACHINE, "-o", "out", "--move", "distanz=1 m"
-    )
-    assert not Path("out").exists()
-
-
-def test_help_names_the_option() -> None:
-    for command in ("run", "life", "size", "limit", "compare", "check", "chart", "stability"):
-        assert "--move" in CliRunner().invoke(main, [command, "--help"]).stdout
-    assert "--move" not in CliRunner().invoke(main, ["encoder", "--help"]).stdout

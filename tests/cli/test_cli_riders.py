@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import MACHINE, guideload, refused, write_trace
+from command_line import MACHINE, guideload, write_trace
 
 from guideload import Machine, Moves, Result, simulate
 from guideload.cli.inputs import read_motion
@@ -53,8 +53,3 @@ def test_the_motion_of_a_rider(given: list[str], file: str) -> None:
     motion = read_motion(Path("trace.csv"), machine)
     wanted = simulate(machine, motion, riders={"slide": Moves.from_toml(file).motion()})
     assert np.array_equal(Result.load("out/loads.nc").data["force"], wanted.data["force"])
-
-
-def test_a_rider_that_is_unknown() -> None:
-    text = refused("run", "machines/machine.toml", "trace.csv", "--rider", "arm=other.toml", "-o", "out")
-    assert "--rider: expected NAME=FILE with a rider of" in text and "(slide)" in text

@@ -79,32 +79,6 @@ def test_stamps_in_seconds(tmp_path: Path) -> None:
     assert watch(tmp_path, "--seconds", text="".join(lines).encode()).stdout == watch(tmp_path).stdout
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--follow", "a", "--listen", "1"), "got both"),
-        (("--record-only",), "--record-only needs -o"),
-        (("--follow", "none.csv"), "none.csv: cannot be read"),
-        (("-o", "none/out"), "there is no folder"),
-    ],
-)
-def test_what_cannot_be_is_refused(options: tuple[str, ...], message: str, tmp_path: Path) -> None:
-    assert message in watch(tmp_path, *options, code=2).stderr
-
-
-def test_a_refused_input_leaves_no_folder(tmp_path: Path) -> None:
-    watch(tmp_path, "--follow", tmp_path / "none.csv", "-o", tmp_path / "new", code=2)
-    assert not (tmp_path / "new").exists()
-
-
-def test_a_limit_needs_a_limit(tmp_path: Path) -> None:
-    path = write_monitor(tmp_path)
-    lines = [line for line in path.read_text().splitlines() if not line.startswith("load_limit")]
-    path.write_text("\n".join(lines))
-    ended = CliRunner().invoke(main, ["monitor", "watch", str(path), "--stop-at-limit"], input=TEXT)
-    assert ended.exit_code == 2 and "add load_limit" in ended.stderr
-
-
 def until(holds: Callable[[], bool]) -> None:
     end = time.monotonic() + 60.0
     while not holds():

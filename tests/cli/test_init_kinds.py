@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import guideload, refused
+from command_line import guideload
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.machine_kinds import KINDS
@@ -34,13 +34,6 @@ def test_each_kind_is_a_machine_that_moves(tmp_path: Path, kind: str) -> None:
     assert carried == pytest.approx(weight, rel=1e-9, abs=1e-6)
 
 
-@pytest.mark.parametrize("other", [("--moves",), ("--study",), ("--kind", "gantry")])
-def test_two_files_at_once_are_refused(tmp_path: Path, other: tuple[str, ...]) -> None:
-    told = refused("init", tmp_path, "--catalogue", *other)
-    assert "--catalogue" in told and other[0] in told and "give one of them" in told
-    assert not list(tmp_path.iterdir())
-
-
 def test_two_rails_is_the_default(tmp_path: Path) -> None:
     machine = written(tmp_path, "two-rails")
     assert machine == Machine.from_toml(EXAMPLES / "machine.toml")
@@ -50,10 +43,3 @@ def test_the_drive_of_a_vertical_axis_holds_the_weight(tmp_path: Path) -> None:
     machine = written(tmp_path, "vertical")
     assert len(machine.rails) == 1 and all(one.resists_roll for one in machine.carriages)
     assert machine.scene.static_reaction()[0] == pytest.approx(machine.body.mass * 9.80665, rel=1e-12)
-
-
-def test_a_kind_that_exists_is_not_replaced(tmp_path: Path) -> None:
-    written(tmp_path, "gantry")
-    assert "guideload init NAME.toml --kind gantry" in refused(
-        "init", tmp_path / "machine.toml", "--kind", "gantry"
-    )
