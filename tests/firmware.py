@@ -3,7 +3,9 @@
 Writes the constants of the packaged machine with `guideload monitor build`, and the packaged trace as counts; then
     builds the firmware for a Cortex-M7 and looks for panics in its symbols, and for its size in flash and memory;
     runs it in QEMU, compares its loads with those of the same monitor on this machine, and counts instructions;
-    builds the C library for Cortex-M7 and RISC-V, and runs its example on this machine.
+    builds the C library for Cortex-M7 and RISC-V, and runs its example on this machine, also with the sanitizers for
+    addresses and undefined behaviour of the C compiler;
+    calls the C interface with random bytes, flipped bits and wrong pointers.
 
 What is not installed is left out, and the last lines say so: the Rust targets thumbv7em-none-eabihf and
 riscv32imac-unknown-none-elf (`rustup target add ...`), qemu-system-arm, and a C compiler. Exit code 1 if a limit is
@@ -70,9 +72,12 @@ def main() -> None:
             else:
                 left_out.append(f"C library for {target}: rustup target add {target}")
         if shutil.which("cc") and shutil.which("make"):
-            c_example(Path(folder), design, counts)
+            c_example(Path(folder), design, counts, left_out)
         else:
             left_out.append("C example: no C compiler or make")
+    target = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))
+    attack = ("cargo", "test", "--quiet", "--lib", "--target-dir", target)
+    require(subprocess.run(attack, cwd=LIBRARY).returncode == 0, "an attack on the C interface succeeded")
     for each in left_out:
         print(f"LEFT OUT: {each}")
 
@@ -186,8 +191,8 @@ def replay(program: Path, design: Design, counts: np.ndarray) -> None:
     require(memory <= MEMORY, f"memory: {memory} bytes, expected at most {MEMORY}")
 
 
-def c_example(folder: Path, design: Design, counts: np.ndarray) -> None:
-    """Builds and runs the example in C, and compares its loads."""
+def c_example(folder: Path, design: Design, counts: np.ndarray, left_out: list[str]) -> None:
+    """Builds and runs the example in C, also with sanitizers, and compares its loads."""
     (folder / "machine.h").write_text(c_source(design))
     numbers = ",".join(f"{count}u" for count in counts)
     (folder / "counts.h").write_text(
@@ -203,8 +208,17 @@ def c_example(folder: Path, design: Design, counts: np.ndarray) -> None:
         f"LIBRARY={target}/release",
         "run",
     )
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    require(done.returncode == 0, f"the C example failed: {done.stdout}{done.stderr[:2000]}")
+    sanitizers = "-fsanitize=address,undefined"
+    empty = ("cc", sanitizers, "-x", "c", "-", "-o", str(folder / "empty"))
+    kinds = ["-O2"]
+    if subprocess.run(empty, input=b"int main(void) { return 0; }", capture_output=True).returncode == 0:
+        kinds.insert(0, f"-O1 -g {sanitizers} -fno-sanitize-recover=all")
+    else:
+        left_out.append("C example with sanitizers: the C compiler has none")
+    for flags in kinds:
+        again = (*command, "-B", f"CFLAGS={flags} -std=c11 -Wall -Wextra -Werror -pedantic")
+        done = subprocess.run(again, capture_output=True, text=True, check=False)
+        require(done.returncode == 0, f"the C example failed: {done.stdout}{done.stderr[:2000]}")
     lines = [line.split() for line in done.stdout.splitlines()]
     found = np.array([float(words[1]) for words in lines if words[0] == "largest"])
     monitor = design.monitor()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from typing import Any
 
 import numpy as np
@@ -58,7 +59,9 @@ def c_source(design: Design) -> str:
         '#include "guideload_monitor.h"',
         "",
         "static const guideload_prepared guideload_machine = {",
+        "    .layout = GUIDELOAD_LAYOUT,",
         *fields,
+        f"    .check = {_checksum(constants)}u,",
         "};",
     ]
     return "\n".join(lines) + "\n"
@@ -78,12 +81,48 @@ def _fields(constants: dict[str, Any], places: tuple[int, int, int], value: Any)
     return [(name, value(name, content)) for name, content in ordered]
 
 
+def _checksum(constants: dict[str, Any]) -> int:
+    """CRC-32 of the constants in the memory of a C program: words of 4 bytes, low byte first, 0 in unused places."""
+    states, carriages, differences = C_PLACES
+    counts = ("tap_count", "lag", "settling", "exponent")
+    parts = [
+        _counts(constants["id"], constants["carriage_count"], *constants["input"].values()),
+        _counts(*(constants[name] for name in counts)),
+        _reals([constants["period"], constants["speed_of_step"]], (2,)),
+        _reals(constants["taps"], (2, differences)),
+        _reals(constants["change"], (states, states)),
+        *(_reals(constants[name], (states,)) for name in ("from_start", "from_end")),
+    ]
+    for carriage in constants["carriages"]:
+        rule = carriage["rule"]
+        components = len(carriage["rest"])
+        parts += [
+            _reals(carriage["rest"], (components,)),
+            _reals(carriage["by_state"], (states, components)),
+            _reals(rule["weights"], (2, 2, components)),
+            _reals([rule["minor"], rule["preload"], rule["opening"]], (3,)),
+            _counts(rule["counted"], rule["plain"], rule["linear_preload"]),
+            _reals([carriage["limit"], carriage["bins_per_load"], carriage["capacity"]], (3,)),
+        ]
+    size = sum(map(len, parts[7:])) // len(constants["carriages"])
+    return zlib.crc32(b"".join(parts) + bytes(size * (carriages - len(constants["carriages"]))))
+
+
+def _counts(*counts: int) -> bytes:
+    return np.array([count & 0xFFFF_FFFF for count in counts], "<u4").tobytes()
+
+
+def _reals(numbers: Any, shape: tuple[int, ...]) -> bytes:
+    """Numbers in single precision, in the first places of a shape."""
+    part, places = np.asarray(numbers, dtype="<f4"), np.zeros(shape, "<f4")
+    places[tuple(map(slice, part.shape))] = part
+    return places.tobytes()
+
+
 RUST_TYPES = {"input": "InputSettings", "carriages": "Carriage", "rule": "Rule"}
 
 
 def _rust(name: str, content: Any) -> str:
-    if name == "exponent":
-        return f"guideload_monitor::Exponent::{('Ball', 'Roller')[content]}"
     if isinstance(content, dict):
         inner = ", ".join(f"{key}: {_rust(key, each)}" for key, each in content.items())
         return f"guideload_monitor::{RUST_TYPES[name]} {{ {inner} }}"

@@ -53,6 +53,7 @@
 //! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
 //!   `batch/requirements`.
 #![cfg_attr(not(feature = "std"), no_std)]
+#![deny(unsafe_code)]
 
 #[cfg(feature = "std")]
 pub mod bands;

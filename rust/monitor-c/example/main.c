@@ -17,7 +17,10 @@ static int failed(const char *what, int32_t code) {
 int main(void) {
     const uint32_t samples = sizeof counts / sizeof counts[0];
     uint64_t number = 0;
-    int32_t code = guideload_start(&monitor);
+    int32_t code = guideload_start(&monitor, &guideload_machine);
+    if (failed("start", code)) {
+        return 1;
+    }
     for (uint32_t k = 0; k < samples; k++) { /* on a controller: in the interrupt of each period */
         code = guideload_push(&monitor, &guideload_machine, k, counts[k]);
         if (failed("push", code)) {
@@ -41,7 +44,7 @@ int main(void) {
         printf("largest %.9g N in period %llu, now Fy %.9g N\n", (double)totals.largest[6],
                (unsigned long long)totals.period_of_largest[6], (double)loads[0]);
     }
-    guideload_start(&again); /* after a loss of power */
+    guideload_start(&again, &guideload_machine); /* after a loss of power */
     uint64_t found = 0;
     code = guideload_restore(&again, &guideload_machine, places[0], places[1], sizeof places[0], &found);
     if (failed("restore", code) || found != number) {

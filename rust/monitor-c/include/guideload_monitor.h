@@ -3,7 +3,7 @@
  * `guideload monitor build machine.toml trace.csv ... -o machine.h` writes the constants of a machine, guideload_machine. Then:
  *
  *     static guideload_monitor monitor;
- *     guideload_start(&monitor);
+ *     guideload_start(&monitor, &guideload_machine);
  *     guideload_push(&monitor, &guideload_machine, stamp, count);    once per period
  *     guideload_loads(&monitor, 0, loads);                           of the first carriage
  *
@@ -12,6 +12,11 @@
  * No call waits, allocates, or calls back; guideload_push takes bounded time and is made for an interrupt. It uses the floating-point unit.
  *
  * Return values: below 0 an error, with guideload_error_text. Loads are in N and N m, in the axes of the machine file.
+ *
+ * Memory: a pointer that is neither null nor misaligned must point to memory of its type, or of the stated length, and the pieces that one call
+ * gets must not overlap. What is in that memory may be damaged: the constants are checked by guideload_start, a memory that was not started is
+ * refused, and whatever else is overwritten, a call gives an error or results that are finite, in bounded time. A change of few bits in the
+ * memory of a monitor may go unnoticed: against that there is memory with error correction.
  */
 #ifndef GUIDELOAD_MONITOR_H
 #define GUIDELOAD_MONITOR_H
@@ -34,6 +39,11 @@ enum { GUIDELOAD_QUANTITIES = 7 };
 enum {
     GUIDELOAD_NULL = -1,
     GUIDELOAD_NO_CARRIAGE = -2,
+    GUIDELOAD_MISALIGNED = -3,
+    GUIDELOAD_NOT_STARTED = -4,
+    GUIDELOAD_DAMAGED_CONSTANTS = -5,
+    GUIDELOAD_OTHER_CONSTANTS = -6,
+    GUIDELOAD_NOT_FINITE = -7,
     GUIDELOAD_TOO_SHORT = -11,
     GUIDELOAD_NOT_A_RECORD = -12,
     GUIDELOAD_DAMAGED = -13,
@@ -50,7 +60,10 @@ enum {
     GUIDELOAD_RESTARTED = 5    /* the first sample, or too many were missing or wrong: starts again from rest */
 };
 
-/* Constants of a machine. Written by `guideload monitor build`; not to be changed by hand. */
+/* First word of the constants: version of this header. */
+#define GUIDELOAD_LAYOUT 0x474C4302u
+
+/* Constants of a machine, with a checksum. Written by `guideload monitor build`; not to be changed by hand. */
 typedef struct {
     float weights[2][2][GUIDELOAD_COMPONENTS];
     float minor, preload, opening;
@@ -71,6 +84,7 @@ typedef struct {
 } guideload_input;
 
 typedef struct {
+    uint32_t layout;
     uint32_t id, carriage_count;
     guideload_input input;
     uint32_t tap_count, lag, settling, exponent;
@@ -79,6 +93,7 @@ typedef struct {
     float change[GUIDELOAD_STATES][GUIDELOAD_STATES];
     float from_start[GUIDELOAD_STATES], from_end[GUIDELOAD_STATES];
     guideload_carriage carriages[GUIDELOAD_CARRIAGES];
+    uint32_t check;
 } guideload_prepared;
 
 /* Memory of a monitor; its content is private. */
@@ -99,11 +114,11 @@ typedef struct {
 
 /* The layout that the library was compiled for. */
 #if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
-_Static_assert(sizeof(guideload_prepared) == 4764, "guideload_monitor.h does not fit the library");
+_Static_assert(sizeof(guideload_prepared) == 4772, "guideload_monitor.h does not fit the library");
 #endif
 
-/* Starts a monitor, or starts it again with nothing seen. */
-int32_t guideload_start(guideload_monitor *monitor);
+/* Starts a monitor for a machine, or starts it again with nothing seen. Checks the constants, which takes about as long as 100 samples. */
+int32_t guideload_start(guideload_monitor *monitor, const guideload_prepared *machine);
 
 /* Takes a sample: its time stamp in ticks (or its number) and the counter; both may wrap. Returns what became of it. */
 int32_t guideload_push(guideload_monitor *monitor, const guideload_prepared *machine, uint32_t stamp, uint32_t count);
@@ -112,18 +127,18 @@ int32_t guideload_push(guideload_monitor *monitor, const guideload_prepared *mac
 int32_t guideload_loads(const guideload_monitor *monitor, uint32_t carriage, float loads[GUIDELOAD_COMPONENTS]);
 
 /* Number of the period of the loads, from 0 at the first sample. */
-uint64_t guideload_period(const guideload_monitor *monitor);
+int32_t guideload_period(const guideload_monitor *monitor, uint64_t *period);
 
-/* Totals of a carriage. */
-int32_t guideload_totals(guideload_monitor *monitor, const guideload_prepared *machine, uint32_t carriage,
+/* Totals of a carriage. Returns 1 while there are no extremes, which are 0 then: no load was known and settled so far; else 0. */
+int32_t guideload_totals(const guideload_monitor *monitor, const guideload_prepared *machine, uint32_t carriage,
                          guideload_totals_of_carriage *totals);
 
-/* Bytes of a record of the totals. */
+/* Bytes of a record of the totals; 0 if the pointer cannot be used. */
 uint32_t guideload_record_length(const guideload_prepared *machine);
 
 /* Writes the totals as record `number`, which must grow from record to record. Returns its length. Keep two places and write them in turn: if
  * power fails while one is written, the other is whole. */
-int32_t guideload_save(guideload_monitor *monitor, const guideload_prepared *machine, uint64_t number, uint8_t *place,
+int32_t guideload_save(const guideload_monitor *monitor, const guideload_prepared *machine, uint64_t number, uint8_t *place,
                        uint32_t length);
 
 /* Goes on with the newer of two records, both of `length` bytes, and gives its number. Call it before the first sample. */

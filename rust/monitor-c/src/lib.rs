@@ -1,36 +1,23 @@
 //! C interface of the load monitor; its documentation is `include/guideload_monitor.h`.
-#![no_std]
-#![allow(clippy::missing_safety_doc)] // the contract of the pointers is in the header
+//!
+//! All memory is of the C program. Whatever is in it, a call gives an error or a result that is finite: types that are read from it have a
+//! value for any bytes, pointers are checked as far as they can be, and results are written when no reference is left.
+//!
+//! Each function has the same contract: a pointer that is neither null nor misaligned points to memory of its type, or of the stated length,
+//! that nothing else writes during the call, nor reads if the call writes it; the pieces of memory do not overlap.
+#![cfg_attr(not(test), no_std)]
 
-use core::panic::PanicInfo;
+use guideload_monitor::{BINS, COMPONENTS, QUANTITIES, record_length};
 
-use guideload_monitor::{BINS, COMPONENTS, Monitor, Prepared, QUANTITIES, RecordError, record_length};
+mod memory;
+#[cfg(test)]
+mod tests;
 
-/// Places for entries of the state, carriages and second differences, as in the header.
-const STATES: usize = 12;
-const CARRIAGES: usize = 8;
-const DIFFERENCES: usize = 128;
-
-type Constants = Prepared<f32, STATES, CARRIAGES, DIFFERENCES>;
-type State = Monitor<f32, STATES, CARRIAGES, DIFFERENCES>;
-
-/// Memory of a monitor, as in the header.
-#[repr(C)]
-pub struct Memory {
-    words: [u64; 560],
-}
-
-const _: () =
-    assert!(size_of::<State>() <= size_of::<Memory>() && align_of::<State>() <= align_of::<Memory>());
-const _: () = assert!(size_of::<Constants>() == 4764);
-
-/// Errors; those of a record are less than this by their number.
-const NULL: i32 = -1;
-const NO_CARRIAGE: i32 = -2;
-const RECORD: i32 = -10;
+use memory::{CARRIAGES, Constants, Fault, Memory, change, start, with, with_both, with_state, write};
 
 /// Totals of one carriage, as in the header.
 #[repr(C)]
+#[derive(Debug, Clone, Copy)]
 pub struct CarriageReport {
     smallest: [f32; QUANTITIES],
     largest: [f32; QUANTITIES],
@@ -43,149 +30,197 @@ pub struct CarriageReport {
     limit_exceeded: u64,
 }
 
-/// Starts a monitor in the memory.
+/// Starts a monitor, after a look at the constants.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn guideload_start(memory: *mut Memory) -> i32 {
-    if memory.is_null() {
-        return NULL;
-    }
-    // SAFETY: the caller vouches for the memory, which is large and aligned enough by the assertion above.
-    unsafe { memory.cast::<State>().write(State::NEW) };
-    0
+pub unsafe extern "C" fn guideload_start(memory: *mut Memory, constants: *const Constants) -> i32 {
+    // SAFETY: the contract of this function.
+    code(unsafe { start(memory, constants) }.map(|()| 0))
 }
 
-/// The monitor in the memory, and its constants.
-unsafe fn both<'a>(
-    memory: *mut Memory,
-    prepared: *const Constants,
-) -> Option<(&'a mut State, &'a Constants)> {
-    // SAFETY: the caller vouches for a started monitor that no other call uses, and for constants of this layout.
-    unsafe { Some((memory.cast::<State>().as_mut()?, prepared.as_ref()?)) }
-}
-
+/// Takes a sample; what became of it.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn guideload_push(
     memory: *mut Memory,
-    prepared: *const Constants,
+    constants: *const Constants,
     stamp: u32,
     count: u32,
 ) -> i32 {
-    // SAFETY: as the header says.
-    match unsafe { both(memory, prepared) } {
-        Some((state, prepared)) => state.push(prepared, stamp, count) as i32,
-        None => NULL,
-    }
+    // SAFETY: the contract of this function.
+    code(unsafe {
+        change(memory, constants, |state, constants| {
+            let sample = state.push(&constants.prepared, stamp, count);
+            if state.is_finite() { Ok(sample as i32) } else { Err(Fault::NotFinite) }
+        })
+    })
 }
 
+/// Loads of a carriage; 1 while they depend on the start.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn guideload_loads(
     memory: *const Memory,
     carriage: u32,
     loads: *mut [f32; COMPONENTS],
 ) -> i32 {
-    // SAFETY: as the header says.
-    let (Some(state), Some(loads)) = (unsafe { (memory.cast::<State>().as_ref(), loads.as_mut()) }) else {
-        return NULL;
+    // SAFETY: the contract of this function.
+    let found = unsafe {
+        with_state(memory, |state| {
+            let found = state.loads().get(carriage as usize).ok_or(Fault::NoCarriage)?;
+            if state.is_finite() { Ok((*found, state.is_settling())) } else { Err(Fault::NotFinite) }
+        })
     };
-    let Some(found) = state.loads().get(carriage as usize) else { return NO_CARRIAGE };
-    *loads = *found;
-    i32::from(state.is_settling())
+    // SAFETY: the contract of this function.
+    code(found.and_then(|(found, settling)| unsafe { write(loads, found) }.map(|()| settling.into())))
 }
 
+/// Number of the period of the loads.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn guideload_period(memory: *const Memory) -> u64 {
-    // SAFETY: as the header says.
-    unsafe { memory.cast::<State>().as_ref() }.map_or(0, State::period)
+pub unsafe extern "C" fn guideload_period(memory: *const Memory, period: *mut u64) -> i32 {
+    // SAFETY: the contract of this function.
+    let found = unsafe { with_state(memory, |state| Ok(state.period())) };
+    // SAFETY: the contract of this function.
+    code(found.and_then(|found| unsafe { write(period, found) }).map(|()| 0))
 }
 
+/// Totals of a carriage; 1 while there are no extremes.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn guideload_totals(
-    memory: *mut Memory,
-    prepared: *const Constants,
+    memory: *const Memory,
+    constants: *const Constants,
     carriage: u32,
     report: *mut CarriageReport,
 ) -> i32 {
-    // SAFETY: as the header says.
-    let (Some((state, prepared)), Some(report)) = (unsafe { (both(memory, prepared), report.as_mut()) })
-    else {
-        return NULL;
+    // SAFETY: the contract of this function.
+    let found = unsafe {
+        with_both(memory, constants, |state, constants| {
+            let totals = state.totals();
+            let of = totals.carriages.get(carriage as usize).ok_or(Fault::NoCarriage)?;
+            let life_used = totals.life_used(&constants.prepared, carriage as usize).unwrap_or(-1.0);
+            if !(of.is_finite() && life_used.is_finite()) {
+                return Err(Fault::NotFinite);
+            }
+            let has_extremes = of.has_extremes();
+            let [smallest, largest] = [of.smallest, of.largest]
+                .map(|extremes| if has_extremes { extremes } else { [0.0; QUANTITIES] });
+            let found = CarriageReport {
+                smallest,
+                largest,
+                period_of_smallest: of.period_of_smallest,
+                period_of_largest: of.period_of_largest,
+                power: of.power.value(),
+                life_used,
+                histogram: of.histogram,
+                above_limit: of.above_limit,
+                limit_exceeded: of.limit_exceeded,
+            };
+            Ok((found, i32::from(!has_extremes)))
+        })
     };
-    let totals = state.totals();
-    let Some(of) = totals.carriages.get(carriage as usize) else { return NO_CARRIAGE };
-    *report = CarriageReport {
-        smallest: of.smallest,
-        largest: of.largest,
-        period_of_smallest: of.period_of_smallest,
-        period_of_largest: of.period_of_largest,
-        power: of.power.value(),
-        life_used: totals.life_used(prepared, carriage as usize).unwrap_or(-1.0),
-        histogram: of.histogram,
-        above_limit: of.above_limit,
-        limit_exceeded: of.limit_exceeded,
-    };
-    0
+    // SAFETY: the contract of this function.
+    code(found.and_then(|(found, none_yet)| unsafe { write(report, found) }.map(|()| none_yet)))
 }
 
+/// Bytes of a record; 0 without constants.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn guideload_record_length(prepared: *const Constants) -> u32 {
-    // SAFETY: as the header says.
-    let carriages = unsafe { prepared.as_ref() }.map_or(0, |prepared| prepared.carriage_count as usize);
-    record_length(carriages.min(CARRIAGES)) as u32
+pub unsafe extern "C" fn guideload_record_length(constants: *const Constants) -> u32 {
+    // SAFETY: the contract of this function.
+    unsafe { with(constants, |constants| Ok(length_of_record(constants) as u32)) }.unwrap_or(0)
 }
 
+/// Writes the totals as a record; its length.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn guideload_save(
-    memory: *mut Memory,
-    prepared: *const Constants,
+    memory: *const Memory,
+    constants: *const Constants,
     number: u64,
     place: *mut u8,
     length: u32,
 ) -> i32 {
-    // SAFETY: as the header says.
-    let Some((state, prepared)) = (unsafe { both(memory, prepared) }) else { return NULL };
-    if place.is_null() {
-        return NULL;
-    }
-    // SAFETY: the caller vouches for `length` bytes.
-    let place = unsafe { core::slice::from_raw_parts_mut(place, length as usize) };
-    state.save(prepared, number, place).map_or_else(code, |length| length as i32)
+    // SAFETY: the contract of this function; the slice is not longer than a record.
+    code(unsafe {
+        with_both(memory, constants, |state, constants| {
+            if place.is_null() {
+                return Err(Fault::Null);
+            }
+            if !state.totals().is_finite() {
+                return Err(Fault::NotFinite);
+            }
+            let length = length_of_record(constants).min(length as usize);
+            let place = core::slice::from_raw_parts_mut(place, length);
+            Ok(state.save(&constants.prepared, number, place)? as i32)
+        })
+    })
 }
 
+/// Goes on with the newer of two records, and gives its number.
+///
+/// # Safety
+/// The contract of the interface, see above.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn guideload_restore(
     memory: *mut Memory,
-    prepared: *const Constants,
+    constants: *const Constants,
     first: *const u8,
     second: *const u8,
     length: u32,
     number: *mut u64,
 ) -> i32 {
-    // SAFETY: as the header says.
-    let (Some((state, prepared)), Some(number)) = (unsafe { (both(memory, prepared), number.as_mut()) })
-    else {
-        return NULL;
-    };
-    if first.is_null() || second.is_null() {
-        return NULL;
-    }
-    // SAFETY: the caller vouches for `length` bytes at both.
-    let places = unsafe { [first, second].map(|place| core::slice::from_raw_parts(place, length as usize)) };
-    state.restore(prepared, places).map_or_else(code, |found| {
-        *number = found;
-        0
+    // SAFETY: the contract of this function; the slices are not longer than a record. A first write shows whether the last one will do.
+    code(unsafe {
+        write(number, 0).and_then(|()| {
+            let found = change(memory, constants, |state, constants| {
+                if first.is_null() || second.is_null() {
+                    return Err(Fault::Null);
+                }
+                let length = length_of_record(constants).min(length as usize);
+                let places = [first, second].map(|place| core::slice::from_raw_parts(place, length));
+                Ok(state.restore(&constants.prepared, places)?)
+            })?;
+            write(number, found).map(|()| 0)
+        })
     })
 }
 
-fn code(error: RecordError) -> i32 {
-    RECORD - error as i32
+/// Bytes of a record of the carriages that there are.
+fn length_of_record(constants: &Constants) -> usize {
+    record_length((constants.prepared.carriage_count as usize).min(CARRIAGES))
+}
+
+fn code(result: Result<i32, Fault>) -> i32 {
+    result.unwrap_or_else(|fault| fault as i32)
 }
 
 /// Text of an error, ended by zero.
 #[unsafe(no_mangle)]
 pub extern "C" fn guideload_error_text(error: i32) -> *const core::ffi::c_char {
     let text = match error {
-        NULL => c"a pointer is null",
-        NO_CARRIAGE => c"there is no carriage of this index",
+        -1 => c"a pointer is null",
+        -2 => c"there is no carriage of this index",
+        -3 => c"a pointer is not aligned as its type needs",
+        -4 => c"the memory has no monitor of this version, or was overwritten: call guideload_start",
+        -5 => c"the constants are damaged or of another version: build them again with `guideload monitor build`",
+        -6 => c"the monitor was started with other constants: call guideload_start with these",
+        -7 => c"a number is not finite, as memory or constants were overwritten: start again, and restore a record",
         -11 => c"the place for the record is too short: it needs guideload_record_length bytes",
         -12 => c"no record of this version: nothing was saved here yet, or another program wrote it",
         -13 => c"checksum of the record is wrong: it was cut off or damaged; use the other place",
@@ -196,7 +231,8 @@ pub extern "C" fn guideload_error_text(error: i32) -> *const core::ffi::c_char {
     text.as_ptr()
 }
 
+#[cfg(not(test))]
 #[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
+fn panic(_: &core::panic::PanicInfo) -> ! {
     loop {}
 }

@@ -2,6 +2,7 @@
 
 use core::num::NonZeroU32;
 
+use crate::flag::Flag;
 use crate::prepared::{FRACTION, InputSettings};
 use crate::real::Real;
 
@@ -31,6 +32,7 @@ pub enum Sample {
 
 /// How often something happened to the samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Counters {
     /// Samples that came in.
@@ -71,8 +73,9 @@ impl Counters {
     };
 }
 
-/// A sample that does not fit.
+/// A sample that does not fit, and the periods since the last good one; 0: there is none.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 struct Suspect {
     count: u32,
     periods: u32,
@@ -80,10 +83,11 @@ struct Suspect {
 
 /// How the samples reach the grid. N: places for second differences.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 pub(crate) struct Input<T, const N: usize> {
     /// Whether there is a first sample, and a step after it.
-    started: bool,
-    moving: bool,
+    started: Flag,
+    moving: Flag,
     /// Stamp and count of the last good sample, and the position on the grid less this count, in sixteenths of a count.
     grid: u32,
     count: u32,
@@ -92,7 +96,7 @@ pub(crate) struct Input<T, const N: usize> {
     deviation: i32,
     /// The last step on the grid.
     step: i32,
-    suspect: Option<Suspect>,
+    suspect: Suspect,
     /// Count of the last sample, good or not.
     last_seen: u32,
     /// Second differences of the position on the grid: a ring, kept twice, so that all that is needed is in one piece.
@@ -124,16 +128,20 @@ pub(crate) struct Window<'a, T> {
     pub moves: bool,
 }
 
+impl Suspect {
+    const NONE: Self = Self { count: 0, periods: 0 };
+}
+
 impl<T: Real, const N: usize> Input<T, N> {
     pub(crate) const NEW: Self = Self {
-        started: false,
-        moving: false,
+        started: Flag::CLEAR,
+        moving: Flag::CLEAR,
         grid: 0,
         count: 0,
         offset: 0,
         deviation: 0,
         step: 0,
-        suspect: None,
+        suspect: Suspect::NONE,
         last_seen: 0,
         history: [[T::ZERO; N]; 2],
         newest: 0,
@@ -156,9 +164,9 @@ impl<T: Real, const N: usize> Input<T, N> {
         stamp: u32,
         count: u32,
     ) -> Sample {
-        counters.samples = counters.samples.wrapping_add(1);
+        count_one(&mut counters.samples);
         self.taps = taps;
-        if !self.started {
+        if !self.started.is_set() {
             self.restart(counters, stamp, count);
             return Sample::Restarted;
         }
@@ -168,7 +176,7 @@ impl<T: Real, const N: usize> Input<T, N> {
         let periods = if elapsed == ticks.get() { 1 } else { elapsed.wrapping_add(ticks.get() / 2) / ticks };
         let back = self.grid.wrapping_sub(stamp);
         if periods == 0 || back <= ticks.get().saturating_mul(EARLIEST) {
-            counters.early += 1;
+            count_one(&mut counters.early);
             return Sample::Early;
         }
         if elapsed > u32::MAX / 2 {
@@ -181,7 +189,7 @@ impl<T: Real, const N: usize> Input<T, N> {
         }
         let late = elapsed.wrapping_sub(periods.wrapping_mul(ticks.get())).cast_signed();
         if late.unsigned_abs() > settings.tolerance {
-            counters.jittering += 1;
+            count_one(&mut counters.jittering);
         }
         let change = difference(settings, self.count, count);
         // The position on the grid, from a sample that is late by a part of a period.
@@ -194,7 +202,7 @@ impl<T: Real, const N: usize> Input<T, N> {
         let moved = i64::from(change) * i64::from(FRACTION) - i64::from(correction) - i64::from(self.offset);
         if self.fits(settings, moved, periods) {
             if (count < self.count) != (change < 0) && change != 0 {
-                counters.wraps += 1;
+                count_one(&mut counters.wraps);
             }
             (self.count, self.offset) = (count, correction.wrapping_neg());
             self.go_on(settings, counters, moved, periods);
@@ -202,12 +210,12 @@ impl<T: Real, const N: usize> Input<T, N> {
             return if periods > 1 { Sample::Bridged } else { Sample::Used };
         }
         if count == seen {
-            counters.stuck += 1;
+            count_one(&mut counters.stuck);
         } else {
-            counters.jumps += 1;
+            count_one(&mut counters.jumps);
         }
         if self.agrees_with_suspect(settings, count, periods) {
-            counters.counter_set += 1;
+            count_one(&mut counters.counter_set);
             (self.count, self.offset) = (count, 0);
             self.go_on(settings, counters, i64::from(self.step) * i64::from(periods), periods);
             self.follow(stamp, late);
@@ -216,13 +224,16 @@ impl<T: Real, const N: usize> Input<T, N> {
         if periods > settings.most_missing {
             return self.lose(counters, stamp, count, periods);
         }
-        self.suspect = Some(Suspect { count, periods });
+        self.suspect = Suspect { count, periods };
         Sample::Suspect
     }
 
     /// Whether the last sample did not fit the motion either, but this one goes on from it: the counter was set.
     fn agrees_with_suspect(&self, settings: &InputSettings, count: u32, periods: u32) -> bool {
-        let Some(before) = self.suspect else { return false };
+        let before = self.suspect;
+        if before.periods == 0 {
+            return false;
+        }
         let since = i64::from(difference(settings, before.count, count)) * i64::from(FRACTION);
         let between = periods.saturating_sub(before.periods);
         between > 0 && self.fits(settings, since, between)
@@ -234,7 +245,7 @@ impl<T: Real, const N: usize> Input<T, N> {
         let expected = i64::from(self.step) * periods;
         let most = i64::from(settings.most_change) * (periods * (periods + 1) / 2);
         let deviation = moved.wrapping_sub(expected).unsigned_abs();
-        !self.moving || deviation <= most.wrapping_add(i64::from(settings.slack)).unsigned_abs()
+        !self.moving.is_set() || deviation <= most.wrapping_add(i64::from(settings.slack)).unsigned_abs()
     }
 
     /// Goes on to a good sample, in equal steps over all periods since the last one.
@@ -248,7 +259,7 @@ impl<T: Real, const N: usize> Input<T, N> {
         self.advance(settings, moved.wrapping_sub(done) as i32);
         counters.missing = counters.missing.wrapping_add(u64::from(periods.wrapping_sub(1)));
         self.clock = self.clock.wrapping_add(u64::from(periods));
-        self.suspect = None;
+        self.suspect = Suspect::NONE;
     }
 
     /// Moves the grid to a good sample. It follows the clock of the encoder slowly.
@@ -267,11 +278,11 @@ impl<T: Real, const N: usize> Input<T, N> {
             self.band = if above < 0 { self.position } else { self.position.wrapping_sub(settings.still) };
             self.awake = self.taps.saturating_add(2);
         }
-        if !self.moving {
-            (self.moving, self.step, self.used_step) = (true, step, step);
+        if !self.moving.is_set() {
+            (self.moving, self.step, self.used_step) = (Flag::SET, step, step);
             return;
         }
-        self.newest = if self.newest + 1 < N { self.newest + 1 } else { 0 };
+        self.newest = self.newest.checked_add(1).filter(|&next| next < N).unwrap_or(0);
         let difference = T::from_i32(step.wrapping_sub(self.step));
         for ring in &mut self.history {
             if let Some(place) = ring.get_mut(self.newest) {
@@ -287,7 +298,7 @@ impl<T: Real, const N: usize> Input<T, N> {
     pub(crate) fn next(&mut self, taps: u32) -> Option<Window<'_, T>> {
         while self.pending > 0 {
             self.pending -= 1;
-            let end = (self.newest + N + 1).checked_sub(self.pending as usize)?;
+            let end = self.newest.checked_add(N + 1)?.checked_sub(self.pending as usize)?;
             let newest = self.history.as_flattened().get(end.checked_sub(1)?)?;
             // Large differences are rounded in f32: once all are used, the step is exact again.
             self.used_step =
@@ -325,9 +336,15 @@ impl<T: Real, const N: usize> Input<T, N> {
     }
 
     fn restart(&mut self, counters: &mut Counters, stamp: u32, count: u32) {
-        counters.restarts += 1;
-        *self = Self { started: true, grid: stamp, count, last_seen: count, clock: self.clock, ..Self::NEW };
+        count_one(&mut counters.restarts);
+        *self =
+            Self { started: Flag::SET, grid: stamp, count, last_seen: count, clock: self.clock, ..Self::NEW };
     }
+}
+
+/// Counts one more; a counter of 64 bits that is full begins again.
+fn count_one(counter: &mut u64) {
+    *counter = counter.wrapping_add(1);
 }
 
 /// `to - from` of a counter of limited width, at most half of its range.

@@ -15,17 +15,19 @@
 //! path panics. A sample gives the loads at the instant `lag` periods earlier, because an acceleration can be told from counts only with
 //! samples after it; lag 0 uses the past alone.
 //!
-//! - `real`, `sum`: f32 and f64; sums of very many terms.
+//! - `real`, `sum`, `flag`: f32 and f64; sums of very many terms; yes or no.
 //! - `rule`, `travel`: equivalent load of a carriage; its power, integrated over the travel.
 //! - `prepared`: the constants.
 //! - `input`: samples to second differences, with missing and wrong ones bridged.
 //! - `totals`, `monitor`, `record`: what is kept; the step from sample to sample; saving it.
 //! - `prepare`, `many`: the constants from a scene, and many samples in one call; on a PC (feature `prepare`).
 #![no_std]
+#![deny(unsafe_code)]
 
 #[cfg(feature = "prepare")]
 extern crate std;
 
+mod flag;
 mod input;
 #[cfg(feature = "prepare")]
 mod many;
@@ -40,13 +42,14 @@ mod sum;
 mod totals;
 mod travel;
 
+pub use flag::Flag;
 pub use input::{Counters, Sample};
 pub use monitor::{Monitor, Motion, PERIODS_PER_CALL};
 #[cfg(feature = "prepare")]
 pub use prepare::{Judgement, PrepareError, Settings, prepare};
 pub use prepared::{Carriage, FRACTION, InputSettings, Prepared};
 pub use real::Real;
-pub use record::{RecordError, record_length};
+pub use record::{RecordError, crc32, record_length};
 pub use rule::{COMPONENTS, Exponent, Rule};
 pub use sum::Sum;
 pub use totals::{BINS, CarriageTotals, QUANTITIES, Totals};

@@ -1,5 +1,6 @@
 //! Many samples in one call, on a PC: the steps of [`Monitor::push`], compiled for the vector instructions of the processor as well. The
 //! operations and their order are the same, and so are the bits of the results.
+#![allow(unsafe_code)] // for instructions that not every processor has
 
 use core::ops::ControlFlow;
 

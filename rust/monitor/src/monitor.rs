@@ -1,5 +1,6 @@
 //! The monitor: a sample in, loads and totals out.
 
+use crate::flag::Flag;
 use crate::input::{Input, Sample};
 use crate::prepared::Prepared;
 use crate::real::Real;
@@ -12,6 +13,7 @@ pub const PERIODS_PER_CALL: u32 = 2;
 
 /// Motion of the axis at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Motion<T> {
     /// m/s.
@@ -22,10 +24,12 @@ pub struct Motion<T> {
 
 /// The state of a monitor. S, C, N: as in [`Prepared`], whose constants each call needs.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 pub struct Monitor<T, const S: usize, const C: usize, const N: usize> {
     input: Input<T, N>,
-    /// Motion, state and loads of the last period; none before the first.
-    motion: Option<Motion<T>>,
+    /// Motion, state and loads of the last period; `has_motion` is clear before the first.
+    motion: Motion<T>,
+    has_motion: Flag,
     state: [T; S],
     loads: [[T; COMPONENTS]; C],
     /// What the rules make of the loads.
@@ -41,7 +45,8 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
     /// A monitor that has seen nothing, on a machine at rest.
     pub const NEW: Self = Self {
         input: Input::NEW,
-        motion: None,
+        motion: Motion { velocity: T::ZERO, acceleration: T::ZERO },
+        has_motion: Flag::CLEAR,
         state: [T::ZERO; S],
         loads: [[T::ZERO; COMPONENTS]; C],
         weighed: [Weighed::ZERO; C],
@@ -61,7 +66,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         let (settings, taps) = (&prepared.input, prepared.tap_count);
         let taken = self.input.accept(settings, taps, &mut self.totals.counters, stamp, count);
         if taken == Sample::Restarted {
-            (self.motion, self.state, self.settling) = (None, [T::ZERO; S], prepared.settling);
+            (self.has_motion, self.state, self.settling) = (Flag::CLEAR, [T::ZERO; S], prepared.settling);
         }
         for _ in 0..PERIODS_PER_CALL {
             let Some(window) = self.input.next(taps) else { break };
@@ -77,14 +82,15 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
 
     /// Goes on by one period to a known motion, in place of a sample.
     pub fn push_motion(&mut self, prepared: &Prepared<T, S, C, N>, motion: Motion<T>) {
-        self.period = self.period.wrapping_add(u64::from(self.motion.is_some()));
+        self.period = self.period.wrapping_add(u64::from(self.has_motion.is_set()));
         self.advance(prepared, motion, true);
     }
 
     /// One period, to a motion. `moves`: whether the axis travels, or what looks like travel is noise.
     #[inline(always)]
     fn advance(&mut self, prepared: &Prepared<T, S, C, N>, motion: Motion<T>, moves: bool) {
-        let before = self.motion.replace(motion);
+        let before = self.motion();
+        (self.motion, self.has_motion) = (motion, Flag::SET);
         if let Some(before) = before {
             self.propagate(prepared, before.acceleration, motion.acceleration);
         }
@@ -121,7 +127,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             totals.count(carriage.bins_per_load, equivalent);
             if let Some(travel) = &travel {
                 let (loads, weighed) = ([&*last, load], [&*weighed, &now]);
-                totals.power.add(travel.power(&carriage.rule, prepared.exponent, loads, weighed));
+                totals.power.add(travel.power(&carriage.rule, prepared.exponent(), loads, weighed));
             }
             (*last, *weighed) = (*load, now);
         }
@@ -148,7 +154,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
 
     /// Estimated motion at the instant of the loads; none before the first period.
     pub fn motion(&self) -> Option<Motion<T>> {
-        self.motion
+        self.has_motion.is_set().then_some(self.motion)
     }
 
     /// Number of the period of the loads, from 0 at the first sample; `lag` periods before the last good sample.
@@ -158,7 +164,15 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
 
     /// Whether the loads still depend on the state at the last restart, which is not known.
     pub fn is_settling(&self) -> bool {
-        self.motion.is_none() || self.settling > 0
+        !self.has_motion.is_set() || self.settling > 0
+    }
+
+    /// Whether state, motion and loads are finite, as they always are with constants that are valid and memory that nobody else writes.
+    pub fn is_finite(&self) -> bool {
+        let Motion { velocity, acceleration } = self.motion;
+        let mut numbers =
+            self.loads.as_flattened().iter().chain(&self.state).chain([&velocity, &acceleration]);
+        numbers.all(|number| number.is_finite())
     }
 
     /// Extremes, sums, histograms and counts.

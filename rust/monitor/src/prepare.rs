@@ -144,7 +144,7 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
         tap_count: settings.taps.len() as u32,
         lag: settings.lag,
         settling: ((1.0 / SETTLED).ln() / decay / settings.period).ceil() as u32,
-        exponent: settings.exponent,
+        exponent: settings.exponent as u32,
         period: to.number(settings.period),
         speed_of_step: to.number(step),
         taps,

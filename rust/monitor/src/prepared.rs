@@ -9,6 +9,7 @@ pub const FRACTION: i32 = 16;
 /// Constants of a linear machine and its encoder for one period of sampling. S: places for the entries of the state, C: for carriages, N: for
 /// second differences of the counts; a C program has fixed numbers of places, and the fields say how many are used.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Prepared<T, const S: usize, const C: usize, const N: usize> {
     /// Checksum of the machine and the settings: a saved state of other constants is refused.
@@ -23,8 +24,8 @@ pub struct Prepared<T, const S: usize, const C: usize, const N: usize> {
     pub lag: u32,
     /// Samples from a restart to loads that no longer depend on the state at the restart.
     pub settling: u32,
-    /// Exponent of the life.
-    pub exponent: Exponent,
+    /// Exponent of the life, as the number of an [`Exponent`].
+    pub exponent: u32,
     /// Period of sampling, s.
     pub period: T,
     /// m/s per sixteenth of a count in the last step.
@@ -43,6 +44,7 @@ pub struct Prepared<T, const S: usize, const C: usize, const N: usize> {
 
 /// What is known of encoder and clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct InputSettings {
     /// Time stamps per period; 1 if the stamp is a number of the sample.
@@ -63,6 +65,7 @@ pub struct InputSettings {
 
 /// Constants of one carriage. S: places for the entries of the state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Carriage<T, const S: usize> {
     /// Load at rest: Fy, Fz (N), Mx, My, Mz (N m).
@@ -79,6 +82,35 @@ pub struct Carriage<T, const S: usize> {
     pub capacity: T,
 }
 
+impl<T, const S: usize, const C: usize, const N: usize> Prepared<T, S, C, N> {
+    /// Whether a monitor can work with these constants: counts within their places, an exponent that exists, numbers that are finite (but for
+    /// a limit). [`prepare`](crate::prepare) gives no others; those of a C program may be damaged.
+    pub fn is_valid(&self) -> bool
+    where
+        T: Real,
+    {
+        let Self { input, tap_count, carriage_count, exponent, carriages, .. } = self;
+        let differences = u64::from(*tap_count) + u64::from(input.most_missing) + 1;
+        let counts = *carriage_count as usize <= C
+            && *tap_count > 0
+            && differences <= N as u64
+            && input.ticks > 0
+            && (1..=32).contains(&input.counter_bits)
+            && input.most_change >= 0
+            && input.slack >= 0
+            && input.still >= 0
+            && *exponent <= Exponent::Roller as u32;
+        let effects = [&self.from_start, &self.from_end].into_iter().chain(&self.change).flatten();
+        let mut numbers = effects.chain(self.taps.as_flattened()).chain([&self.period, &self.speed_of_step]);
+        counts && numbers.all(|number| number.is_finite()) && carriages.iter().all(Carriage::is_valid)
+    }
+
+    /// Exponent of the life.
+    pub(crate) fn exponent(&self) -> Exponent {
+        if self.exponent == Exponent::Roller as u32 { Exponent::Roller } else { Exponent::Ball }
+    }
+}
+
 impl<T: Real, const S: usize> Carriage<T, S> {
     /// A place without a carriage.
     pub const NONE: Self = Self {
@@ -89,6 +121,20 @@ impl<T: Real, const S: usize> Carriage<T, S> {
         bins_per_load: T::ZERO,
         capacity: T::ZERO,
     };
+
+    /// Whether all numbers are finite, but for the limit, which is a number.
+    fn is_valid(&self) -> bool {
+        let Self { rest, by_state, rule, limit, bins_per_load, capacity } = self;
+        let of_rule = rule.weights.as_flattened().as_flattened().iter();
+        let mut numbers = of_rule.chain(rest).chain(by_state.as_flattened()).copied().chain([
+            rule.minor,
+            rule.preload,
+            rule.opening,
+            *bins_per_load,
+            *capacity,
+        ]);
+        numbers.all(Real::is_finite) && *limit > T::NEG_INFINITY
+    }
 
     /// Load at a state.
     #[inline(always)]

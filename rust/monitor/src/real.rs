@@ -40,6 +40,10 @@ pub trait Real:
 
     /// Magnitude.
     fn abs(self) -> Self;
+    /// Whether it is neither infinite nor NaN.
+    fn is_finite(self) -> bool {
+        self.abs() < Self::INFINITY
+    }
     /// 1 of a negative number, 0 of a positive one.
     fn sign(self) -> u32;
 }

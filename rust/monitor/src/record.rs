@@ -2,6 +2,7 @@
 //!
 //! Keep two places, and save to that of the older record: if power fails while one is written, the other is whole.
 
+use crate::flag::Flag;
 use crate::input::Counters;
 use crate::monitor::Monitor;
 use crate::prepared::Prepared;
@@ -66,7 +67,7 @@ pub const fn record_length(carriages: usize) -> usize {
 }
 
 /// CRC-32 of ISO 3309, as of zip and Ethernet, continued from `crc`; 0 at the start.
-pub(crate) fn crc32(crc: u32, bytes: &[u8]) -> u32 {
+pub fn crc32(crc: u32, bytes: &[u8]) -> u32 {
     let mut crc = !crc;
     for &byte in bytes {
         crc ^= u32::from(byte);
@@ -161,7 +162,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             to.reals(carriage.power.parts());
             to.numbers(&carriage.histogram);
             to.numbers(&[carriage.above_limit, carriage.limit_exceeded]);
-            to.bytes(&[u8::from(carriage.is_above)]);
+            to.bytes(&[u8::from(carriage.is_above.is_set())]);
         }
         Writer { rest: end.iter_mut() }.bytes(&crc32(0, body).to_le_bytes());
         Ok(length)
@@ -184,7 +185,11 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             (Err(error), Err(_)) => Err(error),
         };
         let (number, clock, body) = newer?;
-        self.set_totals(totals(body, (prepared.carriage_count as usize).min(C)), clock);
+        let totals = totals(body, (prepared.carriage_count as usize).min(C));
+        if !totals.is_finite() {
+            return Err(RecordError::Damaged);
+        }
+        self.set_totals(totals, clock);
         Ok(number)
     }
 }
@@ -233,7 +238,7 @@ fn totals<T: Real, const C: usize>(mut from: Reader<'_>, carriages: usize) -> To
             *periods = from.number();
         }
         (carriage.above_limit, carriage.limit_exceeded) = (from.number(), from.number());
-        carriage.is_above = from.bytes() != [0];
+        carriage.is_above = Flag::new(from.bytes() != [0]);
     }
     totals
 }

@@ -7,6 +7,7 @@ pub const COMPONENTS: usize = 5;
 
 /// Rule of the equivalent load P of the groups A and B of weighted magnitudes: `max(A, B) + minor min(A, B)`. A preload raises small P.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Rule<T> {
     /// Weights of the groups A and B: of the magnitudes of the components, and of their values, which are not 0 if the two signs weigh
@@ -28,6 +29,7 @@ pub struct Rule<T> {
 
 /// What a rule makes of a load.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 pub(crate) struct Weighed<T> {
     /// The groups A and B, N.
     pub groups: [T; 2],

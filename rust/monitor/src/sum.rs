@@ -5,6 +5,7 @@ use crate::real::Real;
 /// A sum in two numbers: its value, and the part that is lost in rounding it. Each addition is right to the square of the unit roundoff u,
 /// so n terms of one sign are right to `n u²`: 1e9 terms to 4e-6 in f32 in the worst case, and to 1e-10 if the roundings are random.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Sum<T> {
     value: T,

@@ -1,5 +1,6 @@
 //! What a monitor keeps for years: extremes, sums, histogram and counts.
 
+use crate::flag::Flag;
 use crate::input::Counters;
 use crate::prepared::Carriage;
 use crate::real::Real;
@@ -14,6 +15,7 @@ pub const QUANTITIES: usize = COMPONENTS + 2;
 
 /// Totals of one carriage.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct CarriageTotals<T> {
     /// Smallest value of each of the [`QUANTITIES`]; infinite if there was none.
@@ -33,11 +35,12 @@ pub struct CarriageTotals<T> {
     /// See `above_limit`.
     pub limit_exceeded: u64,
     /// Whether P is above its limit.
-    pub is_above: bool,
+    pub is_above: Flag,
 }
 
 /// Totals of a monitor. C: places for carriages.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct Totals<T, const C: usize> {
     /// Periods whose loads are known.
@@ -62,8 +65,21 @@ impl<T: Real> CarriageTotals<T> {
         histogram: [0; BINS],
         above_limit: 0,
         limit_exceeded: 0,
-        is_above: false,
+        is_above: Flag::CLEAR,
     };
+
+    /// Whether there are extremes: a load was known and settled.
+    pub fn has_extremes(&self) -> bool {
+        self.smallest.iter().zip(&self.largest).all(|(smallest, largest)| smallest <= largest)
+    }
+
+    /// Whether the integral is finite, and the extremes are, or there are none.
+    pub fn is_finite(&self) -> bool {
+        let none = self.smallest == Self::NONE.smallest && self.largest == Self::NONE.largest;
+        let mut extremes = self.smallest.iter().chain(&self.largest);
+        self.power.value().is_finite()
+            && (none || self.has_extremes() && extremes.all(|extreme| extreme.is_finite()))
+    }
 
     /// Takes a load and its P.
     #[inline(always)]
@@ -86,9 +102,9 @@ impl<T: Real> CarriageTotals<T> {
         let is_above = equivalent > carriage.limit;
         if is_above {
             self.above_limit = self.above_limit.wrapping_add(1);
-            self.limit_exceeded = self.limit_exceeded.wrapping_add(u64::from(!self.is_above));
+            self.limit_exceeded = self.limit_exceeded.wrapping_add(u64::from(!self.is_above.is_set()));
         }
-        self.is_above = is_above;
+        self.is_above = Flag::new(is_above);
     }
 
     /// Takes new extremes.
@@ -123,6 +139,11 @@ impl<T: Real, const C: usize> Totals<T, C> {
         counters: Counters::NONE,
         carriages: [CarriageTotals::NONE; C],
     };
+
+    /// Whether the travel and the totals of all carriages are finite.
+    pub fn is_finite(&self) -> bool {
+        self.distance.value().is_finite() && self.carriages.iter().all(CarriageTotals::is_finite)
+    }
 
     /// Share of the rating life that a carriage has used, 0 to 1 and more; none if its rating is unknown.
     pub fn life_used<const S: usize, const N: usize>(

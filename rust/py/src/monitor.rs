@@ -235,7 +235,7 @@ impl PyMonitor {
             ("tap_count", from.tap_count),
             ("lag", from.lag),
             ("settling", from.settling),
-            ("exponent", from.exponent as u32),
+            ("exponent", from.exponent),
         ] {
             of.set_item(name, count)?;
         }

@@ -8,7 +8,10 @@
 //! - the crate `pulp`, in `batch::lanes` and `side_by_side`: *one scene per lane*, with the number of lanes as a type. Used where the algorithm itself is
 //!   written in vectors and masks (Jacobi rotations, whose number of sweeps differs between lanes); no compiler vectorises it by itself.
 //!
+//! Code for instructions that not every processor has is the only `unsafe` code of the core.
+//!
 //! Both perform the same operations in the same order on every number, so results have the same bits at any width.
+#![allow(unsafe_code)]
 
 /// Numbers per array in vector loops: two AVX2 registers, or one of AVX-512.
 pub(crate) const LANES: usize = 8;
@@ -83,8 +86,9 @@ pub(crate) fn dispatch_wide<K: Kernel>(kernel: K) -> K::Output {
             kernel.run()
         }
 
-        if has!("avx512f") && has!("avx512dq") && has!("avx512vl") && has!("fma") {
-            // SAFETY: the processor has just been asked for all of them; those with AVX-512 have AVX2.
+        let has_avx512 = has!("avx512f") && has!("avx512dq") && has!("avx512vl");
+        if has_avx512 && has!("avx2") && has!("fma") {
+            // SAFETY: the processor has just been asked for all of them.
             return unsafe { avx512(kernel) };
         }
     }

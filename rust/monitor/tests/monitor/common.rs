@@ -84,6 +84,15 @@ fn taps() -> [[f64; 2]; TAPS] {
 }
 
 pub fn constants<T: Real>(system: &System, rule: EquivalentLoad, exponent: Exponent) -> Constants<T> {
+    constants_in_places(system, rule, exponent)
+}
+
+/// The same for any places.
+pub fn constants_in_places<T: Real, const S: usize, const C: usize, const N: usize>(
+    system: &System,
+    rule: EquivalentLoad,
+    exponent: Exponent,
+) -> Prepared<T, S, C, N> {
     let judgement = Judgement { rule, limit: LIMIT, bin: 500.0, capacity: 1e18 };
     let loads = loads(system).map(|load| (load, judgement));
     let taps = taps();
