@@ -1,43 +1,84 @@
 //! Dynamic load of linear rolling guides: one rigid body on elastic and damping links, driven by a measured motion.
 //!
+//! A machine accelerates on its rails. Each of its carriages bears a share of the weight and of the inertia forces, and vibrates on the balls
+//! or rollers in between. This crate computes the loads of the carriages over time: what they bear at most, when, and for how long. The drive
+//! holds the body along the rails; its other five degrees of freedom are small motions on the springs and dampers of the carriages.
+//!
+//! # A machine and its loads
+//!
+//! ```
+//! use guideload::{Carriage, Excitation, Machine, MassProperties};
+//!
+//! let mut machine = Machine::new(MassProperties {
+//!     mass: 1250.0,                          // kg
+//!     center_of_mass: [0.12, -0.65, 0.18],   // m, from L, where the drive acts; x along the rails, y up
+//!     inertia: [[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]], // kg m², about the centre of mass
+//! })?;
+//! let guide = Carriage {
+//!     length: 0.6,                           // m
+//!     stiffness_y: 120e6,                    // N/m
+//!     stiffness_z: 120e6,
+//!     damping_y: 1e5,                        // N s/m
+//!     damping_z: 1e5,
+//!     ..Carriage::default()
+//! };
+//! let left = machine.add(guide.at([0.0, 0.05, -0.35]))?;
+//! let right = machine.add(guide.at([0.0, 0.05, 0.35]))?;
+//! let simulation = machine.assemble()?;
+//!
+//! // The weight alone: both guides together bear 1250 kg.
+//! let at_rest = simulation.loads_at_rest();
+//! assert!((at_rest[left].fy + at_rest[right].fy + 1250.0 * 9.80665).abs() < 1e-6);
+//!
+//! // Accelerate to 2.2 m/s² in 0.1 s, hold, and let go. The acceleration is linear between the samples.
+//! let acceleration = [0.0, 2.2, 2.2, 0.0].map(|along| [along, 0.0, 0.0]);
+//! let excitation = Excitation::uniform(0.0, 0.1, &acceleration)?;
+//! let extremes = simulation.extremes(&excitation)?;
+//! let peak = extremes[right].resultant.largest;
+//! assert!(peak.value > at_rest[right].resultant() && peak.time > 0.05);
+//! # Ok::<(), guideload::Error>(())
+//! ```
+//!
+//! Springs that open, clear a gap or are preloaded: give a carriage a [`Law`]. The method of the run follows from the laws; without preload
+//! there is no step error and nothing to choose. [`Simulation::at_samples`] gives the loads at every sample.
+//!
+//! # Step by step, on a controller
+//!
+//! A [`Live`] step takes the acceleration of the present period and gives the loads, in f64 or f32, in a fixed number of operations:
+//!
+//! ```
+//! # use guideload::{Carriage, Error, Machine, MassProperties};
+//! # fn simulation() -> Result<guideload::Simulation, Error> {
+//! #     let inertia = [[420.0, 0.0, 0.0], [0.0, 310.0, 0.0], [0.0, 0.0, 380.0]];
+//! #     let mut machine = Machine::new(MassProperties { mass: 1250.0, center_of_mass: [0.1, -0.6, 0.1], inertia })?;
+//! #     let guide = Carriage { length: 0.6, stiffness_y: 1e8, stiffness_z: 1e8, damping_y: 1e5, damping_z: 1e5, ..Carriage::default() };
+//! #     machine.add(guide.at([0.0, 0.05, -0.35]))?;
+//! #     machine.add(guide.at([0.0, 0.05, 0.35]))?;
+//! #     Ok(machine.assemble()?)
+//! # }
+//! let mut live = simulation()?.live::<f32>(1e-3)?; // every 1 ms
+//! let loads = live.step(2.2); // m/s²
+//! for load in loads.iter() {
+//!     println!("{:.0} N along y, {:.0} N along z", load.fy, load.fz);
+//! }
+//! # Ok::<(), Error>(())
+//! ```
+//!
+//! # The long way
+//!
+//! The short way covers carriages and accelerations. Everything else is below it: describe a [`Scene`] (a [`Body`], any [`Link`]s with their
+//! [`Law`]s, gravity, the [`Free`] degrees of freedom) and compute its [`System`]; [`run`] it under an [`Excitation`], with moving riders
+//! and external loads, with a [`Method`] and a [`Control`] of your choice; a [`Record`] receives the states, and [`group_load`], [`position`] or
+//! [`reaction`] read them. [`EquivalentLoad`] judges a load over its travel.
+//!
+//! All of this works without the feature `std` and without an allocator, then with up to eight carriages. The feature `std`, a default, adds [`batch`]
+//! (Monte Carlo), [`sensitivity`] (derivatives), [`smoother`] (the motion from a measured trace) and [`bands`] (the uncertainty of the loads).
+//!
+//! # Units and source
+//!
 //! All quantities are SI. Equation numbers are those of the paper "Dynamical load of linear rolling guides".
 //!
-//! # Use
-//!
-//! Describe a [`Scene`] (a [`Body`], its [`Link`]s with their [`Law`]s, gravity, the [`Free`] degrees of freedom) and compute its [`System`].
-//! Then [`run`] it under an [`Excitation`] with a [`Method`], and compute loads from the recorded states:
-//!
-//! ```
-//! use guideload::{Body, Control, Exact, Excitation, Extremes, Free, Output, Part, Peaks, Scene, System};
-//! use guideload::{carriage_links, group_load, run};
-//! use nalgebra::{Matrix3, Vector3};
-//!
-//! let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
-//! let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia)?;
-//! let centers = [-0.35, 0.35].map(|z| Vector3::new(0.0, 0.05, z));
-//! let guides = [
-//!     carriage_links(centers[0], 0.6, [120e6; 2], [100e3; 2])?,
-//!     carriage_links(centers[1], 0.6, [120e6; 2], [100e3; 2])?,
-//! ];
-//! let scene = Scene::new(body, guides.as_flattened(), Vector3::new(0.0, -9.80665, 0.0), Free::GUIDED)?;
-//! let system = System::new(&scene)?;
-//! let loads = [0, 1].map(|g| group_load(&system, 4 * g..4 * g + 4, centers[g], Part::Total));
-//! let mut extremes = [Extremes::NONE; 2];
-//! let motion = [[0.0, 0.0, 0.0], [2.2, 0.0, 0.0], [2.2, 0.0, 0.0], [0.0, 0.0, 0.0]];
-//! let excitation = Excitation::uniform(0.0, 0.088, &motion)?;
-//! let control = Control::Adaptive { rtol: 1e-6 };
-//! let mut peaks = Peaks::new(&loads, &mut extremes);
-//! run(&system, &Exact::<1>, control, &excitation, Output::Samples, &mut peaks)?;
-//! assert!(extremes[1].largest[6] > 9000.0); // N, the y-z resultant of guide 2
-//! # Ok::<(), Box<dyn core::error::Error>>(())
-//! ```
-//!
-//! All of this works without the feature `std` and without an allocator. The feature `std` adds [`batch`] (Monte Carlo), [`sensitivity`]
-//! (derivatives), [`smoother`] (the motion from a measured trace) and [`bands`] (the uncertainty of the loads).
-//!
-//! # Source
-//!
-//! The folders are layers in the order of the data; each imports only from those above it, which `tests/layers.rs` checks.
+//! The folders of the source are layers in the order of the data; each imports only from those above it, which `tests/layers.rs` checks.
 //!
 //! - `error`: error types and their messages.
 //! - `numeric`: elementary functions, vector loops, bounded vector, tensors, random numbers.
@@ -52,6 +93,7 @@
 //! - `variation`: scenes whose numbers vary; `sensitivity`: exact derivatives by them; both with `std` only.
 //! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
 //!   `batch/requirements`.
+//! - `machine`, `live`: the short way, and nothing else.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
 
@@ -65,6 +107,8 @@ mod error;
 mod excitation;
 mod integrate;
 mod life;
+mod live;
+mod machine;
 mod model;
 mod numeric;
 mod output;
@@ -75,6 +119,12 @@ pub mod smoother;
 mod system;
 #[cfg(feature = "std")]
 mod variation;
+
+// The short way: a machine by named values, and the method chosen for it.
+pub use live::{Error, Live, Number};
+pub use machine::{
+    Carriage, CarriageId, Load, LoadExtremes, Machine, MassProperties, Peak, PerCarriage, Range, Simulation,
+};
 
 // Describe: a scene and what drives it.
 pub use excitation::{Excitation, MAX_RIDERS, RiderMotion, wrench_at};
@@ -87,10 +137,9 @@ pub use numeric::watch::Watch;
 
 // Solve: the system, its modes, and a run.
 pub use equations::SampledSystem;
-#[cfg(feature = "std")]
-pub use integrate::NamedMethod;
 pub use integrate::{
-    Control, Exact, Exponential, Method, Output, Radau, Rk45, Start, Summary, load_scale, run, run_from,
+    Control, Exact, Exponential, Method, NamedMethod, Output, Radau, Rk45, Start, Summary, load_scale, run,
+    run_from,
 };
 pub use system::{
     Input, Matrices, Mode, ModelLevel, State, StateBox, System, assemble, eigenvalues, input_from, modes,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The layers, lowest first.
-const LAYERS: [&str; 15] = [
+const LAYERS: [&str; 17] = [
     "error",
     "numeric",
     "model",
@@ -20,6 +20,8 @@ const LAYERS: [&str; 15] = [
     "smoother",
     "bands",
     "batch",
+    "machine",
+    "live",
 ];
 
 fn files(folder: &Path, out: &mut Vec<PathBuf>) {

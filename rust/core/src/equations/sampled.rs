@@ -1,18 +1,20 @@
 //! A linear scene sampled at a fixed period, as matrices for a controller.
 
+use core::ops::{Add, Mul};
+
 use super::Propagator;
-use crate::system::{ModelLevel, State, System};
+use crate::system::{ModelLevel, System};
 
 /// The exact step of a linear scene over a fixed period, under an acceleration of L along x that is linear in between:
 /// `s(h) = s + E s + b₀ a(0) + b₁ a(h)`.
 #[derive(Debug, Clone, Copy)]
-pub struct SampledSystem {
+pub struct SampledSystem<T = f64> {
     /// E by columns.
-    pub change: [State; 12],
+    pub change: [[T; 12]; 12],
     /// b₀, √J per m/s².
-    pub from_start: State,
+    pub from_start: [T; 12],
     /// b₁, √J per m/s².
-    pub from_end: State,
+    pub from_end: [T; 12],
 }
 
 impl SampledSystem {
@@ -24,5 +26,26 @@ impl SampledSystem {
         let propagator = Propagator::new(system, &system.influence()[..1], period);
         let (&change, &from_start, &from_end) = propagator.parts(0);
         Some(Self { change, from_start, from_end })
+    }
+
+    /// The step in other numbers.
+    pub(crate) fn rounded<T>(&self, number: impl Fn(f64) -> T + Copy) -> SampledSystem<T> {
+        SampledSystem {
+            change: self.change.map(|column| column.map(number)),
+            from_start: self.from_start.map(number),
+            from_end: self.from_end.map(number),
+        }
+    }
+}
+
+impl<T: Copy + Add<Output = T> + Mul<Output = T>> SampledSystem<T> {
+    /// The state one period after `state`, from the accelerations at the start and at the end of the period, m/s².
+    pub fn after(&self, state: &[T; 12], [start, end]: [T; 2]) -> [T; 12] {
+        let mut next: [T; 12] =
+            core::array::from_fn(|i| state[i] + (self.from_start[i] * start + self.from_end[i] * end));
+        for (column, &entry) in self.change.iter().zip(state) {
+            next = core::array::from_fn(|i| next[i] + column[i] * entry);
+        }
+        next
     }
 }

@@ -19,7 +19,6 @@ mod lane_scene;
 mod leap;
 mod leap_plan;
 mod method;
-#[cfg(feature = "std")]
 mod named_method;
 mod radau;
 mod recorder;
@@ -37,7 +36,6 @@ pub use control::{Control, load_scale};
 pub use exact::Exact;
 pub use exponential::Exponential;
 pub use method::{Method, Output, Summary};
-#[cfg(feature = "std")]
 pub use named_method::NamedMethod;
 pub use radau::Radau;
 pub use rk45::Rk45;
