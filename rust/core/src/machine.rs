@@ -70,38 +70,27 @@ impl Carriage {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CarriageId(usize);
 
-/// Memory for each carriage.
-#[cfg(feature = "std")]
-type Places<T> = Vec<T>;
-/// Memory for each carriage.
-#[cfg(not(feature = "std"))]
-type Places<T> = [T; MAX_CARRIAGES];
-
 /// A value for each carriage of a machine, in the order in which they were added.
 #[derive(Debug, Clone)]
-pub struct PerCarriage<T> {
-    places: Places<T>,
-    count: usize,
-}
+pub struct PerCarriage<T>(BoundedVec<T, MAX_CARRIAGES>);
 
 impl<T> PerCarriage<T> {
-    /// The value of each of `count` > 0 carriages.
+    /// The value of each of the `count` carriages of a machine.
     pub(crate) fn new(count: usize, value: impl Fn(usize) -> T) -> Self {
-        #[cfg(feature = "std")]
-        let places = (0..count).map(value).collect();
-        #[cfg(not(feature = "std"))]
-        let places = core::array::from_fn(|k| value(k.min(count - 1)));
-        Self { places, count }
+        match BoundedVec::from_fn(count, value) {
+            Ok(places) => Self(places),
+            Err(_) => unreachable!("no more than the carriages of a machine"),
+        }
     }
 
     /// The values, in the order of the carriages.
     pub fn as_slice(&self) -> &[T] {
-        &self.places[..self.count]
+        self.0.as_slice()
     }
 
     /// The values, in the order of the carriages.
     pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
-        &mut self.places[..self.count]
+        self.0.as_mut_slice()
     }
 
     /// The values, in the order of the carriages.

@@ -3,7 +3,6 @@
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{LANES, Lanes};
 use crate::system::State;
-#[cfg(feature = "std")]
 use crate::system::StateBox;
 
 /// Eight links on their present segments.
@@ -70,7 +69,6 @@ impl LinkBlock {
     }
 
     /// Whether no link passes an edge in the states of a box, or up to `margin` per unit of reach beside it.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(super) fn box_clear(&self, states: &StateBox, margin: f64) -> bool {
         let at = self.deflections(&states.middle);

@@ -23,9 +23,7 @@ use segments::{Change, Segments, bow};
 #[cfg(feature = "std")]
 use crate::equations::LeapBounds;
 use crate::equations::SegmentEquations;
-#[cfg(feature = "std")]
-use crate::excitation::Forcing;
-use crate::excitation::{Ramp, Values};
+use crate::excitation::{Forcing, Ramp, Values};
 use crate::numeric::float::fma;
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{State, System, size};
@@ -98,7 +96,6 @@ impl<'a> Contacts<'a> {
 
     /// How many of these consecutive steps of `h` s, counted from the first, contain no change by the first test of [`Contacts::stays`].
     /// `values`: at the start of each step and at the end of the last; `states`: at the end of each. Remembers these steps as `stays` does.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn stays_near(
         &mut self,
@@ -133,7 +130,6 @@ impl<'a> Contacts<'a> {
     }
 
     /// Forgets what is known from the last step, after a leap.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn leapt(&mut self) {
         (self.curvature, self.haven) = (f64::INFINITY, Haven::NONE);

@@ -3,7 +3,6 @@
 use crate::model::ball_compressions;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
-#[cfg(feature = "std")]
 use crate::system::StateBox;
 use crate::system::{Force, LinkRow, NO_FORCE, State};
 
@@ -58,7 +57,6 @@ impl BallLinks {
 
     /// Bounds on how much the loads in a box are off the tangent at the state `at`, N; infinite if a row opens or closes. See
     /// [`LinkRow::tangent_error`].
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(super) fn tangent_errors(&self, at: &State, states: &StateBox) -> Lanes {
         let (at, mut middle, mut reach) = (self.deflections(at), [0.0; LANES], [0.0; LANES]);

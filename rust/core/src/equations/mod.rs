@@ -34,31 +34,25 @@ mod two_steps;
 
 pub use cubic::CubicPropagator;
 pub(crate) use cubic::{CubicStep, advance_cubic};
-#[cfg(feature = "std")]
-pub use leap::Leap;
-#[cfg(feature = "std")]
-pub(crate) use leap::{LEAP, LeapBounds, LeapSamples};
-#[cfg(feature = "std")]
-pub use linearized::Linearized;
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
-#[cfg(feature = "std")]
 pub(crate) use propagator::three_sums;
-#[cfg(feature = "std")]
-pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages};
 pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;
 pub(crate) use series::{CubicForce, PowerSeries, advance, work};
-#[cfg(feature = "std")]
-pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus};
 pub(crate) use smooth::SmoothEquations;
 #[cfg(feature = "std")]
-pub use two_steps::TwoSteps;
+pub use {leap::Leap, linearized::Linearized, two_steps::TwoSteps};
+#[cfg(feature = "std")]
+pub(crate) use {
+    leap::{LEAP, LeapBounds, LeapSamples},
+    propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages},
+    side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus},
+};
 
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{fma, sqrt};
-#[cfg(feature = "std")]
 use crate::system::StateBox;
 use crate::system::{Force, NO_FORCE, Square, State};
 
@@ -110,7 +104,6 @@ pub trait Equations {
 
     /// Bounds on the modal force, entry by entry, by which the loads of any state in the box differ from those of the tangent at the state
     /// `at`; infinite if a row opens or closes in the box.
-    #[cfg(feature = "std")]
     fn tangent_error(&self, _at: &State, _states: &StateBox) -> Force {
         [f64::INFINITY; NO_FORCE.len()]
     }

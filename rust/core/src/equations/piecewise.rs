@@ -18,7 +18,6 @@ pub(crate) struct SegmentEquations {
 
 impl SegmentEquations {
     /// Linear equations with these matrices (columns).
-    #[cfg(feature = "std")]
     pub(super) fn new(frequency: [f64; 6], [stiffness, damping]: [Square; 2], constant: Force) -> Self {
         Self { frequency, stiffness, damping, constant, key: 0 }
     }

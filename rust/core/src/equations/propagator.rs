@@ -236,7 +236,6 @@ pub(super) fn add_product<const N: usize>(sum: &mut Columns<N>, left: &Columns<1
 }
 
 /// `sum + matrix * column`.
-#[cfg(feature = "std")]
 #[inline(always)]
 pub(super) fn plus_product(sum: &State, matrix: &Columns<12>, column: &State) -> State {
     let mut sum = *sum;

@@ -36,7 +36,6 @@ impl PowerSeries {
     }
 
     /// Norm of a step of length `h`.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn norm(&self, h: f64) -> f64 {
         h.abs() * self.norm

@@ -9,7 +9,6 @@ use crate::model::ball_compressions;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::LANES;
-#[cfg(feature = "std")]
 use crate::system::StateBox;
 use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
 
@@ -65,13 +64,11 @@ impl<'a> SmoothEquations<'a> {
     }
 
     /// The links with preloaded balls, eight at a time.
-    #[cfg(feature = "std")]
     pub(super) fn balls(&self) -> &[BallLinks] {
         self.balls.as_slice()
     }
 
     /// Whether all preloaded links have balls.
-    #[cfg(feature = "std")]
     pub(super) fn has_only_balls(&self) -> bool {
         self.others.as_slice().is_empty()
     }
@@ -178,7 +175,6 @@ impl Equations for SmoothEquations<'_> {
         Remainder { force, rate, open_rows }
     }
 
-    #[cfg(feature = "std")]
     #[inline(always)]
     fn tangent_error(&self, at: &State, states: &StateBox) -> Force {
         let mut bounds = NO_FORCE;

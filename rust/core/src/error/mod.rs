@@ -4,11 +4,9 @@
 mod excitation;
 mod run;
 mod scene;
-#[cfg(feature = "std")]
 mod stopped;
 
 pub use excitation::ExcitationError;
 pub use run::{OtherMethod, RunError};
 pub use scene::SceneError;
-#[cfg(feature = "std")]
 pub use stopped::Stopped;

@@ -1,6 +1,5 @@
 //! Forcing: the excitation as modal force on a system. Over one step it is a ramp.
 
-#[cfg(feature = "std")]
 use core::ops::Range;
 
 use super::Excitation;
@@ -131,7 +130,6 @@ impl Forcing {
     }
 
     /// Whether the excitation is the same at all of these samples, apart from riders.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn is_constant(&self, excitation: &Excitation, samples: Range<usize>) -> bool {
         let mut constant = true;
@@ -162,7 +160,6 @@ impl Forcing {
     }
 
     /// Writes N samples of each component from sample `k` on to `samples`.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn samples<const N: usize>(
         &self,

@@ -10,7 +10,6 @@ pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
 pub(crate) use riding::travel_after;
 pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 
-#[cfg(feature = "std")]
 use core::ops::Range;
 
 use nalgebra::Vector3;
@@ -103,7 +102,6 @@ impl<'a> Excitation<'a> {
     }
 
     /// Some of its samples, at least one; without riders, which studies refuse.
-    #[cfg(feature = "std")]
     pub(crate) fn part(&self, samples: core::ops::Range<usize>) -> Self {
         let knots = match self.knots {
             _ if samples.len() == self.count() => self.knots,
@@ -115,7 +113,6 @@ impl<'a> Excitation<'a> {
     }
 
     /// With other accelerations, as many as it has samples.
-    #[cfg(feature = "std")]
     pub(crate) fn with_acceleration<'b>(&self, acceleration: &'b [[f64; 3]]) -> Excitation<'b>
     where
         'a: 'b,
@@ -163,7 +160,6 @@ impl<'a> Excitation<'a> {
     }
 
     /// Whether one component of the excitation is the same at all of these samples.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn is_constant(&self, samples: Range<usize>, component: usize) -> bool {
         match (component, self.wrench) {
@@ -284,7 +280,6 @@ impl<T, I: Iterator<Item = T>, F: Fn(T) -> bool> Kernel for EveryKernel<I, F> {
 }
 
 /// Whether an entry is the same in all samples.
-#[cfg(feature = "std")]
 #[inline(always)]
 fn are_equal<const N: usize>(samples: &[[f64; N]], entry: usize) -> bool {
     let mut equal = true;

@@ -65,7 +65,6 @@ impl Body {
     ///
     /// # Errors
     /// As [`Body::new`].
-    #[cfg(feature = "std")]
     pub(crate) fn with_mass(&self, mass: f64, center_of_mass: Vector3<f64>) -> Result<Self, SceneError> {
         check_mass(mass, &center_of_mass)?;
         Ok(Self { mass, center_of_mass, inertia: self.inertia })

@@ -81,7 +81,6 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::with_law`], [`Link::damped_in_contact`] and [`Link::with_offset`]; the link must then not be used.
-    #[cfg(feature = "std")]
     pub(crate) fn set(
         &mut self,
         point: Vector3<f64>,
@@ -107,7 +106,6 @@ impl Link {
     }
 
     /// The link while it stays on a segment of its law, about the load there, with its damper if `damped`.
-    #[cfg(feature = "std")]
     pub(crate) fn on_segment(&self, segment: usize, damped: bool) -> Self {
         let damping = if damped { self.damping } else { 0.0 };
         Self { law: self.law.slope_of(segment), damping, damping_in_contact: false, ..*self }

@@ -9,7 +9,6 @@ mod scene;
 
 pub use body::Body;
 pub use dof::{Dof, Free};
-#[cfg(feature = "std")]
 pub(crate) use law::LawDerivative;
 pub use law::{Law, LawParameter, MAX_CURVE_POINTS};
 pub(crate) use law::{ball_compressions, ball_force, forces, sided_force};

@@ -1,7 +1,6 @@
 //! Link rows: deflection and load of each link in the undamped modes.
 
 use super::state::State;
-#[cfg(feature = "std")]
 use super::state_box::StateBox;
 use crate::model::{Link, ball_force};
 use crate::numeric::float::{add_scaled, fma};
@@ -71,7 +70,6 @@ impl LinkRow {
     }
 
     /// Becomes the row of a link that stays on a segment of its law, of which [`LinkRow::on_segment`] gives the numbers.
-    #[cfg(feature = "std")]
     pub(crate) fn stay_on(&mut self, segment: usize, (stiffness, excess, damped): (f64, f64, bool)) {
         self.link = self.link.on_segment(segment, damped);
         self.stiffness = stiffness;
@@ -104,7 +102,6 @@ impl LinkRow {
     ///
     /// Between the edges of a law its slope falls with |δ|, and ever faster; beyond them it only rises. So the tangent is farthest off at an
     /// end of a range that is as wide on both sides.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn tangent_error(&self, at: &State, states: &StateBox) -> f64 {
         let (at, law) = (self.deflection_at(at), self.link.law());

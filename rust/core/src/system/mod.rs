@@ -202,7 +202,6 @@ impl System {
     }
 
     /// The linear system in which every link keeps the stiffness that it has in the modes.
-    #[cfg(feature = "std")]
     pub(crate) fn linearised(&self) -> Self {
         let mut out = Self { model_level: ModelLevel::Linear, ..self.clone() };
         for row in out.rows_mut() {
@@ -212,7 +211,6 @@ impl System {
     }
 
     /// The link rows, to be changed with what follows from them.
-    #[cfg(feature = "std")]
     pub(crate) fn rows_mut(&mut self) -> &mut [LinkRow] {
         self.rows.as_mut_slice()
     }

@@ -7,7 +7,6 @@
 //! changes are then located at its [`Law::edges`].
 
 mod curve;
-#[cfg(feature = "std")]
 mod derivative;
 mod kernels;
 mod parameter;
@@ -20,7 +19,6 @@ use preloaded::Preloaded;
 use sided::Sided;
 
 pub use curve::MAX_CURVE_POINTS;
-#[cfg(feature = "std")]
 pub(crate) use derivative::LawDerivative;
 pub(crate) use kernels::{ball_compressions, ball_force, sided_force};
 pub use parameter::LawParameter;
@@ -243,7 +241,6 @@ impl Law {
     }
 }
 
-#[cfg(feature = "std")]
 impl Law {
     /// The linear law with the slope of a segment of this one.
     pub(crate) fn slope_of(&self, segment: usize) -> Self {

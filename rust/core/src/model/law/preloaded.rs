@@ -106,7 +106,6 @@ impl Preloaded {
     }
 
     /// Second derivative of the force, N/m²; at an edge it is infinite, except for n = 2.
-    #[cfg(feature = "std")]
     pub(super) fn curvature(&self, d: f64) -> f64 {
         let (size, opening, n) = (d.abs(), self.edges[1], self.exponent);
         let power = |x: f64| pow(x, n - 2.0);
