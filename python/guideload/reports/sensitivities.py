@@ -25,12 +25,13 @@ def sensitivities_report(machine: Machine, found: Influence) -> Report:
     """The report: a row per number."""
     shown, changes = found.columns[:ROWS], np.asarray(found.changes)[:ROWS]
     values = [f"{digits(one.value, 4)}{'' if one.unit == '1' else f' {one.unit}'}" for one in shown]
+    shares = 100.0 * changes / found.value if found.value else [None] * len(shown)
     table = Table(
         Column("number", [column.name for column in shown]),
         Column("value", values, kind="4 digits"),
         Column("change", found.steps[:ROWS], kind="4 digits"),
         Column("effect", changes, found.unit, "signed 3 digits"),
-        Column("effect", 100.0 * changes / found.value, "%", "signed time"),
+        Column("effect", shares, "%", "signed time"),
     )
     left = len(found.columns) - len(shown)
     figure = f"{FIGURES[found.figure]} of carriage {found.carriage}, {digits(found.value, 4)} {found.unit}"

@@ -14,6 +14,7 @@ from guideload.life.mean_load import Travel, integrals, mean_load
 from guideload.sensitivity.run import RunDerivatives
 
 TIE = 1e-9  # relative distance of a second peak that counts as equal
+MOST_TIES = 32  # instants that share a peak at which derivatives are taken, each at the cost of some runs
 
 
 class Figures:
@@ -33,30 +34,53 @@ class Figures:
         """The largest y-z resultant [N]. Its derivative is that of the resultant at its instant."""
         values, derivatives = np.empty(len(self.names)), np.empty((self.columns, len(self.names)))
         for i, name in enumerate(self.names):
-            resultant = np.hypot(self.loads[:, i, 1], self.loads[:, i, 2])
-            values[i] = resultant.max()
-            tied = np.flatnonzero(resultant >= (1.0 - TIE) * values[i])
-            ends = [
-                self._of_resultant(i, k)
-                for k in dict.fromkeys((int(resultant.argmax()), *tied[[0, -1]].tolist()))
-            ]
-            derivatives[:, i] = ends[0]
-            scale = np.abs(ends[0]).max()
-            if any(np.abs(other - ends[0]).max() > np.sqrt(TIE) * scale for other in ends[1:]):
-                first, last = self.run.motion.time[tied[[0, -1]]]
+            values[i], instants, by = self._peak(i)
+            derivatives[:, i] = by[0]
+            if np.abs(by - by[0]).max() > np.sqrt(TIE) * np.abs(by[0]).max() or not values[i]:
                 derivatives[:, i] = np.nan
+                first, last = self.run.motion.time[instants].min(), self.run.motion.time[instants].max()
                 self.notes.append(
-                    f"peak_resultant of carriage {name} has no derivative: it is reached at {first:.6g} s and at "
-                    f"{last:.6g} s, where the load changes differently"
+                    f"peak_resultant of carriage {name} has no derivative: "
+                    + (
+                        f"it is reached at {first:.6g} s and at {last:.6g} s, where the load changes differently"
+                        if values[i]
+                        else "the carriage carries nothing"
+                    )
                 )
         return values, derivatives
 
+    def peak_changes(self, carriage: int, steps: Array) -> tuple[float, Array]:
+        """The largest y-z resultant [N] of a carriage, and its changes (p,) by small changes of the columns.
+
+        To first order, and in the direction of the change: where several instants share the peak, that whose load grows
+        most takes over, so that the opposite change need not have the opposite effect.
+        """
+        value, _, by = self._peak(carriage)
+        return value, (by * steps).max(axis=0) if value else np.abs(by * steps).max(axis=0)
+
+    def _peak(self, carriage: int) -> tuple[float, list[int], Array]:
+        """The largest resultant, indices of the instants that share it, and its derivatives (instants, p) there.
+
+        Of a carriage without load they are those of the magnitude of the load.
+        """
+        resultant = np.hypot(self.loads[:, carriage, 1], self.loads[:, carriage, 2])
+        tied = np.flatnonzero(resultant >= (1.0 - TIE) * resultant.max())
+        gaps = np.flatnonzero(np.diff(tied) > 1)
+        ends = np.unique(np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]]))  # of stretches of equal loads
+        ends = ends[np.unique(np.linspace(0, ends.size - 1, MOST_TIES).round().astype(int))]
+        instants = list(dict.fromkeys((int(resultant.argmax()), *ends.tolist())))
+        return float(resultant.max()), instants, np.array([self._of_resultant(carriage, k) for k in instants])
+
     def _of_resultant(self, carriage: int, k: int) -> Array:
-        weights = np.zeros_like(self.loads)
         across = self.loads[k, carriage, 1:3]
         size = float(np.linalg.norm(across))
-        weights[k, carriage, 1:3] = across / size if size else np.nan
-        return self.run.gradient(weights)
+        directions = (across / size,) if size else ((1.0, 0.0), (0.0, 1.0))
+        parts = []
+        for direction in directions:
+            weights = np.zeros_like(self.loads)
+            weights[k, carriage, 1:3] = direction
+            parts.append(self.run.gradient(weights))
+        return parts[0] if size else np.hypot(*parts)
 
     def sum_of_squares(self) -> tuple[Array, Array]:
         """The sum of the squared resultants at all samples [N2]."""

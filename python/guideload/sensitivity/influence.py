@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.number_text import joined
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -32,7 +32,6 @@ class Influence:
     columns       the numbers, those with the strongest influence first
     steps         their changes in words: "1 %", "1 mm" or "10 um"
     changes       (columns,) of the figure by these changes, to first order [`unit`]
-    notes         why changes are nan, or empty
     """
 
     figure: str
@@ -42,7 +41,6 @@ class Influence:
     columns: tuple[Column, ...]
     steps: tuple[str, ...]
     changes: Array
-    notes: tuple[str, ...]
 
 
 def influence_of(
@@ -56,7 +54,8 @@ def influence_of(
     """What drives a figure of a carriage, by default of the most loaded one: exact derivatives times small changes.
 
     to: paths, by default all numbers that can vary but clearances of 0, which have no derivative. The change is 1 % of
-    a number, 1 mm of a place, 10 um of a mounting error. Raises what `sensitivities` raises.
+    a number, 1 mm of a place, 10 um of a mounting error. Where several instants share the largest load, that whose load
+    grows most by the change takes over. Raises what `sensitivities` raises, LifeError for a carriage without load.
     """
     if figure not in UNITS:
         raise ArgumentError(f"of: expected one of {joined(UNITS)}, got {figure!r}")
@@ -64,25 +63,35 @@ def influence_of(
     paths = tuple(to) or [one.path for one in parameters if one.floor != ">= 0" or one.value > 0.0]
     varied = VariedMachine(machine, paths, motion)
     figures = Figures(varied.run(motion, start=start))
-    values, derivatives = getattr(figures, figure)()
     names = [one.name for one in machine.carriages]
     if carriage is not None and carriage not in names:
         raise ArgumentError(f"carriage: expected one of {joined(names)}, got {carriage!r}")
-    worst = np.nanargmin(values) if figure == "life" else np.nanargmax(values)
-    index = int(worst) if carriage is None else names.index(carriage)
     known = {parameter.path: _step(parameter) for parameter in parameters}
     steps = [known[column.name] for column in varied.columns]
-    changes = derivatives[:, index] * np.array([step for step, _ in steps])
-    order = np.argsort(-np.nan_to_num(np.abs(changes)), kind="stable")
+    sizes = np.array([step for step, _ in steps])
+    if figure == "peak_resultant":
+        largest = np.hypot(figures.loads[:, :, 1], figures.loads[:, :, 2]).max(axis=0)
+        index = int(largest.argmax()) if carriage is None else names.index(carriage)
+        value, changes = figures.peak_changes(index, sizes)
+    else:
+        values, derivatives = getattr(figures, figure)()
+        worst = np.nanargmin(values) if figure == "life" else np.nanargmax(values)
+        index = int(worst) if carriage is None else names.index(carriage)
+        value, changes = float(values[index]), derivatives[:, index] * sizes
+    if not np.isfinite([value, *changes]).all():
+        raise LifeError(
+            f"carriage {names[index]}: nothing drives its {figure.replace('_', ' ')}: it carries no load, or its product "
+            "has no ratings"
+        )
+    order = np.argsort(-np.abs(changes), kind="stable")
     return Influence(
         figure=figure,
         unit=UNITS[figure],
         carriage=names[index],
-        value=float(values[index]),
+        value=value,
         columns=tuple(varied.columns[i] for i in order),
         steps=tuple(steps[i][1] for i in order),
         changes=changes[order],
-        notes=tuple(figures.notes),
     )
 
 

@@ -1,0 +1,96 @@
+"""Whether all numbers that a command printed or wrote are finite."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pyarrow.parquet as parquet
+
+NOT_FINITE = re.compile(r"(?<![\w./-])[+-]?(?:nan|inf|infinity)(?![\w./-])", re.IGNORECASE)
+SCRIPT = re.compile(r"<script>.*?</script>", re.DOTALL)  # of an HTML report: its program, not its data
+TEXTS = (".txt", ".csv", ".html", ".toml", ".h", ".rs", ".svg")
+
+
+def faults_of_text(text: str, name: str) -> list[str]:
+    """The lines of a text that have a number that is not finite."""
+    found = [line for line in text.splitlines() if NOT_FINITE.search(line)]
+    return [f"{name}: {' '.join(line.split())[:200]}" for line in found[:3]]
+
+
+def faults_of_json(text: str, name: str) -> list[str]:
+    """What JSON does not have: NaN and Infinity."""
+
+    def refuse(constant: str) -> None:
+        raise ValueError(constant)
+
+    try:
+        json.loads(text, parse_constant=refuse)
+    except ValueError as error:
+        return [f"{name}: {error}"]
+    return []
+
+
+def faults(folder: Path) -> list[str]:
+    """What is wrong in the files of a folder."""
+    found: list[str] = []
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.name.endswith(".draft") or path.name == ".draft":
+            found.append(f"{name}: a draft is left")
+        if not path.is_file():
+            continue
+        if path.suffix == ".json":
+            found += faults_of_json(path.read_text(encoding="utf-8"), name)
+        elif path.suffix in TEXTS:
+            found += faults_of_text(SCRIPT.sub("", path.read_text(encoding="utf-8")), name)
+        elif path.suffix == ".nc":
+            found += _faults_of_hdf5(path, name)
+        elif path.suffix == ".parquet":
+            found += _faults_of_parquet(path, name)
+    return found
+
+
+def _faults_of_hdf5(path: Path, name: str) -> list[str]:
+    found = []
+
+    def look(key: str, item: Any) -> None:
+        for label, values in ((key, item), *((f"{key}@{each}", one) for each, one in item.attrs.items())):
+            if isinstance(values, h5py.Dataset) and values.dtype.kind == "f":
+                values = values[...]
+            if isinstance(values, str):
+                if label.endswith("_FillValue"):
+                    continue
+                found.extend(_of_embedded(values, f"{name}: {label}"))
+            elif isinstance(values, np.ndarray | float) and np.asarray(values).dtype.kind == "f":
+                if not label.endswith("_FillValue") and not np.isfinite(values).all():
+                    found.append(f"{name}: {label}")
+
+    with h5py.File(path) as file:
+        file.visititems(look)
+        for key, one in file.attrs.items():
+            if isinstance(one, str):
+                found.extend(_of_embedded(one, f"{name}: @{key}"))
+    return found
+
+
+def _of_embedded(text: str, name: str) -> list[str]:
+    """Faults of a text in a file of arrays: JSON, or words."""
+    return faults_of_json(text, name) if text[:1] in "{[" else faults_of_text(text, name)
+
+
+def _faults_of_parquet(path: Path, name: str) -> list[str]:
+    table = parquet.read_table(path)
+    found = []
+    for column in table.column_names:
+        values = table[column].to_numpy()
+        if values.dtype.kind == "f" and not np.isfinite(values[table[column].is_valid().to_numpy()]).all():
+            found.append(f"{name}: {column}")
+    for key, text in (table.schema.metadata or {}).items():
+        if key != b"ARROW:schema":
+            found += _of_embedded(text.decode(errors="replace"), f"{name}: @{key.decode()}")
+    return found
