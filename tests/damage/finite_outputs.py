@@ -56,25 +56,21 @@ def faults(folder: Path) -> list[str]:
 
 
 def _faults_of_hdf5(path: Path, name: str) -> list[str]:
-    found = []
+    found: list[str] = []
 
     def look(key: str, item: Any) -> None:
-        for label, values in ((key, item), *((f"{key}@{each}", one) for each, one in item.attrs.items())):
-            if isinstance(values, h5py.Dataset) and values.dtype.kind == "f":
-                values = values[...]
-            if isinstance(values, str):
-                if label.endswith("_FillValue"):
-                    continue
-                found.extend(_of_embedded(values, f"{name}: {label}"))
-            elif isinstance(values, np.ndarray | float) and np.asarray(values).dtype.kind == "f":
-                if not label.endswith("_FillValue") and not np.isfinite(values).all():
-                    found.append(f"{name}: {label}")
+        values = [(f"{key}@{each}", one) for each, one in item.attrs.items() if each != "_FillValue"]
+        if isinstance(item, h5py.Dataset) and item.dtype.kind == "f":
+            values.append((key, item[...]))
+        for label, one in values:
+            if isinstance(one, str):
+                found.extend(_of_embedded(one, f"{name}: {label}"))
+            elif np.asarray(one).dtype.kind == "f" and not np.isfinite(one).all():
+                found.append(f"{name}: {label}")
 
     with h5py.File(path) as file:
+        look("", file)
         file.visititems(look)
-        for key, one in file.attrs.items():
-            if isinstance(one, str):
-                found.extend(_of_embedded(one, f"{name}: @{key}"))
     return found
 
 

@@ -1,4 +1,4 @@
-"""Runs commands with hostile files and options: `python tests/damage/hostile_runs.py --minutes 60 [--seed 1] [--only WORD]`.
+"""Runs commands with hostile files and options: `python tests/damage/hostile_runs.py --minutes 60 [--seed 1]`.
 
 Each run is a process of its own with 2 GiB of address space and 30 s of processor time. It must end with finite numbers
 in all that it prints and writes, or with an error of the documented exit codes; anything else is a failure, and is
@@ -29,7 +29,7 @@ if __name__ == "__main__":
 import made_files
 import small_project
 from damaged_bytes import damaged, damaged_text
-from finite_outputs import faults, faults_of_json, faults_of_text
+from finite_outputs import faults, faults_of_text
 from hostile_values import hostile_toml, hostile_word, learn_keys
 
 ADDRESSES = 2 << 30  # bytes
@@ -57,7 +57,9 @@ def prepare(folder: Path, case: int, only: str = "") -> tuple[str, str]:
     shutil.copytree(folder / "valid", work)
     (work / "out").mkdir()
     words = small_project.words_of(line)[0]
-    values = [i for i, word in enumerate(words) if i and words[i - 1].startswith("-") and not word.startswith("-")]
+    values = [
+        i for i, word in enumerate(words) if i and words[i - 1].startswith("-") and not word.startswith("-")
+    ]
     values = [i for i in values if not words[i].startswith("out/") and not (work / words[i]).exists()]
     if values and rng.random() < OPTIONS_SHARE:
         place = values[int(rng.integers(len(values)))]
@@ -97,11 +99,15 @@ def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
     _, status, used = os.wait4(child, 0)
     seconds = used.ru_utime + used.ru_stime
     code = os.waitstatus_to_exitcode(status)
-    out, err = ((folder / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr"))
+    out, err = (
+        (folder / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")
+    )
     if not ended:
         return Outcome("failed", f"asleep for {time.monotonic() - begun:.0f} s", seconds)
     if code < 0:
-        what = "beyond the processor time" if code in (-signal.SIGXCPU, -signal.SIGKILL) else f"signal {-code}"
+        what = (
+            "beyond the processor time" if code in (-signal.SIGXCPU, -signal.SIGKILL) else f"signal {-code}"
+        )
         return Outcome("failed", what, seconds)
     if "Traceback" in err or "panicked" in err or "Exception ignored" in err:
         return Outcome("failed", _last_lines(err), seconds)
@@ -123,7 +129,10 @@ def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
 
 def re_warning(err: str) -> bool:
     """Whether a warning of Python or NumPy was printed."""
-    return any(f"{name}: " in err for name in ("RuntimeWarning", "UserWarning", "DeprecationWarning", "FutureWarning"))
+    return any(
+        f"{name}: " in err
+        for name in ("RuntimeWarning", "UserWarning", "DeprecationWarning", "FutureWarning")
+    )
 
 
 def _last_lines(err: str) -> str:
@@ -169,7 +178,16 @@ def warm_up() -> None:
     for module in pkgutil.walk_packages(guideload.__path__, "guideload."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    for name in ("pandas", "scipy.stats", "scipy.optimize", "pyarrow.parquet", "h5py", "xarray", "pint", "matplotlib"):
+    for name in (
+        "pandas",
+        "scipy.stats",
+        "scipy.optimize",
+        "pyarrow.parquet",
+        "h5py",
+        "xarray",
+        "pint",
+        "matplotlib",
+    ):
         importlib.import_module(name)
     learn_keys()
 
@@ -184,7 +202,9 @@ def outcome_of(folder: Path, case: int, only: str = "") -> tuple[str, str, Outco
 
 def main() -> None:
     """Run for the asked time, and print a table of outcomes by command."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="commands whose line has this text")
@@ -203,10 +223,13 @@ def main() -> None:
     assert os.waitstatus_to_exitcode(os.waitpid(write, 0)[1]) == 0
     if asked.case is not None:
         line, what, found = outcome_of(folder, asked.case, asked.only)
-        print(f"guideload {line}\n{what}, in {folder / 'case'}\n{found.kind} in {found.seconds:.1f} s: {found.text}")
+        print(
+            f"guideload {line}\n{what}, in {folder / 'case'}\n{found.kind} in {found.seconds:.1f} s: {found.text}"
+        )
         print((folder / "stderr").read_text(encoding="utf-8", errors="replace"), file=sys.stderr)
         return
     end, case, first = time.monotonic() + 60 * asked.minutes, asked.seed * 1_000_000, {}
+    option = f" --only {asked.only!r}" if asked.only else ""
     counts: dict[str, Counter[str]] = {}
     slowest: dict[str, float] = {}
     while time.monotonic() < end:
@@ -217,12 +240,19 @@ def main() -> None:
         key = (name, found.text[:100])
         if found.kind == "failed" and key not in first:
             first[key] = case
-            print(f"--case {case}{f' --only {asked.only!r}' if asked.only else ''}: {line[:120]} [{what[:60]}]: {found.text}", flush=True)
+            print(
+                f"--case {case}{option}: {line[:120]} [{what[:60]}]: {found.text}",
+                flush=True,
+            )
         case += 1
     kinds = ("finite", "refused", "memory", "failed")
     print(f"{'command':<18}{'tried':>7}" + "".join(f"{kind:>9}" for kind in kinds) + "   slowest")
     for name, found in sorted(counts.items()):
-        print(f"{name:<18}{found.total():>7}" + "".join(f"{found[kind]:>9}" for kind in kinds) + f"   {slowest[name]:.1f} s")
+        print(
+            f"{name:<18}{found.total():>7}"
+            + "".join(f"{found[kind]:>9}" for kind in kinds)
+            + f"   {slowest[name]:.1f} s"
+        )
     total = sum(counts.values(), Counter())
     print(f"{'all':<18}{total.total():>7}" + "".join(f"{total[kind]:>9}" for kind in kinds))
     shutil.rmtree(folder)

@@ -1,4 +1,4 @@
-"""Values that no file or option should have: of another type, not finite, huge, tiny, empty; each is drawn from a seed."""
+"""Values that no file should have: of another type, not finite, huge, tiny, empty; each is drawn from a seed."""
 
 from __future__ import annotations
 
@@ -12,20 +12,109 @@ from guideload.base.toml import Place, read_toml
 
 # As TOML writes them. No name becomes "nan" or "inf", which a report would show rightly.
 LITERALS = (
-    *("nan", "inf", "-inf", "[nan, nan, nan]", "[[nan, inf]]", '"nan m"', '"1e999 N"', '"-inf kg"'),
+    *("nan", "inf", "-inf", "[nan, nan, nan]", "[[nan, inf]]", '"1e999 N"'),
     *("0", "0.0", "-0.0", "-1", "1", "2", "1.5", "-2.5e-3", "3", "7", "100", "1000", "1e6", "1e9", "-1e9"),
     *("1e17", "1e25", "1e100", "1e154", "1e155", "1e300", "1e308", "-1e308", "1.8e308", "5e8"),
     *("1e-6", "1e-9", "1e-15", "1e-100", "1e-160", "1e-300", "1e-308", "-1e-308", "5e-324"),
     *("9223372036854775807", "-9223372036854775808", "18446744073709551616", "1" + "0" * 400, "0xffff"),
-    *('""', '" "', '"x"', '"1"', '"0"', '"1e308"', '"\\u0000"', '"\\u2028"', '"\\U0001F642"', '"' + "x" * 3000 + '"'),
-    *('"../../x"', '"/"', '"."', '".."', '"*"', '"a.b[0]"', '"%s{0}"', '"moves.toml"', '"trace.csv"', '"plain.toml"'),
-    *("true", "false", "[]", "[[]]", "{}", "[{}]", "{ a = 1 }", "[1]", "[1, 2]", "[1, 2, 3]", "[0, 0, 0]", "[1, true]"),
-    *('["x"]', '["x", "x"]', "[[0, 0], [0, 0]]", "[1e308, 1e308, 1e308]", "[1e-300, 0, 0]", '["1 m", "2 kg"]'),
+    *(
+        '""',
+        '" "',
+        '"x"',
+        '"1"',
+        '"0"',
+        '"1e308"',
+        '"\\u0000"',
+        '"\\u2028"',
+        '"\\U0001F642"',
+        '"' + "x" * 3000 + '"',
+    ),
+    *(
+        '"../../x"',
+        '"/"',
+        '"."',
+        '".."',
+        '"*"',
+        '"a.b[0]"',
+        '"%s{0}"',
+        '"moves.toml"',
+        '"trace.csv"',
+        '"plain.toml"',
+    ),
+    *(
+        "true",
+        "false",
+        "[]",
+        "[[]]",
+        "{}",
+        "[{}]",
+        "{ a = 1 }",
+        "[1]",
+        "[1, 2]",
+        "[1, 2, 3]",
+        "[0, 0, 0]",
+        "[1, true]",
+    ),
+    *(
+        '["x"]',
+        '["x", "x"]',
+        "[[0, 0], [0, 0]]",
+        "[1e308, 1e308, 1e308]",
+        "[1e-300, 0, 0]",
+        '["1 m", "2 kg"]',
+    ),
     *("1979-05-27", "07:32:00", "1979-05-27T07:32:00Z"),
-    *('"1e-308 m"', '"1e308 N"', '"1e308 s"', '"1 kg"', '"1 m"', '"0 N"', '"1 N/um"', '"100 %"', '"1e308 %"', '"0 %"'),
-    *('"-1 m"', '"1 ms"', '"1e6 m"', '"1 Hz"', '"rest"', '"auto"', '"life"', '"value"', '"carriage"', '"normal"'),
+    *(
+        '"1e-308 m"',
+        '"1e308 N"',
+        '"1e308 s"',
+        '"1 kg"',
+        '"1 m"',
+        '"0 N"',
+        '"1 N/um"',
+        '"100 %"',
+        '"1e308 %"',
+        '"0 %"',
+    ),
+    *(
+        '"-1 m"',
+        '"1 ms"',
+        '"1e6 m"',
+        '"1 Hz"',
+        '"rest"',
+        '"auto"',
+        '"life"',
+        '"value"',
+        '"carriage"',
+        '"normal"',
+    ),
 )
-POWERS = (-320, -300, -200, -160, -100, -50, -30, -12, -6, -3, -1, 1, 3, 6, 9, 12, 30, 50, 100, 160, 200, 300, 307)
+POWERS = (
+    -320,
+    -300,
+    -200,
+    -160,
+    -100,
+    -50,
+    -30,
+    -12,
+    -6,
+    -3,
+    -1,
+    1,
+    3,
+    6,
+    9,
+    12,
+    30,
+    50,
+    100,
+    160,
+    200,
+    300,
+    307,
+)
+QUANTITY = re.compile(r'"?-?\d')
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:[eE][+-]?\d+)?")
 
 
@@ -71,6 +160,8 @@ def _scaled(text: str, rng: Generator) -> str:
     number = numbers[int(rng.integers(len(numbers)))]
     if rng.random() < 0.15:
         new = number[0][1:] if number[0].startswith("-") else "-" + number[0]
+    elif rng.random() < 0.05 and QUANTITY.match(text):
+        new = str(rng.choice(["nan", "inf", "-inf"]))
     else:
         digits, _, exponent = number[0].lower().partition("e")
         new = f"{digits}e{int(exponent or 0) + int(rng.choice(POWERS))}"
@@ -106,7 +197,9 @@ def _header(text: str, places: Places, rng: Generator) -> str:
     if place is None:
         return text
     name = text[place.first : place.last].strip("[] ")
-    return _replaced(text, place, str(rng.choice([f"[[{name}]]", f"[{name}]", "", f"[{name}.x]", f"[[{name}.x]]"])))
+    return _replaced(
+        text, place, str(rng.choice([f"[[{name}]]", f"[{name}]", "", f"[{name}.x]", f"[[{name}.x]]"]))
+    )
 
 
 def _table_twice(text: str, places: Places, rng: Generator) -> str:
@@ -132,7 +225,16 @@ def _more_key(text: str, places: Places, rng: Generator) -> str:
     return _replaced(text, place, f"{text[place.first : place.last]}\n{row}") if place else f"{row}\n{text}"
 
 
-KINDS = (*[_literal] * 6, *[_number] * 6, _of_another_key, _left_out, _header, _table_twice, _table_left_out, *[_more_key] * 3)
+KINDS = (
+    *[_literal] * 6,
+    *[_number] * 6,
+    _of_another_key,
+    _left_out,
+    _header,
+    _table_twice,
+    _table_left_out,
+    *[_more_key] * 3,
+)
 KEYS: list[str] = []  # of all kinds of files, from their schemas
 
 

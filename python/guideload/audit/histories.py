@@ -130,9 +130,8 @@ class Histories:
     def usable_bandwidth(self) -> float:
         """Usable bandwidth of the motion [Hz]; see `TraceResolution`."""
         half_rate = 0.5 / self.trace_step if self.trace_step else np.inf
-        return float(
-            self.data.attrs.get("motion_bandwidth_Hz", half_rate)
-        )  # results of older versions lack it
+        found = self.data.attrs.get("motion_bandwidth_Hz", half_rate)  # results of older versions lack it
+        return np.inf if found == "unlimited" else float(found)
 
     @property
     def hidden_jumps(self) -> int:

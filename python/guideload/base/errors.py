@@ -36,6 +36,20 @@ class DoubtfulResult(RunError):
     """A result that was asked for with strict=True contradicts itself or cannot be predicted; see `Audit.doubts`."""
 
 
+class NotFinite(RunError):
+    """A result is not a finite number, because values of the input are too large or too small together."""
+
+    def __init__(self, place: str, value: object) -> None:
+        super().__init__(place, value)
+        self.place, self.value = place, value
+
+    def __str__(self) -> str:
+        return visible(
+            f"{self.place}: the result is {self.value}, no finite number, so nothing is written; values of the input "
+            "are too large or too small together: check the largest and the smallest ones, and their units"
+        )
+
+
 class LifeError(GuideloadError):
     """Life or static safety cannot be computed: a product lacks a value, or the motion has no speed."""
 

@@ -78,6 +78,30 @@ ROLL = Range("a roll angle", "rad", 0.0, 6.2832, "a full turn")
 EFFICIENCY = Range("an efficiency", "1", 0.0, 1.0, "a drive gives no more than it gets")
 FRICTION = Range("a coefficient of friction", "1", 0.0, 10.0, "more than rubber on rubber")
 
+RATING = Range("a load rating", "N", 1e-6, 1e12, "from a micromechanical guide to the largest force")
+RATED_MOMENT = Range(
+    "a rated moment", "N m", 1e-9, 1e16, "a small rating at a small arm, to the largest moment"
+)
+FACTOR = Range("a factor", "1", 1e-6, 1e6, "a million times")
+EXPONENT = Range("an exponent", "1", 0.1, 20.0, "lives of bearings have 3 to 10/3, those of springs up to 10")
+DISTANCE = Range("a travelled distance", "m", 1e-3, 1e15, "a million km in each of a million hours")
+PERIOD = Range("a period", "s", 1e-9, 1e11, "from a nanosecond to three thousand years")
+CYCLES = Range("a number of cycles", "1", 1e-9, 1e12, "a thousand per second for thirty years")
+YEARLY = Range("hours per year", "1", 1e-3, 8784.0, "all hours of a leap year")
+SHARE = Range("a share", "1", 1e-12, 1e3, "from the rounding of a double to a thousand times the value")
+FREQUENCY = Range("a frequency", "Hz", 1e-6, 1e9, "from a turn in ten days to sound in a nanometre")
+COMPONENT = Range(
+    "a component of a shape", "1", 0.0, 1e9, "shapes in any unit, as of acceleration per newton"
+)
+TOLERANCE = Range("a tolerance", "1", 1e-300, 1.0, "looser than the loads themselves says nothing")
+SMOOTHER = Range(
+    "a time constant in samples", "1", 0.01, 100.0, "what whole numbers of a controller can weigh"
+)
+ENTRY = Range("an entry of a compliance matrix", "1", 0.0, 1e3, "the inverse of a stiffness, in any SI unit")
+POWER = Range(
+    "an exponent of a spectrum", "1", 0.0, 10.0, "measured profiles fall with exponents from 1 to 4"
+)
+
 OF_MACHINES = (
     MASS, INERTIA, POSITION, LENGTH, ACCELERATION, STIFFNESS, DAMPING, CLEARANCE, DEFLECTION, FORCE, PRELOAD, RATIO,
     DIRECTION, ANGLE, EFFICIENCY, FRICTION, TILTING, ROLL,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Literal, get_args
 
 from pydantic import Field, PlainValidator
 
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import CYCLES, DISTANCE, FACTOR, YEARLY
 
 RuleName = Literal["sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson"]
 RULES: tuple[RuleName, ...] = get_args(RuleName)
@@ -16,7 +16,7 @@ Application = Literal["normal", "vibration and shock", "strong shock"]
 # Guidance for the static safety by application (ISO 14728-2 and the makers' tables).
 LEAST_SAFETY: dict[Application, float] = {"normal": 1.0, "vibration and shock": 2.0, "strong shock": 3.0}
 
-Factor = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 
 
 def _probability(value: object) -> float:
@@ -45,16 +45,16 @@ class LifeConditions(ConfigModel):
     application: Application = Field(
         default="normal", description="kind of use, which sets the least static safety: 1, 2 or 3"
     )
-    life: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] | None = Field(
+    life: Annotated[float, in_range(DISTANCE, above=0.0)] | None = Field(
         default=None, description='life to be reached, e.g. "20000 km"'
     )
     safety: Factor | None = Field(
         default=None, description="static safety to be reached, instead of that of the use"
     )
-    cycles_per_hour: Factor | None = Field(
+    cycles_per_hour: Annotated[float, in_range(CYCLES, above=0.0)] | None = Field(
         default=None, description="repetitions of the motion per hour; by default it repeats without a pause"
     )
-    hours_per_year: Factor | None = Field(
+    hours_per_year: Annotated[float, in_range(YEARLY, above=0.0)] | None = Field(
         default=None, description="operating hours, e.g. 4000 for two shifts"
     )
 

@@ -10,23 +10,37 @@ from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
-    PlainValidator,
     StrictStr,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
-from guideload.base.config import ConfigModel, entries, number
+from guideload.base.config import ConfigModel, entries, in_range, number
 from guideload.base.errors import ValueRefused, shown
+from guideload.base.ranges import (
+    ACCELERATION,
+    DEFLECTION,
+    FACTOR,
+    FORCE,
+    FRICTION,
+    LENGTH,
+    MASS,
+    PRELOAD,
+    RATED_MOMENT,
+    RATING,
+    SPEED,
+    STIFFNESS,
+)
 from guideload.catalogue.rating import LIFE_EXPONENT, Rating
 
 Text = Annotated[StrictStr, Field(min_length=1)]
-Force = Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))]
-Moment = Annotated[float, PlainValidator(partial(number, unit="N m", above=0.0))]
-Length = Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))]
-Stiffness = Annotated[float, PlainValidator(partial(number, unit="N/m", above=0.0))]
-Plain = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+Force = Annotated[float, in_range(RATING, above=0.0)]
+Preload = Annotated[float, in_range(PRELOAD, above=0.0)]
+Moment = Annotated[float, in_range(RATED_MOMENT, above=0.0)]
+Length = Annotated[float, in_range(LENGTH, above=0.0)]
+Stiffness = Annotated[float, in_range(STIFFNESS, above=0.0)]
+Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 MOST_POINTS = 8  # of a curve of one direction: the core takes 16 for both
 # Two ends at +-length/2 with half the stiffness each tilt like a row of this length over length.
 ROW_OVER_LENGTH = 3.0**0.5
@@ -44,8 +58,8 @@ def _rising(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float
 
 CurvePoint = Annotated[
     tuple[
-        Annotated[float, PlainValidator(partial(number, unit="m"))],
-        Annotated[float, PlainValidator(partial(number, unit="N"))],
+        Annotated[float, in_range(DEFLECTION)],
+        Annotated[float, in_range(FORCE)],
     ],
     BeforeValidator(partial(entries, names=("deflection", "force"))),
 ]
@@ -81,7 +95,7 @@ class Curves(ConfigModel):
 def _stiffness(value: object) -> float | Directions:
     if isinstance(value, dict | Directions):
         return Directions.model_validate(value)
-    return number(value, "N/m", above=0.0)
+    return number(value, "N/m", above=0.0, within=STIFFNESS)
 
 
 class PreloadClass(ConfigModel):
@@ -96,7 +110,7 @@ class PreloadClass(ConfigModel):
         default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
     )
     curve: Curves | None = Field(default=None, description="load-deflection curves instead of the stiffness")
-    preload: Force | None = Field(default=None, description='preload of each row, e.g. "2.09 kN"')
+    preload: Preload | None = Field(default=None, description='preload of each row, e.g. "2.09 kN"')
 
     @model_validator(mode="after")
     def _one_law(self) -> PreloadClass:
@@ -112,9 +126,7 @@ class PreloadClass(ConfigModel):
 class SealForce(ConfigModel):
     """Friction of the seals, and what it is counted by: makers print it per carriage or per end seal."""
 
-    value: Annotated[float, PlainValidator(partial(number, unit="N", least=0.0))] = Field(
-        description='friction force, e.g. "1.96 N"'
-    )
+    value: Annotated[float, in_range(FORCE, least=0.0)] = Field(description='friction force, e.g. "1.96 N"')
     per: Literal["carriage", "end seal"] = Field(description='"carriage" or "end seal" (two per carriage)')
 
     @property
@@ -142,10 +154,10 @@ class Product(ConfigModel):
     static: Force | None = Field(default=None, description='static load rating C0, e.g. "52.8 kN"')
     static_moments: Moments = Field(default=Moments(), description="static moments M0")
     dynamic_moments: Moments = Field(default=Moments(), description="dynamic moments M")
-    lift_factor: Plain = Field(
+    lift_factor: Factor = Field(
         default=1.0, description="factor on lifting loads in the equivalent load (k_r of IKO, Y of THK)"
     )
-    side_factor: Plain = Field(
+    side_factor: Factor = Field(
         default=1.0, description="factor on side loads in the equivalent load (k_a of IKO, Y of THK)"
     )
     preload_classes: tuple[PreloadClass, ...] = Field(
@@ -156,20 +168,20 @@ class Product(ConfigModel):
     )
     row_length: Length | None = Field(default=None, description="length of the loaded rows along the rail")
     carriage_length: Length | None = Field(default=None, description="length of the carriage with end caps")
-    mass: Annotated[float, PlainValidator(partial(number, unit="kg", above=0.0))] | None = Field(
+    mass: Annotated[float, in_range(MASS, above=0.0)] | None = Field(
         default=None, description="mass of the carriage"
     )
     seal_force: SealForce | None = Field(
         default=None, description='e.g. { value = "1.96 N", per = "end seal" }'
     )
-    friction_coefficient: Plain | None = Field(
+    friction_coefficient: Annotated[float, in_range(FRICTION, above=0.0)] | None = Field(
         default=None, description="of the rolling contacts, without seals"
     )
-    max_speed: Annotated[float, PlainValidator(partial(number, unit="m/s", above=0.0))] | None = Field(
+    max_speed: Annotated[float, in_range(SPEED, above=0.0)] | None = Field(
         default=None, description='largest speed, e.g. "5 m/s"'
     )
-    max_acceleration: Annotated[float, PlainValidator(partial(number, unit="m/s^2", above=0.0))] | None = (
-        Field(default=None, description='largest acceleration, e.g. "50 m/s^2"')
+    max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] | None = Field(
+        default=None, description='largest acceleration, e.g. "50 m/s^2"'
     )
 
     @model_validator(mode="before")
@@ -209,7 +221,7 @@ class Product(ConfigModel):
         classes = {one.name: one for one in self.preload_classes}
         if name is None and len(classes) <= 1:
             return next(iter(classes.values()), None)
-        if name not in classes:
+        if not isinstance(name, str) or name not in classes:
             known = ", ".join(classes) or "it has none"
             raise ValueRefused(
                 f"a preload class of {self.name} ({known})", name, 'add the key "preload_class"'

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -12,8 +11,9 @@ from numpy.typing import ArrayLike
 from pydantic import Field, PlainValidator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, not_required, number
+from guideload.base.config import ConfigModel, in_range, not_required, number
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import DISTANCE, EXPONENT, RATING
 
 LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
 WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO 14728-1
@@ -24,7 +24,7 @@ def exponent_of(value: object) -> float:
     try:
         if isinstance(value, str) and re.fullmatch(r"[\d./]{1,20}", value):
             value = float(Fraction(value))
-        return number(value, "1", above=0.0)
+        return number(value, "1", above=0.0, within=EXPONENT)
     except (ValueError, ZeroDivisionError):
         raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
 
@@ -37,10 +37,10 @@ class Rating(ConfigModel):
 
     model_config = not_required("exponent")
 
-    value: Annotated[float, PlainValidator(partial(number, unit="N", above=0.0))] = Field(
+    value: Annotated[float, in_range(RATING, above=0.0)] = Field(
         description='dynamic load rating C, e.g. "34.9 kN"'
     )
-    base: Annotated[float, PlainValidator(partial(number, unit="m", above=0.0))] = Field(
+    base: Annotated[float, in_range(DISTANCE, above=0.0)] = Field(
         description='travel to which C refers, "50 km" or "100 km", from the same catalogue'
     )
     exponent: Annotated[float, PlainValidator(exponent_of)] = Field(

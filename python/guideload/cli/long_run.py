@@ -99,7 +99,10 @@ def _require_output(output: Path | None, overwrite: bool, *inputs: Path) -> None
 
 
 def _write(run: LongRun, output: Path, overwrite: bool) -> None:
+    from guideload.base.finite import require_finite_table
+
     table = run.table()
+    require_finite_table(table)
     try:
         with atomic_write(output, replace=overwrite) as draft:
             if output.suffix.lower() == ".csv":

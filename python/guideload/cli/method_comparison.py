@@ -64,6 +64,7 @@ def chart(
     Every method computes the loads of a machine under a motion, with a range of tolerances and fixed steps. The error
     is the difference of the loads from a reference, whose own error is reported.
     """
+    from guideload.base.finite import require_finite_table
     from guideload.method_comparison.runner import work_precision
     from guideload.reports.work_precision import chart_report
 
@@ -87,7 +88,9 @@ def chart(
     with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         diagram = compute()
         with write_errors(output):
-            diagram.table().to_csv(folder / "chart.csv", index=False)
+            table = diagram.table()
+            require_finite_table(table, table.columns)  # a setting that failed has no numbers
+            table.to_csv(folder / "chart.csv", index=False)
             (folder / "report.txt").write_text(chart_report(diagram).text(), encoding="utf-8")
             if not no_pictures:
                 _draw(diagram, folder / "chart.png")

@@ -94,8 +94,12 @@ def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
             }
     import pandas as pd
 
+    from guideload.base.finite import require_finite_table
+
+    rows = pd.DataFrame(columns)
+    require_finite_table(rows)
     try:
         with atomic_write(table, replace=overwrite) as draft:
-            pd.DataFrame(columns).to_csv(draft, index=False)
+            rows.to_csv(draft, index=False)
     except OSError as error:
         raise unwritable(table, error) from error

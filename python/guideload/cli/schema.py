@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import get_args
 
 import click
@@ -14,8 +13,9 @@ from guideload.cli.options import FileKind
 @click.argument("kind", type=click.Choice(get_args(FileKind)))
 def schema(kind: FileKind) -> None:
     """Print the JSON schema of a kind of file, for completion and checks in an editor."""
+    from guideload.base.finite import finite_json
     from guideload.cli.file_schema import file_schema
 
-    click.echo(json.dumps(file_schema(kind), indent=2, ensure_ascii=False))
+    click.echo(finite_json(file_schema(kind), indent=2, ascii_only=False))
     click.echo(f"Save it as {kind}.schema.json; editors use it for a file with this first row:", err=True)
     click.echo(f"#:schema {kind}.schema.json", err=True)

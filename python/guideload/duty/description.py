@@ -13,6 +13,7 @@ from pydantic import Field, PlainValidator, StrictStr, field_validator
 
 from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.ranges import CYCLES, PERIOD
 from guideload.base.toml import located, read_toml
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
@@ -29,7 +30,7 @@ class CaseFile(ConfigModel):
     motion: FileName = Field(
         description='one cycle: a measured trace, e.g. "trace.csv", or planned moves, e.g. "moves.toml"'
     )
-    cycles: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))] = Field(
+    cycles: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0, within=CYCLES))] = Field(
         description="repetitions of the motion in each period"
     )
     machine: FileName | None = Field(
@@ -50,7 +51,7 @@ class DutyFile(ConfigModel):
     machine: FileName | None = Field(
         default=None, description='machine file of all cases that have none, e.g. "machine.toml"'
     )
-    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))] = Field(
+    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = Field(
         default=HOUR, description='time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"'
     )
     cases: tuple[CaseFile, ...] = Field(min_length=1, description="one [[cases]] table for each load case")

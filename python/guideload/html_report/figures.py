@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from guideload.base.arrays import Array
+from guideload.base.finite import finite_json
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def chart(title: str, unit: str, time: Array, lines: Sequence[Line], group: str 
         for line in lines
     ]
     data = {"title": title, "unit": unit, "time": _packed(time, "<f8"), "lines": drawn}
-    text = json.dumps(data).replace("<", "\\u003c")  # nothing in a name may end the script element
+    text = finite_json(data).replace("<", "\\u003c")  # nothing in a name may end the script element
     return Chart(title, Markup(text), group)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.base.finite import finite_json
 from guideload.html_report.figures import Chart, Figure, Line, Listing, chart, picture
 from guideload.html_report.page import report_page, save_page
 from guideload.plots.long_records import is_long, worst_cycle
@@ -164,7 +164,7 @@ def _listed(machine: Machine) -> str:
     rows = []
     for key, value in machine.model_dump(mode="json", exclude_defaults=True).items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
-            rows += [f"{key}:", *(f"  {json.dumps(entry, ensure_ascii=False)}" for entry in value)]
+            rows += [f"{key}:", *(f"  {finite_json(entry, ascii_only=False)}" for entry in value)]
         else:
-            rows.append(f"{key}: {json.dumps(value, ensure_ascii=False)}")
+            rows.append(f"{key}: {finite_json(value, ascii_only=False)}")
     return "\n".join(rows)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 
+from guideload.base.finite import finite_json
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
@@ -39,4 +39,4 @@ def json_text(found: Identification) -> str:
         "differences": [asdict(one) for one in found.residuals],
         "messages": list(found.messages),
     }
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    return finite_json(content, indent=1, ascii_only=False) + "\n"

@@ -295,4 +295,8 @@ def _known(derivatives: Complex) -> Complex:
 
 
 def _mac(first: Array, second: Array) -> float:
+    """Modal assurance criterion: squared cosine of the angle between two shapes; 0 for a shape that does not move."""
+    first, second = (one / (abs(one).max() or 1.0) for one in (first, second))
+    if not (first.any() and second.any()):
+        return 0.0
     return float((first @ second) ** 2 / ((first @ first) * (second @ second)))

@@ -12,7 +12,7 @@ from pydantic import Field, PlainValidator, StrictBool, StrictStr, field_validat
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import FORCE, MOMENT, TIME
+from guideload.base.ranges import FORCE, MOMENT, SHARE, TIME
 from guideload.base.units import quantity
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.places import load_place_of, place_of
@@ -25,7 +25,7 @@ from guideload.traces.channels import Channels, read_channels
 Text = Annotated[StrictStr, Field(min_length=1)]
 Seconds = Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=TIME))]
 Instant = Annotated[float, in_range(TIME)]
-Share = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+Share = Annotated[float, in_range(SHARE, above=0.0)]
 MOTION = "the measured trace of the motion, or planned moves that were run, e.g. "
 
 

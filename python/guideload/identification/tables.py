@@ -13,7 +13,7 @@ from pydantic import Field, PlainValidator, StrictStr, field_validator
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import DEFLECTION, FORCE
+from guideload.base.ranges import COMPONENT, DEFLECTION, FORCE, FREQUENCY, SHARE, Range
 from guideload.identification.deflections import Deflection, Deflections
 from guideload.identification.frequency_responses import FrequencyResponses, curves_of, is_universal
 from guideload.identification.modal_test import MeasuredMode, ModalTest
@@ -23,15 +23,16 @@ from guideload.machine.machine import Machine
 FileName = Annotated[StrictStr, Field(min_length=1)]
 
 
-def _share(value: object, unit: str, above: float) -> float:
+def _share(value: object, unit: str, above: float, within: Range) -> float:
     """A plain number, or text in percent."""
     if isinstance(value, str) and (match := re.fullmatch(r"\s*(-?\d+\.?\d*|\.\d+)\s*%\s*", value)):
         value = float(match[1]) / 100.0
-    return number(value, unit, above=above)
+    return number(value, unit, above=above, within=within)
 
 
-Share = Annotated[float, PlainValidator(partial(_share, unit="1", above=0.0))]
-Frequency = Annotated[float, PlainValidator(partial(number, unit="Hz", above=0.0))]
+Share = Annotated[float, PlainValidator(partial(_share, unit="1", above=0.0, within=SHARE))]
+Frequency = Annotated[float, in_range(FREQUENCY, above=0.0)]
+Component = Annotated[float, in_range(COMPONENT)]
 
 
 class ModeTable(ConfigModel):
@@ -39,7 +40,7 @@ class ModeTable(ConfigModel):
 
     frequency: Frequency = Field(description='natural frequency, e.g. "34.9 Hz"')
     damping: Share | None = Field(default=None, description='damping ratio, e.g. "2.4 %"')
-    shape: tuple[float, ...] | None = Field(
+    shape: tuple[Component, ...] | None = Field(
         default=None,
         description="real components at the places of the test, in any scale; in phase or against it",
     )

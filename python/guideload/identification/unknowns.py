@@ -12,6 +12,7 @@ from pydantic import Field
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.base.ranges import FACTOR
 from guideload.base.units import quantity
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -22,6 +23,7 @@ from guideload.study.description.varied_parameter import NumberOrText, Parameter
 
 # Spread of the logarithm before the data if none is given: a value within a factor of 7 to either side with 95 %.
 VAGUE = 1.0
+MOST_SPREAD = 10.0  # of a logarithm: a factor of 5e8 to either side says nothing any more
 FURTHEST = (
     6.0  # spreads from the expected value at which the search ends: nothing is left of the probability there
 )
@@ -83,7 +85,7 @@ class Unknown:
 
     def coordinate(self, value: float) -> float:
         """z of a value."""
-        return value - self.start if self.additive else math.log(value / self.start)
+        return value - self.start if self.additive else math.log(value) - math.log(self.start)
 
 
 def parameters_of(machine: Machine) -> Parameters:
@@ -135,8 +137,9 @@ def _unknown(table: UnknownTable, name: str, group: Sequence[Parameter]) -> Unkn
     if table.spread is None and additive:
         raise KeyRefused("spread", f"a standard deviation with its unit ({unit})", None, 'e.g. "5 mm"')
     spread = VAGUE if table.spread is None else _number(table, "spread", unit if additive else "1")
-    if not spread > 0.0:
-        raise KeyRefused("spread", "> 0", table.spread)
+    most = group[0].within.most if additive else MOST_SPREAD
+    if not 0.0 < spread <= most:
+        raise KeyRefused("spread", f"above 0, at most {most:g}", table.spread)
     plain = Unknown(name, unit, tuple(one.path for one in group), nominal, additive, 0.0, spread, (-1.0, 1.0))
 
     def coordinate(key: str, otherwise: float) -> float:
@@ -145,6 +148,9 @@ def _unknown(table: UnknownTable, name: str, group: Sequence[Parameter]) -> Unkn
         value = _number(table, key, unit)
         if not additive and not value > 0.0:
             raise KeyRefused(key, f"> 0 {unit}", getattr(table, key))
+        within = FACTOR if plain.is_factor else group[0].within
+        if not within.holds(value):
+            raise KeyRefused(key, within.words, getattr(table, key))
         return plain.coordinate(value)
 
     expected = coordinate("expected", 0.0)

@@ -30,8 +30,9 @@ def rating_life(
 
 def failure_probability(travel: ArrayLike, life: ArrayLike, reliability: float) -> Array:
     """Probability of a failure before a travel [m]: Weibull distribution whose `life` [m] has this reliability."""
-    ratio = np.asarray(travel) / np.asarray(life)
-    return np.asarray(-np.expm1(ratio**WEIBULL_SLOPE * math.log(reliability)))
+    with np.errstate(over="ignore"):  # far beyond the life the probability is 1
+        ratio = np.asarray(travel) / np.asarray(life)
+        return np.asarray(-np.expm1(ratio**WEIBULL_SLOPE * math.log(reliability)))
 
 
 def system_life(lives: ArrayLike) -> Array:

@@ -8,12 +8,14 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
 
-from guideload.base.config import ConfigModel, entries
+from guideload.base.config import ConfigModel, entries, in_range
 from guideload.base.errors import ValueRefused
+from guideload.base.ranges import ENTRY
 
+LEAST = 1e-30  # of a diagonal entry other than 0: far below the inverse of any stiffness
 ROUNDING = 1e-6  # relative to the diagonal: six printed digits of a finite element program
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[float, in_range(ENTRY)]
 DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 Row = Annotated[
     tuple[Number, Number, Number, Number, Number, Number], BeforeValidator(partial(entries, names=DIRECTIONS))
@@ -37,7 +39,7 @@ class Base(ConfigModel):
         """Check symmetry and definiteness; return the exactly symmetric matrix."""
         matrix = np.array(rows)
         size = np.abs(np.diag(matrix))
-        scale = 1.0 / np.sqrt(np.where(size > 0.0, size, np.abs(matrix).max() or 1.0))
+        scale = 1.0 / np.sqrt(np.where(size > LEAST, size, max(np.abs(matrix).max(), LEAST)))
         scaled = scale[:, None] * matrix * scale
         skew = np.abs(scaled - scaled.T)
         if skew.max() > ROUNDING:

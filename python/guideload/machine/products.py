@@ -27,13 +27,22 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
         hint = f"there is no {path}; the name is relative to the machine file"
         raise ConfigError([Problem(("catalogue",), name, "a catalogue file", hint, None, f'"{name}"')])
     tables = with_types(values).get("carriages", ())
-    wanted = {table.get("product") for table in tables if isinstance(table, dict)}
-    own = tuple(values.get("products", ()))
-    names = {table.get("name") for table in own if isinstance(table, dict)}
+    wanted = _texts("product", tables)
+    own = values.get("products", ())
+    if not isinstance(own, list | tuple):
+        return values  # the field `products` tells it
+    names = _texts("name", own)
     found = [product for product in Catalogue.from_toml(path).products if product.name not in names]
-    if wanted <= {None, *names, *(product.name for product in found)}:  # else keep all, for the nearest name
+    if wanted <= {*names, *(product.name for product in found)}:  # else keep all, for the nearest name
         found = [product for product in found if product.name in wanted]
     return {**values, "products": (*own, *found)}
+
+
+def _texts(key: str, tables: object) -> set[str]:
+    """The texts that unchecked tables have under a key."""
+    listed = tables if isinstance(tables, list | tuple) else ()
+    found = (table.get(key) for table in listed if isinstance(table, dict))
+    return {text for text in found if isinstance(text, str)}
 
 
 def filled(values: Any) -> Any:

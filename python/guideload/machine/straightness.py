@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, field_validator
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, entries, in_range
 from guideload.base.errors import ConfigError, Problem, ValueRefused
-from guideload.base.ranges import LENGTH, POSITION
+from guideload.base.ranges import LENGTH, POSITION, POWER
 from guideload.base.units import quantity
 
 COLUMNS = ("x", "dy", "dz")
@@ -145,7 +145,7 @@ class Waviness(ConfigModel):
         tuple[PositiveLength, PositiveLength],
         BeforeValidator(partial(entries, names=("shortest", "longest"))),
     ] = Field(description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]')
-    exponent: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+    exponent: Annotated[float, in_range(POWER, least=0.0)] = Field(
         default=2.0, description="of the fall of the power density with the wave number"
     )
     seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(

@@ -12,7 +12,7 @@ from pydantic import Field, StrictStr
 
 from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ArgumentError, ConfigError, Problem, shown
-from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, TIME
+from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD, SMOOTHER
 from guideload.base.toml import located, read_toml
 from guideload.machine.machine import Machine
 from guideload.monitor.settings import MonitorSettings
@@ -26,7 +26,7 @@ class Smoother(ConfigModel):
     order: Annotated[int, Field(ge=2, le=5)] = Field(
         description="order of the derivative of the position that is taken for white noise"
     )
-    time_constant: Annotated[float, Field(gt=0.0, le=100.0)] = Field(description="in samples")
+    time_constant: Annotated[float, in_range(SMOOTHER, above=0.0)] = Field(description="in samples")
 
 
 class MonitorFile(ConfigModel):
@@ -35,7 +35,7 @@ class MonitorFile(ConfigModel):
     machine: Annotated[StrictStr, Field(min_length=1)] = Field(
         description='machine file, from the folder of this file, e.g. "machine.toml"'
     )
-    period: Annotated[float, in_range(TIME, above=0.0)] = Field(
+    period: Annotated[float, in_range(PERIOD, above=0.0)] = Field(
         description='time between two samples, e.g. "1 ms"'
     )
     travel_per_count: Annotated[float, in_range(LENGTH, nonzero=True)] = Field(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import isfinite
+from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
+from guideload.base.errors import NotFinite
 from guideload.base.number_text import KINDS, between
 from guideload.base.visible_text import visible
 from guideload.machine.machine import DOFS
@@ -44,6 +45,8 @@ class Column:
     def _cell(self, value: Value) -> str:
         if value is None or isinstance(value, str):
             return visible(value or "")
+        if isnan(value):
+            raise NotFinite(self.label, value)
         return KINDS[self.kind](float(value))
 
 

@@ -66,7 +66,9 @@ class Figures:
         resultant = np.hypot(self.loads[:, carriage, 1], self.loads[:, carriage, 2])
         tied = np.flatnonzero(resultant >= (1.0 - TIE) * resultant.max())
         gaps = np.flatnonzero(np.diff(tied) > 1)
-        ends = np.unique(np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]]))  # of stretches of equal loads
+        ends = np.unique(
+            np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]])
+        )  # of stretches of equal loads
         ends = ends[np.unique(np.linspace(0, ends.size - 1, MOST_TIES).round().astype(int))]
         instants = list(dict.fromkeys((int(resultant.argmax()), *ends.tolist())))
         return float(resultant.max()), instants, np.array([self._of_resultant(carriage, k) for k in instants])

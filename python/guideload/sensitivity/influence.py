@@ -80,8 +80,8 @@ def influence_of(
         value, changes = float(values[index]), derivatives[:, index] * sizes
     if not np.isfinite([value, *changes]).all():
         raise LifeError(
-            f"carriage {names[index]}: nothing drives its {figure.replace('_', ' ')}: it carries no load, or its product "
-            "has no ratings"
+            f"carriage {names[index]}: nothing drives its {figure.replace('_', ' ')}: it carries no load, or "
+            "its product has no ratings"
         )
     order = np.argsort(-np.abs(changes), kind="stable")
     return Influence(

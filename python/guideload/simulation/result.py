@@ -12,6 +12,7 @@ import numpy as np
 from guideload.audit.audit import Audit
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
+from guideload.base.finite import require_finite
 from guideload.base.number_text import counted
 from guideload.base.quantities import Quantities
 from guideload.base.units import quantity
@@ -219,8 +220,13 @@ class Result:
         result_files.to_csv(self._to_write(), path)
 
     def _to_write(self) -> Quantities:
-        """All quantities, from `data` if it exists, because the user may have changed it."""
-        return Quantities.of_dataset(self.data) if "data" in self.__dict__ else self.quantities
+        """All quantities, from `data` if it exists, because the user may have changed it. Raises NotFinite."""
+        data = Quantities.of_dataset(self.data) if "data" in self.__dict__ else self.quantities
+        for name, each in data.variables.items():
+            require_finite(name, each.values)
+        for name, value in data.attrs.items():
+            require_finite(name, value)
+        return data
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Result:

@@ -13,6 +13,7 @@ import numpy as np
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import TraceError, ValueRefused, shortened, shown
+from guideload.base.finite import finite_json
 from guideload.base.netcdf import read_netcdf, write_netcdf
 from guideload.base.quantities import Quantities, Quantity
 from guideload.machine.machine import Machine
@@ -45,7 +46,7 @@ def to_parquet(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in the metadata of the schema."""
     from pyarrow import parquet
 
-    table = _columns(data).replace_schema_metadata({METADATA_KEY: json.dumps(_rest(data))})
+    table = _columns(data).replace_schema_metadata({METADATA_KEY: finite_json(_rest(data))})
     with atomic_write(_ending(path, ".parquet")) as draft:
         parquet.write_table(table, draft, write_page_checksum=True)
 
@@ -57,7 +58,7 @@ def to_csv(data: Quantities, path: str | PathLike[str]) -> None:
     second = Path(path).with_suffix(".json")
     with atomic_write(second) as rest, atomic_write(_ending(path, ".csv")) as draft:
         csv.write_csv(_columns(data), draft)
-        rest.write_text(json.dumps(_rest(data), indent=1), encoding="utf-8")
+        rest.write_text(finite_json(_rest(data), indent=1), encoding="utf-8")
         second.unlink(missing_ok=True)  # first: a kill never leaves the new file of one beside the old other
 
 

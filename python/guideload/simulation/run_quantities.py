@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from importlib.metadata import version
 
 import numpy as np
 
 from guideload.base.arrays import Array, median_step
+from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.machine.stretches import Stretches
@@ -160,7 +160,7 @@ def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tupl
 
 
 def _attributes(run: Run) -> dict[str, str | float | int]:
-    solution = run.solution
+    solution, bandwidth = run.solution, usable_bandwidth_of(run.motion)
     attributes: dict[str, str | float | int] = {
         "title": f"Loads of the linear guides of {run.machine.name}",
         "program": f"guideload {version('guideload')}",
@@ -176,13 +176,13 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "contact_changes": solution.contact_changes,
         "instants": "samples of the motion" if run.times is None else "given",
         "motion_step_s": median_step(run.motion.time),
-        "motion_bandwidth_Hz": usable_bandwidth_of(run.motion),
+        "motion_bandwidth_Hz": "unlimited" if np.isinf(bandwidth) else bandwidth,
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)) - _changes(run),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
     }
     if run.stretches is not None:
-        attributes["payload_changes"] = json.dumps(payload_changes(run.stretches, run.motion.time))
+        attributes["payload_changes"] = finite_json(payload_changes(run.stretches, run.motion.time))
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes

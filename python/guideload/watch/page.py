@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import threading
@@ -12,6 +11,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from guideload.base.errors import ArgumentError
+from guideload.base.finite import finite_json
 from guideload.watch.status import Curves
 
 HOST = "127.0.0.1"
@@ -42,7 +42,7 @@ class Page:
     def answer(self, since: float) -> bytes:
         """The state, and the points of the curves from an instant on [s], as JSON."""
         answer = {"status": self.status, "points": self.curves.points(since)}
-        return json.dumps(answer, allow_nan=False).encode("ascii")
+        return finite_json(answer).encode("ascii")
 
     def close(self) -> None:
         """End the server."""

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, WriteError
+from guideload.base.finite import finite_json
 from guideload.monitor.monitor import Monitor
 
 RECORD = "_record.json"  # readers of a folder of Parquet files leave out names that begin with _ or .
@@ -127,7 +128,7 @@ class Store:
         self.number, self.place = self.number + 1, place
         record = base64.b64encode(self.monitor.save(self.number)).decode("ascii")
         with atomic_write(self.folder / RECORD, durable=True) as draft:
-            draft.write_text(json.dumps({"format": FORMAT, "monitor": record, "place": place}))
+            draft.write_text(finite_json({"format": FORMAT, "monitor": record, "place": place}))
 
     def close(self, place: dict[str, Any]) -> None:
         """Write the record and the Parquet file of the hour so far."""
@@ -159,7 +160,7 @@ class Store:
         tables = (pa.table(_columns(rows, described["carriages"])) for rows in _rows(journal))
         first = next(tables, None)
         if first is not None:  # else the process was killed before the first sample
-            schema = first.schema.with_metadata({b"guideload": json.dumps(described)})
+            schema = first.schema.with_metadata({b"guideload": finite_json(described)})
             target = self.folder / f"{journal.stem.removeprefix('_')}.parquet"
             with (
                 atomic_write(target, durable=True) as draft,
@@ -200,7 +201,7 @@ def _heading(monitor: Monitor) -> bytes:
         "travel_per_count_m": settings.quantum,
         "lag": settings.lag,
     }
-    return json.dumps(described).encode("ascii") + b"\n"
+    return finite_json(described).encode("ascii") + b"\n"
 
 
 def _described(journal: Path) -> dict[str, Any]:

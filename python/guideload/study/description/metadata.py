@@ -16,6 +16,7 @@ from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationEr
 
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, shown
+from guideload.base.finite import finite_json
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
@@ -174,7 +175,7 @@ class StudyMetadata(BaseModel, frozen=True):
     def write(self, folder: Path) -> None:
         """Write `study.json` atomically."""
         with atomic_write(folder / FILE, durable=True) as draft:
-            text = json.dumps(self.as_json(), indent=1, ensure_ascii=False)
+            text = finite_json(self.as_json(), indent=1, ascii_only=False)
             draft.write_text(f"{text}\n", encoding="utf-8")
 
     @classmethod

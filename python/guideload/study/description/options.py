@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hi
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused
+from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
 from guideload.base.toml import Place, read_toml
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -48,10 +49,10 @@ def _indices(value: object) -> int | tuple[int, ...]:
     return index(value)
 
 
-Positive = Annotated[float, PlainValidator(partial(number, unit="1", above=0.0))]
+Positive = Annotated[float, in_range(FACTOR, above=0.0)]
 SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
 CHECKED: dict[Any, Any] = {  # types of options in a file, by name or by type in code; all others are text
-    "window": Annotated[float, PlainValidator(partial(number, unit="s", above=0.0))],
+    "window": Annotated[float, in_range(PERIOD, above=0.0)],
     float | str | None: NumberOrText,
     int | None: Annotated[int, PlainValidator(partial(_integer, least=0, most=62))],
     float | None: Positive,
@@ -92,7 +93,7 @@ class ForcesOptions(ConfigModel):
     axes: Literal["machine", "point"] = optional(
         "axes of the forces: of the machine, or the point's own", "machine"
     )
-    start: Annotated[float, PlainValidator(partial(number, unit="s"))] | None = optional(
+    start: Annotated[float, in_range(TIME)] | None = optional(
         'time in the motion of the zero of their time stamps, e.g. "0.35 s"'
     )
 
@@ -139,7 +140,9 @@ class StudyOptions(ConfigModel):
     )
     statistics: tuple[Statistic, ...] = optional("statistics of loads over time", STATISTICS, min_length=1)
     method: Method = optional("method of integration, as in `guideload run`", "auto")
-    rtol: Positive = optional("relative tolerance of the loads, for all methods but exact", 1e-6)
+    rtol: Annotated[float, in_range(TOLERANCE, above=0.0)] = optional(
+        "relative tolerance of the loads, for all methods but exact", 1e-6
+    )
     start: Start = optional("state in which every run starts, as in `guideload run`", "auto")
     limits: dict[str, NumberOrText] = optional('limits for exceedance, e.g. peak_resultant = "8 kN"', {})
     vary: tuple[DistributionSpec, ...] = optional("one [[vary]] table for each varied parameter", ())

@@ -18,6 +18,7 @@ from pyarrow.parquet import ParquetWriter
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
+from guideload.base.finite import finite_json
 from guideload.base.units import quantity as to_unit
 from guideload.life.rating_life import failure_probability
 from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, SAFETY, unit_of
@@ -323,7 +324,7 @@ class StudyResult(StudyColumns):
             **{name: json.loads(table.to_json(orient="records")) for name, table in tables.items()},
         }
         with atomic_write(_ending(path, ".json")) as draft:
-            draft.write_text(json.dumps(content, indent=1), encoding="utf-8")
+            draft.write_text(finite_json(content, indent=1), encoding="utf-8")
 
 
 def weaker_parameters(drivers: pd.DataFrame, shown: int) -> list[str]:

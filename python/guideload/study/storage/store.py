@@ -17,6 +17,7 @@ import pyarrow.parquet as parquet
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, RunError
+from guideload.base.finite import finite_json
 from guideload.base.netcdf import read_netcdf, write_netcdf
 from guideload.base.quantities import Quantities
 from guideload.study.description.metadata import StudyMetadata
@@ -202,7 +203,7 @@ class FolderStore(SampleStore):
 
     def _save(self, table: pa.Table, samples: Range) -> Any:
         identity = {"fingerprint": self.metadata.fingerprint, "samples": samples}
-        table = table.replace_schema_metadata({KEY: json.dumps(identity)})
+        table = table.replace_schema_metadata({KEY: finite_json(identity)})
         path = self._path(samples)
         # Random numbers do not compress, and dictionaries of them take eight times as long to write.
         plain = {"compression": "NONE", "use_dictionary": False, "write_statistics": False}
