@@ -161,7 +161,7 @@ def unsuitable(rng: Generator) -> np.ndarray:
         ),
         lambda: np.asfortranarray(base),
         lambda: np.rec.fromarrays(base.T, names="t_s,x_m"),
-        lambda: np.rec.fromarrays([TIME, base], names="t_s,x_m"),
+        lambda: np.zeros(64, [("t_s", "f8"), ("x_m", "f8", (2,))]),
         lambda: np.zeros(64, [("t_s", "f8"), ("x_m", "O")]),
         lambda: np.zeros(64, [("a", [("t", "f8")]), ("x_m", "f8")]),
         lambda: np.array([None, 1.0, "x", 2j] * 16, dtype=object),

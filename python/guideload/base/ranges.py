@@ -108,3 +108,8 @@ OF_MACHINES = (
     COMPLIANCE,
 )  # fmt: skip
 OF_MOTIONS = (TIME, ACCELERATION, JERK, SPEED, TRAVEL, ANGULAR_SPEED, FORCE, MOMENT, RATE)
+
+
+def noise_in(unit: str) -> Range:
+    """The range of a standard deviation of measured values in an SI unit."""
+    return Range("a noise", unit, 1e-12, 1e12, "from far below any resolution to far above any signal")

@@ -14,7 +14,7 @@ from pydantic import Field, StrictStr, model_validator
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
 from guideload.base.number_text import joined
-from guideload.base.ranges import FORCE
+from guideload.base.ranges import DEFLECTION, FORCE, noise_in
 from guideload.identification.deflections import Deflection, Deflections
 from guideload.identification.excitation import Excitation
 from guideload.identification.frequency_responses import Curve, FrequencyResponses
@@ -113,7 +113,9 @@ class CandidateTable(ConfigModel):
             for at in places:
                 name = f"{self.kind} of {at.name} to a force at {force.name}"
                 if self.kind == "deflection":
-                    accuracy = number("1 um" if self.accuracy is None else self.accuracy, "m", above=0.0)
+                    accuracy = number(
+                        "1 um" if self.accuracy is None else self.accuracy, "m", above=0.0, within=DEFLECTION
+                    )
                     yield Deflections(name, (Deflection(force, self.load, at, 0.0),), accuracy, True)
                     continue
                 curve = Curve(force, at, 2, hertz, np.zeros(hertz.size, dtype=np.complex128))
@@ -127,5 +129,7 @@ class CandidateTable(ConfigModel):
         place = partial(load_place_of if self.sensor == "load" else place_of, machine=model.machine)
         for text in self.at:
             channel = Channel(place(text), self.sensor)
-            channel = replace(channel, level=number(self.accuracy, channel.unit, above=0.0))
+            channel = replace(
+                channel, level=number(self.accuracy, channel.unit, above=0.0, within=noise_in(channel.unit))
+            )
             yield SensorLog.shown(f"{channel.name} under {self.motion}", model, excitation, channel)

@@ -107,7 +107,7 @@ class Objective:
 
         found = least_squares(
             residuals,
-            unit,
+            np.clip(unit, low, high),  # by rounding a start at a bound may be beyond it
             jacobian,
             (low, high),
             x_scale="jac",

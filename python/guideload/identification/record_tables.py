@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictBool, StrictStr, field_validator, model_validator
+from pydantic import Field, StrictBool, StrictStr, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import FORCE, MOMENT, SHARE, TIME
-from guideload.base.units import quantity
+from guideload.base.ranges import FORCE, MOMENT, PERIOD, SHARE, TIME, noise_in
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.places import load_place_of, place_of
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
@@ -23,7 +21,7 @@ from guideload.study.description.varied_parameter import NumberOrText
 from guideload.traces.channels import Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]
-Seconds = Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=TIME))]
+Seconds = Annotated[float, in_range(PERIOD, above=0.0)]
 Instant = Annotated[float, in_range(TIME)]
 Share = Annotated[float, in_range(SHARE, above=0.0)]
 MOTION = "the measured trace of the motion, or planned moves that were run, e.g. "
@@ -87,8 +85,8 @@ class MotorForceTable(RecordTable):
     def measured(self, machine: Machine, folder: Path) -> MotorForce:
         """The data for the fit. Raises ValueRefused, ArgumentError and TraceError."""
         unit, within = ("N", FORCE) if self.quantity == "force" else ("N m", MOMENT)
-        scale = 1.0 if self.per_unit is None else quantity(self.per_unit, unit)
-        level = None if self.noise is None else number(self.noise, unit, above=0.0, within=within)
+        scale = 1.0 if self.per_unit is None else number(self.per_unit, unit, nonzero=True, within=within)
+        level = None if self.noise is None else number(self.noise, unit, above=0.0, within=noise_in(unit))
         record = self.stamped(folder, {self.column: unit if self.per_unit is None else None})
         return MotorForce.of(
             machine,
@@ -143,7 +141,11 @@ class ChannelTable(ConfigModel):
         spread = np.inf if self.gain == "unknown" else self.gain_spread or 0.0
         place = load_place_of(self.place, machine) if self.kind == "load" else place_of(self.place, machine)
         found = Channel(place, self.kind, None, spread)
-        level = None if self.noise is None else number(self.noise, found.unit, above=0.0)
+        level = (
+            None
+            if self.noise is None
+            else number(self.noise, found.unit, above=0.0, within=noise_in(found.unit))
+        )
         return replace(found, level=level)
 
 

@@ -23,6 +23,7 @@ from guideload.simulation.simulation import simulate
 
 ORDERS = (3, 5)
 TIME_CONSTANTS = (1.0, 1.5, 2.0, 2.2, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0)  # samples
+MOST_SAMPLES = 200_000  # of the motion: the choice of the smoother then takes half a minute
 PHASES = tuple(
     k / 10.0 for k in range(10)
 )  # counts by which the encoder is shifted, so that it rounds otherwise
@@ -98,6 +99,11 @@ class SampledPath:
         """The motion sampled with the period of the settings. Raises ArgumentError if the cart does not move."""
         start, end = float(motion.time[0]), float(motion.time[-1])
         steps = math.floor((end - start) / settings.period)
+        if steps >= MOST_SAMPLES:
+            raise ArgumentError(
+                f"period: the motion has {steps:.4g} samples of {settings.period:g} s, at most {MOST_SAMPLES} are "
+                "tried with every smoother; give a part of the motion with its fastest moves, or check the period"
+            )
         grid: Array = start + settings.period * np.arange(steps + 1, dtype=np.float64)
         position = _position(motion, grid)
         if grid.size < 8 or float(np.ptp(position)) < 100.0 * abs(settings.quantum):

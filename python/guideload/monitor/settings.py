@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from guideload.base.errors import ArgumentError
+from guideload.base.config import number
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.ranges import ACCELERATION, LENGTH, PERIOD, PRELOAD
 
 FRACTION = 16  # parts of a count in which the monitor computes positions
 NOISE = 3.0  # counts: rounding of three positions in a second difference, and one count of noise
@@ -39,11 +41,18 @@ class MonitorSettings:
     bin: float = 500.0
 
     def __post_init__(self) -> None:
-        for name in ("period", "max_acceleration", "limit", "bin"):
-            if not getattr(self, name) > 0.0:
-                raise ArgumentError(f"{name}: expected a number above 0, got {getattr(self, name)!r}")
-        if self.quantum == 0.0:
-            raise ArgumentError("quantum: expected the travel of the cart per count in m, got 0")
+        quantities = {"period": PERIOD, "max_acceleration": ACCELERATION, "bin": PRELOAD, "limit": PRELOAD}
+        if self.limit == float("inf"):
+            del quantities["limit"]
+        for name, within in quantities.items():
+            try:
+                number(getattr(self, name), within.unit, above=0.0, within=within)
+            except ValueRefused as refused:
+                raise ArgumentError(f"{name}: {refused}") from None
+        try:
+            number(self.quantum, "m", nonzero=True, within=LENGTH)
+        except ValueRefused as refused:
+            raise ArgumentError(f"quantum: {refused}; it is the travel of the cart per count") from None
         ranges = {"lag": (0, 200), "counter_bits": (8, 32), "ticks": (1, 2**24), "most_missing": (0, 64)}
         for name, (least, most) in ranges.items():
             value = getattr(self, name)
