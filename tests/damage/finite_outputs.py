@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from pathlib import Path
@@ -12,8 +13,10 @@ import numpy as np
 import pyarrow.parquet as parquet
 
 NOT_FINITE = re.compile(r"(?<![\w./-])[+-]?(?:nan|inf|infinity)(?![\w./-])", re.IGNORECASE)
-SCRIPT = re.compile(r"<script>.*?</script>", re.DOTALL)  # of an HTML report: its program, not its data
-TEXTS = (".txt", ".csv", ".html", ".toml", ".h", ".rs", ".svg")
+SCRIPT = re.compile(
+    r"<script[^>]*>(.*?)</script>", re.DOTALL
+)  # of an HTML report: its program, or the data of a chart
+TEXTS = (".txt", ".csv", ".toml", ".h", ".rs", ".svg")
 
 
 def faults_of_text(text: str, name: str) -> list[str]:
@@ -46,13 +49,29 @@ def faults(folder: Path) -> list[str]:
             continue
         if path.suffix == ".json":
             found += faults_of_json(path.read_text(encoding="utf-8"), name)
+        elif path.suffix == ".html":
+            text = path.read_text(encoding="utf-8")
+            found += faults_of_text(SCRIPT.sub("", text), name)
+            for script in SCRIPT.findall(text):
+                found += _faults_of_chart(script, name) if script.startswith("{") else []
         elif path.suffix in TEXTS:
-            found += faults_of_text(SCRIPT.sub("", path.read_text(encoding="utf-8")), name)
+            found += faults_of_text(path.read_text(encoding="utf-8"), name)
         elif path.suffix == ".nc":
             found += _faults_of_hdf5(path, name)
         elif path.suffix == ".parquet":
             found += _faults_of_parquet(path, name)
     return found
+
+
+def _faults_of_chart(script: str, name: str) -> list[str]:
+    """Faults of the curves of a chart."""
+    if wrong := faults_of_json(script, name):
+        return wrong
+    chart = json.loads(script)
+    curves = [("time", chart["time"], "<f8")]
+    curves += [(line["name"], line["values"], "<f4") for line in chart["lines"]]
+    packed = ((label, np.frombuffer(base64.b64decode(text), kind)) for label, text, kind in curves)
+    return [f"{name}: chart {chart['title']}: {label}" for label, one in packed if not np.isfinite(one).all()]
 
 
 def _faults_of_hdf5(path: Path, name: str) -> list[str]:
