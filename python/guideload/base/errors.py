@@ -77,6 +77,18 @@ class ArgumentError(RunError, ValueError):
     """An argument of a run is invalid: method, rtol, step or times."""
 
 
+class ReadError(ArgumentError):
+    """A file or folder cannot be read: it is missing, damaged, or holds something else; the message names it."""
+
+
+class UnreadableTrace(ReadError, TraceError):
+    """The ReadError of the file of a trace or another measured table."""
+
+
+class ArgumentTypeError(ArgumentError, TypeError):
+    """An argument of a function is of a wrong type; the message names it and the type that is expected."""
+
+
 class ValueRefused(GuideloadError, ValueError):
     """A value is invalid; its place in the input is not known here.
 
@@ -140,6 +152,10 @@ class ConfigError(GuideloadError):
         if self.others:
             lines.append(f"and {self.others} more problem{'s' if self.others > 1 else ''}")
         return visible("\n".join(lines))
+
+
+class UnreadableConfig(ConfigError, ReadError):
+    """The ReadError of a TOML file: it is missing, or no TOML."""
 
 
 def shown(value: object) -> str:

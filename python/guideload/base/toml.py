@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, shortened
+from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, UnreadableConfig, shortened
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -42,13 +42,13 @@ class Place:
 def read_toml(
     file: str | PathLike[str], source: str = "`guideload init` writes one"
 ) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
-    """Values of a TOML file and their places. Raises ConfigError if the file cannot be read.
+    """Values of a TOML file and their places. Raises UnreadableConfig if the file cannot be read.
 
     source: where such a file comes from, for the message if there is none.
     """
 
     def refusal(expected: str, hint: str, row: int | None, written: str) -> ConfigError:
-        return ConfigError([Problem((), None, expected, hint, row, written)], str(file))
+        return UnreadableConfig([Problem((), None, expected, hint, row, written)], str(file))
 
     try:
         content = Path(file).read_bytes()

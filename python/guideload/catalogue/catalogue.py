@@ -7,6 +7,7 @@ from os import PathLike
 
 from pydantic import Field, field_validator
 
+from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, ValueRefused
 from guideload.base.toml import located, read_toml
@@ -19,6 +20,7 @@ class Catalogue(ConfigModel):
     products: tuple[Product, ...] = Field(min_length=1, description="one [[products]] table per product")
 
     @classmethod
+    @checked
     def from_toml(cls, file: str | PathLike[str]) -> Catalogue:
         """The catalogue of a TOML file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file, "`guideload init --catalogue` writes one")

@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.drive import Drive
@@ -114,6 +115,7 @@ class DriveRequirements:
         return np.abs(self.force) * (0.0 if drive is None else drive.push_per_force)
 
 
+@checked
 def drive_requirements(result: Result) -> DriveRequirements:
     """What the motion of a result asks of the drive of its machine.
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.catalogue.conditions import LifeConditions
@@ -152,6 +153,7 @@ class DutyCycle:
         return pd.DataFrame(list(rows.values()), index=index)
 
 
+@checked
 def duty_cycle(cases: Sequence[LoadCase], period: float = HOUR) -> DutyCycle:
     """Simulate load cases, and judge them together by the table [life] of their machines.
 

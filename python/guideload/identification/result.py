@@ -9,6 +9,7 @@ from itertools import islice
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.identification.covariance import (
     covariance,
@@ -145,6 +146,7 @@ class Identification:
         return self.fit.messages
 
 
+@checked
 def identify(
     machine: Machine, unknown: Sequence[UnknownTable], data: Sequence[Measured], *, starts: int = STARTS
 ) -> Identification:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.bands import LifeBand, life_bands
 from guideload.life.by_place import RailDamage, rail_damage
@@ -144,6 +145,7 @@ class Life:
         return pd.DataFrame(rows, index=pd.Index([one.name for one in self.carriages], name="carriage"))
 
 
+@checked
 def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     """Life and static safety of the carriages of a result whose products have ratings.
 

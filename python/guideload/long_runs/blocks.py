@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import ArgumentError, TraceError
 from guideload.motion.motion import HISTORIES, Motion
@@ -35,6 +36,7 @@ ROWS = 1 << 16  # of a block: its motion and its loads take some 100 MB
 MARGIN = 1 << 12  # rows: far more than any smoothing spans
 
 
+@checked
 def motion_blocks(
     file: str | PathLike[str],
     drive: Drive | None = None,

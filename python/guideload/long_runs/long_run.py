@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload._core import largest_equivalent_load
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
@@ -70,6 +71,7 @@ class LongRun:
     rails that are not straight, and LifeError for a moment that the rule of the life counts and that is not rated.
     """
 
+    @checked
     def __init__(
         self, machine: Machine, method: Method = "auto", *, rtol: float = 1e-6, start: Start = "auto"
     ) -> None:
@@ -91,6 +93,7 @@ class LongRun:
         self._rtol = rtol
         self._start: Start | Array = start
 
+    @checked
     def add(self, motion: Motion) -> None:
         """Run the next block; its first stamp is the last one of the block before.
 

@@ -20,6 +20,7 @@ from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic_core import InitErrorDetails
 
 from guideload._core import Law, Scene
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
 from guideload.base.errors import (
@@ -106,6 +107,7 @@ class Machine(ConfigModel):
     )
 
     @classmethod
+    @checked
     def from_toml(cls, file: str | PathLike[str]) -> Machine:
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file)
@@ -114,10 +116,12 @@ class Machine(ConfigModel):
         except ConfigError as error:
             raise located(error, str(file), places) from None
 
+    @checked
     def with_free(self, free: Iterable[str]) -> Machine:
         """The same machine with other free dofs; the drive holds the rest."""
         return self.model_copy(update={"free": tuple(free)})
 
+    @checked
     def carrying(self, payloads: Iterable[str]) -> Machine:
         """The machine with the payloads of these names as part of its body, and without the others."""
         names = frozenset(payloads)
@@ -179,6 +183,7 @@ class Machine(ConfigModel):
             raise ValidationError.from_exception_data(cls.__name__, at_types(problems, given))
         return machine
 
+    @checked
     def point(self, name: str) -> PointOfInterest:
         """The point of [[points]] with this name. Raises ArgumentError if there is none."""
         for one in self.points:

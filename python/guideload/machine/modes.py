@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.machine.machine import DOFS, Machine
 
@@ -34,6 +35,7 @@ class Modes:
         return self.frequency * np.sqrt(np.maximum(1.0 - self.damping_ratio**2, 0.0))
 
     @classmethod
+    @checked
     def of(cls, machine: Machine) -> Modes:
         """The modes of a machine. Raises SceneError if its links do not support the body."""
         frequency, damping_ratio, shapes, eigenvalues = machine.scene.modes()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined
@@ -65,6 +66,7 @@ class FrequencyResponse:
         return np.asarray(own + self.direction) if self.source == DRIVE else np.asarray(own)
 
 
+@checked
 def frequency_response(
     machine: Machine,
     frequency: ArrayLike | None = None,
@@ -133,10 +135,10 @@ def _of_points(machine: Machine, motion: Complex) -> Complex:
 
 def _direction(given: str | Sequence[float]) -> Array:
     """The unit vector of x, y, z or of three numbers."""
-    try:
-        vector = np.array(AXES[given] if isinstance(given, str) else given, dtype=np.float64)
-    except (KeyError, TypeError, ValueError):
-        vector = np.zeros(0)
+    if isinstance(given, str):
+        vector = np.array(AXES.get(given, ()), dtype=np.float64)
+    else:
+        vector = real_array("direction", given)
     length = float(np.linalg.norm(vector))
     if vector.shape != (3,) or not 0.0 < length < np.inf:
         raise ArgumentError(f"direction: expected {joined(AXES)} or a vector other than zero, got {given!r}")
@@ -144,10 +146,7 @@ def _direction(given: str | Sequence[float]) -> Array:
 
 
 def _frequencies(given: ArrayLike) -> Array:
-    try:
-        hertz = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f"frequency: expected numbers of shape (n,), in Hz, got {error}") from None
+    hertz = real_array("frequency", given)
     if hertz.ndim != 1 or not hertz.size or not np.all((hertz > 0.0) & np.isfinite(hertz)):
         raise ArgumentError(f"frequency: expected frequencies above 0 Hz, shape (n,), got {given!r:.80}")
     return hertz

@@ -9,6 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from guideload._core import Solution
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, GuideloadError, RunError
 from guideload.machine.laws import NO_EXACT
@@ -37,6 +38,7 @@ ROUNDING = 1e-12  # of the largest load: a dynamic load below it is rounding
 MOST_REPETITIONS = 15  # give a median that is known to some percent; more would only take longer
 
 
+@checked
 def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) -> WorkPrecision:
     """Run every method over its range of tolerances and fixed steps, and compare the loads with a reference.
 

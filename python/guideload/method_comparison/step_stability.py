@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.laws import NO_EXACT
@@ -116,6 +117,7 @@ class Stability:
         return moving_dofs(self.machine, np.real(shape * np.conj(largest)))
 
 
+@checked
 def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1e-6) -> Stability:
     """The longest stable step of rk45 on a machine, and the cost of every method.
 

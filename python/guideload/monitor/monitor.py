@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from guideload._core import Monitor as CoreMonitor
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.life.criteria import Criteria, criteria_of
@@ -58,6 +59,7 @@ class Monitor(CoreMonitor):
         return new
 
     @classmethod
+    @checked
     def from_toml(cls, file: str | PathLike[str]) -> Self:
         """The monitor of a file by `guideload monitor build`. Raises ConfigError, SceneError or ArgumentError."""
         described, machine = read_monitor_file(file)
@@ -69,6 +71,7 @@ class Monitor(CoreMonitor):
         """The names of the carriages, in the order of the loads."""
         return [carriage.name for carriage in self.machine.carriages]
 
+    @checked
     def push(
         self, stamps: ArrayLike, counts: ArrayLike, until_limit: bool = False
     ) -> tuple[NDArray[np.uint32], NDArray[np.int64], Array]:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
@@ -103,6 +104,7 @@ class Motion:
                 raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
 
     @classmethod
+    @checked
     def along_x(
         cls,
         time: ArrayLike,
@@ -138,6 +140,7 @@ class Motion:
             recorded=recorded,
         )
 
+    @checked
     def with_force(
         self,
         point: ArrayLike,
@@ -172,6 +175,7 @@ class Motion:
         Motion(stamps, np.zeros((stamps.size, 3)))  # checks the stamps
         return replace(self._with_wrench(stamps, load), notes=notes)
 
+    @checked
     def with_forces(
         self, forces: Forces, at: PointOfInterest, *, own_axes: bool = False, start: float | None = None
     ) -> Motion:
@@ -239,11 +243,8 @@ class Motion:
 
 
 def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """A read-only float64 copy. Raises TraceError for another shape or numbers that are not finite."""
-    try:
-        history = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise TraceError(f"{name}: expected numbers of shape {shape}, got {error}") from None
+    """A read-only float64 copy. Raises TraceError for another shape or numbers that are not finite or out of range."""
+    history = real_array(name, values)
     if history.shape != shape:
         raise TraceError(f"{name}: expected shape {shape}, got {history.shape}")
     check_finite(name, history)

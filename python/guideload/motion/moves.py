@@ -8,12 +8,13 @@ from dataclasses import replace
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, PlainValidator, PrivateAttr, model_validator
 
+from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import ABSENT, ArgumentError, ConfigError, KeyPath, Problem, ValueRefused, shown
 from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
 from guideload.base.toml import located, read_toml
@@ -99,6 +100,7 @@ class Moves(ConfigModel):
     _source: str = PrivateAttr("planned moves")
 
     @classmethod
+    @checked
     def from_toml(cls, file: str | PathLike[str]) -> Moves:
         """The moves of a motion file. Raises ConfigError naming file, row, key and value."""
         values, places = read_toml(file, source="`guideload init --moves` writes one")
@@ -113,6 +115,7 @@ class Moves(ConfigModel):
         return moves
 
     @classmethod
+    @checked
     def from_texts(cls, texts: Iterable[str]) -> Moves:
         """Moves from texts such as "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, jerk=200 m/s^3"."""
         moves: list[dict[str, str]] = []
@@ -149,12 +152,16 @@ class Moves(ConfigModel):
             completed.append(Move.model_construct(**values))
         return tuple(completed)
 
+    @checked
     def limit(self, name: LimitName) -> float:
         """The largest value [SI] of a limit among the moves; 0 if no move has it."""
+        _require_limit(name)
         return max(_limit(move, name) or 0.0 for move in self.complete)
 
+    @checked
     def with_limit(self, name: LimitName, factor: float) -> Moves:
         """The same moves with a limit times `factor`, for the moves that have it."""
+        _require_limit(name)
         scaled = []
         for move in self.complete:
             value = _limit(move, name)
@@ -204,6 +211,12 @@ class Moves(ConfigModel):
                 legs.append(Leg(fastest_move(length, _limits(move)), place, end, move.dwell))
                 place = end
         return legs
+
+
+def _require_limit(name: str) -> None:
+    """Raise ArgumentError for an unknown limit."""
+    if name not in get_args(LimitName):
+        raise ArgumentError(f"name: expected one of {', '.join(get_args(LimitName))}, got {shown(name)}")
 
 
 def _limit(move: Move, name: LimitName) -> float | None:

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from guideload.base.arguments import checked
 from guideload.plots.compare import comparison
 from guideload.plots.life import rail_damage
 from guideload.plots.loads import load_y, load_z, moments, motor_speed, paper_figures, resultant
@@ -102,6 +103,7 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'guideload.plots' has no attribute {name!r}")
 
 
+@checked
 def save_all(result: Result, folder: str | Path) -> list[Path]:
     """Save every picture of a result as PNG in `folder`, created if it is missing; returns their paths.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.plots.long_records import draw_envelope, is_long
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.compare import require_carriages
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from guideload.simulation.result import Result
 
 
+@checked
 def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
     """Above, the resultant of each run's most loaded carriage over time; below, the peaks of all carriages.
 

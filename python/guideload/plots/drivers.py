@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.number_text import capitalised, counted
 from guideload.plots.style import (
@@ -34,6 +35,7 @@ STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times powers of ten
 write_no_result = partial(write_instead, reason="no sample has a result")
 
 
+@checked
 def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
     """Tornado diagram: influence of each parameter on a quantity or column, strongest first, with 95 % intervals.
 
@@ -80,6 +82,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
     return ax
 
 
+@checked
 def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | None = None) -> list[Axes]:
     """A quantity over each of its strongest parameters, with the median along it; not over a drawn motion.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.identification.frequency_responses import UNITS, FrequencyResponses
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.motor_force import MotorForce
@@ -42,6 +43,7 @@ MOST_MODES = 6  # whose shapes are drawn
 WRITTEN = 12  # unknowns up to which the correlations are written as numbers
 
 
+@checked
 def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
     """Identified numbers with their 95 % intervals, in percent of the machine file's value.
 
@@ -90,6 +92,7 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def correlation(found: Identification, ax: Axes | None = None) -> Axes:
     """Correlation of the identified numbers: what the data determine only together is dark."""
     names = [plain(short(one.name)) for one in found.estimates]
@@ -111,6 +114,7 @@ def correlation(found: Identification, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def modal_test(found: Identification, test: ModalTest | None = None) -> list[Axes]:
     """Measured against computed modes: frequencies and damping ratios, and each shape at the places of the test.
 
@@ -180,6 +184,7 @@ def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
     return records(found, data)[0]
 
 
+@checked
 def measured_responses(found: Identification, data: FrequencyResponses | None = None) -> list[Axes]:
     """Measured against computed frequency responses: the size of each curve over the frequency.
 
@@ -206,6 +211,7 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
     return axes
 
 
+@checked
 def next_measurements(
     candidates: Sequence[Candidate], ax: Axes | None = None, *, figure: str = "all unknowns"
 ) -> Axes:
@@ -230,6 +236,7 @@ def next_measurements(
     return ax
 
 
+@checked
 def save_identification(
     found: Identification,
     folder: str | Path,

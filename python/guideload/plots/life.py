@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.plots.style import axes_or_new, carriage_look, legend_beside, look, write_instead
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from guideload.life.life import Life
 
 
+@checked
 def rail_damage(life: Life, ax: Axes | None = None) -> Axes:
     """Damage per metre of rail over x, of all carriages that pass, as a share of the life per 1000 km of travel.
 

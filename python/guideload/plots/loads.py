@@ -8,6 +8,8 @@ import numpy as np
 
 from guideload.audit.figures import share_of_time
 from guideload.audit.histories import Histories, payload_changes
+from guideload.base.arguments import checked
+from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
@@ -43,6 +45,7 @@ SMALLEST_SPAN = 0.02
 ROUNDING = 1e-6  # least range of the vertical axis, over the largest resultant
 
 
+@checked
 def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
     """Measured speed of the motor in turns per minute over time (paper, figure 7).
 
@@ -70,6 +73,7 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along y in newtons over time (paper, figures 8 and 10).
 
@@ -81,11 +85,13 @@ def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     return _overview_and_cycle(result, carriage, "y", ax)
 
 
+@checked
 def load_z(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
     """Force of the body on one carriage along z in newtons over time (paper, figures 9 and 11); see `load_y`."""
     return _overview_and_cycle(result, carriage, "z", ax)
 
 
+@checked
 def paper_figures(result: Result) -> list[Axes]:
     """The paper's figures 7 to 11 on one sheet: the motor speed, below it the y and z load of each carriage.
 
@@ -119,6 +125,7 @@ def paper_figures(result: Result) -> list[Axes]:
     return [*sheet, *cycles]
 
 
+@checked
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
     """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time.
 
@@ -132,6 +139,7 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     return _carriages(result, loads, "Resultant load of the carriages", "√(F$_y$² + F$_z$²) [N]", ax)
 
 
+@checked
 def moments(result: Result, ax: Axes | None = None) -> Axes:
     """Magnitude of the moment of every carriage about its centre in N m over time; static levels are dashed.
 
@@ -168,7 +176,9 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
     data = result.data
     names = [str(name) for name in data["carriage"].values]
     if carriage not in names:
-        raise ValueError(f"no carriage {carriage!r}: the result has {joined(repr(name) for name in names)}")
+        raise ArgumentError(
+            f"no carriage {carriage!r}: the result has {joined(repr(name) for name in names)}"
+        )
     index, shown = names.index(carriage), part or slice(None)
     color = carriage_look(index).color
     here = {"carriage": carriage, "axis": axis}

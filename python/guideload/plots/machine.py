@@ -11,6 +11,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from guideload.base.arguments import checked
+from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined, load_with_unit
 from guideload.machine.modes import displacement, moving_dofs
 from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure, plain
@@ -35,6 +37,7 @@ EDGES = [(a, b) for a, b in combinations(range(8), 2) if np.abs(CORNERS[a] - COR
 FACES = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
 
 
+@checked
 def equivalent_box(machine: Machine) -> Points:
     """Corners of the homogeneous box with the body's mass, centre of mass and inertia.
 
@@ -51,6 +54,7 @@ def equivalent_box(machine: Machine) -> Points:
     return cast("Points", center + (CORNERS * sides) @ directions.T)
 
 
+@checked
 def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = None) -> Axes3D:
     """The machine in space: box of the body's inertia, rails, carriages, L, centre of mass and weight.
 
@@ -87,6 +91,7 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
     return ax
 
 
+@checked
 def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) -> list[Axes3D]:
     """Mode shapes as exaggerated motion of the machine, with frequencies and damping ratios.
 
@@ -95,7 +100,7 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
     """
     count = len(modes.frequency)
     if axes is not None and len(axes) < count:
-        raise ValueError(f"{count} modes need {count} axes, got {len(axes)}")
+        raise ArgumentError(f"{count} modes need {count} axes, got {len(axes)}")
     box = equivalent_box(machine)
     size = _diagonal(machine, box)
     with look():

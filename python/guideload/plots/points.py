@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.audit.figures import uniform
+from guideload.base.arguments import checked
+from guideload.base.errors import ArgumentError
 from guideload.plots.long_records import draw_envelope, is_long, worst_cycle
 from guideload.plots.spectrum import octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import (
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 SMALLEST = 1e-6  # of the largest amplitude: smaller lines are rounding
 
 
+@checked
 def points(result: Result) -> list[Axes]:
     """Displacement of every point from its place at rest [um] along x, y and z, and its spectral density [um/√Hz].
 
@@ -38,7 +41,7 @@ def points(result: Result) -> list[Axes]:
     """
     machine, data = result.machine, result.quantities
     if not machine.points:
-        raise ValueError("the machine has no points to draw")
+        raise ArgumentError("the machine has no points to draw")
     names = list(result.point_columns and data["point"])
     moving = 1e6 * (data["point_displacement"] - data["static_point_displacement"])
     parts = [slice(None), worst_cycle(result)] if is_long(result) else [slice(None)]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import MultipleLocator
 
+from guideload.base.arguments import checked
 from guideload.plots.spectrum import label_modes, set_frequency_ticks
 from guideload.plots.style import PALE, carriage_look, legend_beside, look, new_figure
 from guideload.reports.response import source_unit, source_words
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 SMALLEST = 1e-6  # of the largest magnitude: smaller lines are rounding
 
 
+@checked
 def frequency_response(machine: Machine, response: FrequencyResponse) -> list[Axes]:
     """Magnitude [um per m/s2 or per N] and phase of the points' displacement over the frequency.
 

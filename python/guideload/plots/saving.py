@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure, SubFigure
 
+from guideload.base.arguments import checked
 from guideload.base.errors import PictureError
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 DOTS_PER_INCH = 130
 
 
+@checked
 def save(ax: Axes, path: str | Path) -> Path:
     """Save the figure of the axes, in the format of the path's ending; returns the path."""
     with quiet_glyphs():

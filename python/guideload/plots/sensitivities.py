@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.plots.style import GREY, axes_or_new, look, plain
 from guideload.reports.sensitivities import FIGURES
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 BARS = 20
 
 
+@checked
 def influence(machine: Machine, found: Influence, ax: Axes | None = None) -> Axes:
     """Tornado diagram from exact derivatives, strongest first."""
     changes = found.changes[:BARS]

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 from guideload.audit.figures import uniform
+from guideload.base.arguments import checked
 from guideload.plots.style import (
     PALE,
     axes_or_new,
@@ -32,6 +33,7 @@ DYNAMIC_RANGE = 1e-6  # smallest amplitude in the picture over the peak: smaller
 LABEL_HEIGHT, LABEL_WIDTH = 0.022, 0.04  # of a mode's label, over the length of the frequency axis
 
 
+@checked
 def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     """Spectral density of the dynamic load of every carriage, in N/√Hz over Hz, with the natural frequencies.
 
@@ -68,6 +70,7 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def load_density(result: Result) -> tuple[Array, Array]:
     """One-sided power spectral density of the dynamic load of every carriage.
 

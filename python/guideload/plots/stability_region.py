@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from guideload.base.arguments import checked
+from guideload.base.errors import ArgumentError
 from guideload.method_comparison.step_stability import METHODS
 from guideload.plots.style import CARRIAGE_COLORS, GREY, look, new_figure
 from guideload.simulation.stability_function import error_per_period, stability_function
@@ -25,6 +27,7 @@ SMALLEST, LARGEST = 1e-13, 1.0  # limits of the amplitude error; smaller ones ar
 STEPS_PER_PERIOD = (2, 4, 6, 10, 20, 30, 60, 100, 200)
 
 
+@checked
 def stability(stability: Stability, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Left the stability region of rk45 with h λ of the machine, right the amplitude error of a period.
 
@@ -32,7 +35,7 @@ def stability(stability: Stability, axes: Sequence[Axes] | None = None) -> list[
     mirrors the upper one, is left out. The error is that of an undamped mode, over its steps per period.
     """
     if axes is not None and len(axes) < 2:
-        raise ValueError(f"the picture needs 2 axes, got {len(axes)}")
+        raise ArgumentError(f"the picture needs 2 axes, got {len(axes)}")
     with look():
         if axes is None:
             figure = new_figure(11.5, 5.2)

@@ -12,7 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
 from guideload.base.number_text import capitalised, load_with_unit
 from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
 from guideload.plots.saving import save_each
@@ -40,6 +42,7 @@ OUTER = 0.01  # share of the samples beyond the outermost mark, on the worse sid
 SHOWN = 0.995  # share of the lives in the picture; the rest is a long tail that would fill it
 
 
+@checked
 def distributions(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
     """Distribution of a quantity, one row per carriage: histogram, 5 % to 95 %, median and 99 % quantile with interval.
 
@@ -99,6 +102,7 @@ def _mark_quantiles(ax: Axes, result: StudyResult, column: str, row: int, outer:
             ax.plot(ends, [row, row], "|-", color=color, linewidth=1.0, markersize=5, zorder=4)
 
 
+@checked
 def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = None) -> Axes:
     """Probability that a quantity exceeds a limit, over the limit, per carriage, with 95 % intervals.
 
@@ -148,6 +152,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
     return ax
 
 
+@checked
 def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
     """Resultant load of a carriage over time: band of the stored histories, and history of the nominal machine.
 
@@ -155,10 +160,10 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
     """
     names = result.metadata.carriages
     if carriage not in names:
-        raise ValueError(f"no carriage {carriage!r}: the study has {', '.join(map(repr, names))}")
+        raise ArgumentError(f"no carriage {carriage!r}: the study has {', '.join(map(repr, names))}")
     data = result.histories
     if data is None or not data.sizes["sample"]:
-        raise ValueError("no histories were stored: set histories in the study, e.g. histories = 100")
+        raise ArgumentError("no histories were stored: set histories in the study, e.g. histories = 100")
     color = carriage_look(names.index(carriage)).color
     resultant = data["resultant"].sel(carriage=carriage).transpose("sample", "time").values
     resultant = resultant[~np.isnan(resultant).any(axis=1)]
@@ -186,6 +191,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """Save the pictures of a study as PNG in `folder`, which is made if missing; returns their paths.
 
@@ -292,7 +298,7 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
 def _of_carriages(result: StudyResult, name: str) -> list[str]:
     """Columns of a quantity, one per carriage, or one for the machine. Raises ValueError for an unknown quantity."""
     if name not in result.quantities:
-        raise ValueError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
+        raise ArgumentError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
     return result.of_carriages(name)
 
 

@@ -6,6 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from guideload.base.arguments import checked
+from guideload.base.errors import ArgumentError
 from guideload.life.rating_life import failure_probability
 from guideload.plots.drivers import set_title, short, write_no_result
 from guideload.plots.style import INK, axes_or_new, carriage_look, legend_beside, look, plain
@@ -17,6 +19,7 @@ POINTS = 120  # travels of a curve
 LEAST = 1e-3  # smallest probability in the picture
 
 
+@checked
 def failure(result: StudyResult, ax: Axes | None = None) -> Axes:
     """Probability of a failure by fatigue before a travel, over the travel: of each carriage, and of any of them.
 
@@ -24,7 +27,7 @@ def failure(result: StudyResult, ax: Axes | None = None) -> Axes:
     most the first samples are used, as for rank correlations. Raises ValueError without ratings.
     """
     if LIFE not in result.quantities:
-        raise ValueError(f"the study has no life: its quantities are {', '.join(result.quantities)}")
+        raise ArgumentError(f"the study has no life: its quantities are {', '.join(result.quantities)}")
     reliability = result.metadata.machine.life.reliability
     lives = {name: known(result.column(f"{LIFE}[{name}]"))[:RANKED] for name in result.owners(LIFE)}
     machine = known(result.column(LIFE))[:RANKED]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.audit.figures import uniform
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
@@ -31,6 +32,7 @@ TITLE = 88  # characters in a line of the title
 SMALLEST = 1e-4  # smallest amplitude in the picture, over the largest
 
 
+@checked
 def encoder(inspection: Inspection) -> list[Axes]:
     """A trace over time: samples, residual of the smoothing, acceleration; below, a closer look and spectra.
 

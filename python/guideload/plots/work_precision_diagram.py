@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
+from guideload.base.arguments import checked
 from guideload.base.number_text import milliseconds, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, setting_range
 from guideload.plots.style import GREY, INK, PALE, axes_or_new, legend_beside, look, write_instead
@@ -31,6 +32,7 @@ PARETO_COLOR = "#f2c14e"
 ROOM = 0.5  # decades right of the last point
 
 
+@checked
 def work_precision(chart: WorkPrecision, ax: Axes | None = None) -> Axes:
     """Time of every method over the error of its loads, both logarithmic; lower is faster, right is more accurate.
 

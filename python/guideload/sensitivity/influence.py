@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.number_text import joined
@@ -43,6 +44,7 @@ class Influence:
     changes: Array
 
 
+@checked
 def influence_of(
     machine: Machine,
     motion: Motion,

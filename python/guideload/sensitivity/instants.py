@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload._core import VariedInstants
+from guideload.base.arguments import real_array
 from guideload.base.arrays import Array
 
 
@@ -41,7 +41,7 @@ class Instants:
         quantity: as in `RunDerivatives.gradient`; along: an array of the shape of the quantity at one instant, such as
         (6,) for an acceleration. Loads and displacements contain those at rest.
         """
-        factors = np.asarray(along, dtype=np.float64).reshape(1, -1)
+        factors = real_array("along", along).reshape(1, -1)
         values, slope, by = self._instants.histories(name_in_core(quantity), factors, part)
         return History(values[:, 0], by[:, :, 0], slope[:, 0])
 

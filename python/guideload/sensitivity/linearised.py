@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from guideload._core import Scene, VariedSystem
+from guideload.base.arguments import real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.sensitivity.columns import Column
@@ -120,8 +121,8 @@ class Linearised:
                 f"links {out} have no contact at rest, so the response has none of their stiffness, and a small change "
                 "does not tell when they touch; take the response of the machine without them"
             )
-        along, hertz = np.asarray(direction, dtype=np.float64), np.asarray(frequency, dtype=np.float64)
-        at = np.zeros(3) if point is None else np.asarray(point, dtype=np.float64)
+        along, hertz = real_array("direction", direction), real_array("frequency", frequency)
+        at = np.zeros(3) if point is None else real_array("point", point)
         is_finite = all(np.isfinite(one).all() for one in (along, hertz, at))
         if along.shape != (3,) or at.shape != (3,) or hertz.ndim != 1 or not is_finite:
             raise ArgumentError(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined
@@ -94,6 +95,7 @@ FIGURES = {"peak_resultant": "N", "mean_load": "N", "life": "m"}
 NAMES = (*HISTORIES, *AT_REST, *MODES, *FIGURES)
 
 
+@checked
 def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: Start = "auto") -> xr.Dataset:
     """Exact derivatives of quantities by numbers of a machine, from one run.
 

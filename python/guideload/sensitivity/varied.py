@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload._core import VariedScene
+from guideload.base.arguments import checked, real_array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
@@ -26,6 +27,7 @@ class VariedMachine:
     columns  the values that vary
     """
 
+    @checked
     def __init__(self, machine: Machine, to: To, motion: Motion = NO_MOTION) -> None:
         """to: paths as in a study, such as "carriages.*.stiffness_y": a column for each number that they name; or a
         mapping from names to paths: a column for each name, whose numbers vary together. The paths motion.scale and
@@ -55,6 +57,7 @@ class VariedMachine:
         """The values of the machine as it is, (columns,) in SI units."""
         return np.array([column.value for column in self.columns])
 
+    @checked
     def run(
         self, motion: Motion, values: ArrayLike | None = None, *, start: Start = "auto"
     ) -> RunDerivatives:
@@ -63,6 +66,7 @@ class VariedMachine:
         """
         return RunDerivatives(self.machine, self.at(values), motion, start)
 
+    @checked
     def at(self, values: ArrayLike | None = None) -> Linearised:
         """The machine at rest with these values (columns,), by default its own.
 
@@ -70,7 +74,7 @@ class VariedMachine:
         where there is no derivative: a link at a kink of its law, a body that is loose in its clearance, an elastic
         base.
         """
-        given = self.values if values is None else np.ascontiguousarray(values, dtype=np.float64)
+        given = self.values if values is None else real_array("values", values)
         if given.shape != (len(self.columns),) or not np.isfinite(given).all():
             raise ArgumentError(f"values: expected {len(self.columns)} finite numbers, got {values!r:.80}")
         free = np.array([DOFS.index(dof) for dof in self.machine.free])

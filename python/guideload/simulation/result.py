@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.audit.audit import Audit
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
 from guideload.base.finite import require_finite
@@ -106,6 +107,7 @@ class Result:
             return self._run.history(name)
         return self._estimate[name] if name in self._estimate else None
 
+    @checked
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 
@@ -188,6 +190,7 @@ class Result:
         self._require_instants()
         return point_columns(self._estimate) if self.machine.points else {}
 
+    @checked
     def settling(self, window: float | str | None = None) -> tuple[Settling, ...]:
         """The settling times of the points into a window after each move.
 
@@ -204,14 +207,17 @@ class Result:
         if not self._estimate["time"].size:
             raise ArgumentError("times: the result reports no instant, so it has no peaks and no audit")
 
+    @checked
     def to_netcdf(self, path: str | PathLike[str]) -> None:
         """Write all quantities as netCDF 4."""
         result_files.to_netcdf(self._to_write(), path)
 
+    @checked
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all quantities as Parquet: histories as columns, other quantities in the metadata."""
         result_files.to_parquet(self._to_write(), path)
 
+    @checked
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the histories as CSV, and all other quantities as JSON in a second file (same name, .json).
 
@@ -229,9 +235,10 @@ class Result:
         return data
 
     @classmethod
+    @checked
     def load(cls, path: str | PathLike[str]) -> Result:
         """Read a result that `to_netcdf` or `to_parquet` wrote; the ending of its name decides the format.
 
-        Raises TraceError if the file holds no result.
+        Raises ReadError if the file holds no result.
         """
         return cls(*result_files.read(path))

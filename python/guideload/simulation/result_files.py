@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.base.atomic import atomic_write
-from guideload.base.errors import TraceError, ValueRefused, shortened, shown
+from guideload.base.errors import ReadError, ValueRefused, shortened, shown
 from guideload.base.finite import finite_json
 from guideload.base.netcdf import read_netcdf, write_netcdf
 from guideload.base.quantities import Quantities, Quantity
@@ -73,7 +73,7 @@ def _ending(path: str | PathLike[str], ending: str) -> Path:
 def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
     """The machine and the data of a result file, netCDF or Parquet.
 
-    Raises TraceError if the file holds no result.
+    Raises ReadError if the file holds no result.
     """
     path = Path(path)
     try:
@@ -86,7 +86,7 @@ def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:
         raise MemoryError(f"{path}: not enough memory to read it, unless it is damaged: {error}") from None
     except Exception as error:  # of a dozen types, from HDF5, xarray, pyarrow, pydantic and the disk
         reason = f"no {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
-        raise TraceError(
+        raise ReadError(
             f"{path}: expected a result that guideload wrote, got {shortened(reason, 400)}"
         ) from error
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, shown
+from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 
@@ -90,7 +90,7 @@ def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str,
         if name not in names:
             raise ArgumentError(f"riders: expected a rider of the machine ({shown(names)}), got {name!r}")
         if not isinstance(motion, Motion):
-            raise TypeError(f"riders[{name!r}]: expected a Motion along x, got {motion!r:.80}")
+            raise ArgumentTypeError(f"riders[{name!r}]: expected a Motion along x, got {motion!r:.80}")
         if np.any(motion.acceleration[:, 1:]) or motion.wrench is not None:
             raise ArgumentError(f"riders[{name!r}]: expected a motion along x without forces")
     return dict(riders)

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
@@ -28,6 +29,7 @@ STEP_COST = {"exponential": 8.0, "rk45": 4.0}
 LONGEST_STEP = 2.0
 
 
+@checked
 def simulate(
     machine: Machine,
     motion: Motion,
@@ -70,6 +72,7 @@ def simulate(
     return result
 
 
+@checked
 def peak_loads(
     machine: Machine,
     motion: Motion,
@@ -105,6 +108,7 @@ def peak_loads(
     return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
 
 
+@checked
 def with_forces_of_drive(
     machine: Machine,
     motion: Motion,
@@ -133,7 +137,6 @@ def prepared_run(
 
     start: also a state (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
     """
-    _require_types(machine, motion, rtol, step)
     moved = ridden(machine, motion, riders)
     machine, motion, feet = over_rails(moved.machine, moved.motion)
     chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
@@ -146,26 +149,9 @@ def prepared_run(
     return with_rack_push(run)
 
 
-def _require_types(machine: object, motion: object, rtol: object, step: object) -> None:
-    """Refuse arguments of a wrong type; values are checked where they are used."""
-    if not isinstance(machine, Machine):
-        raise TypeError(f"machine: expected a Machine, as from Machine.from_toml(file), got {machine!r:.80}")
-    if not isinstance(motion, Motion):
-        raise TypeError(
-            "motion: expected a Motion, as from motion_from_trace(read_trace(file), machine.drive), "
-            f"got {motion!r:.80}"
-        )
-    for name, value in (("rtol", rtol), ("step", 0.0 if step is None else step)):
-        if not isinstance(value, int | float | np.number) or isinstance(value, bool):
-            raise ArgumentError(f"{name}: expected a number, got {value!r}")
-
-
 def _instants(times: ArrayLike) -> Array:
     """A copy of the instants to report."""
-    try:
-        instants = np.array(times, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f"times: expected numbers of shape (m,), in s, got {error}") from None
+    instants = real_array("times", times)
     if instants.ndim != 1:
         raise ArgumentError(f"times: expected shape (m,), got {instants.shape}")
     return instants

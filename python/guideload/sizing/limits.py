@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from guideload.base.arguments import checked, real_array
 from guideload.base.errors import ArgumentError, RunError
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.life import life_of
@@ -45,6 +46,7 @@ class Limit:
     margins: Margins
 
 
+@checked
 def largest(
     machine: Machine,
     motion: Motion | Moves,
@@ -100,10 +102,7 @@ def _vector(
         return np.array(default)
     if not counts:
         raise ArgumentError(f'{name}: belongs to the quantity "{of}" alone; leave it out')
-    try:
-        vector = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        vector = np.array(np.nan)
+    vector = real_array(name, given)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise ArgumentError(f"{name}: expected three finite numbers, got {given!r}")
     return vector

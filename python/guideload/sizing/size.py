@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError, GuideloadError
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.conditions import LifeConditions
@@ -101,6 +102,7 @@ class Sizing:
         return pd.DataFrame(rows, index=pd.Index([one.name for one in self.candidates], name="product"))
 
 
+@checked
 def size(
     machine: Machine,
     motion: Motion,
@@ -158,6 +160,7 @@ def _tried(
     return Candidate(product, preload_class, result, life, margins_of(life), force, first)
 
 
+@checked
 def with_product(machine: Machine, product: Product, preload_class: str | None) -> Machine:
     """The machine with a product on every carriage, which keeps its place and its damping ratio."""
     laws = product.law_keys(preload_class)

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
-from guideload.base.errors import ArgumentError, GuideloadError, RunError
+from guideload.base.errors import ArgumentError, ArgumentTypeError, GuideloadError, RunError
 from guideload.study.description.plan import Plan
 from guideload.study.description.study import Study
 from guideload.study.histories import are_of, histories
@@ -52,6 +53,7 @@ class StudyInterrupted(KeyboardInterrupt):
         self.result = result
 
 
+@checked
 def run_study(
     study: Study | Plan | str | PathLike[str],
     output: str | PathLike[str] | None = None,
@@ -87,7 +89,7 @@ def run_study(
         study = Study.from_toml(study)
     if not isinstance(study, Study | Plan):
         expected = "a Study, as of Study.from_toml(file), its plan or a file"
-        raise TypeError(f"study: expected {expected}, got {type(study).__name__}")
+        raise ArgumentTypeError(f"study: expected {expected}, got {type(study).__name__}")
     plan = study.plan() if isinstance(study, Study) else study
     if cluster is not None and (executor is not None or output is None):
         raise ArgumentError(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import errors_name
 from guideload.base.errors import TraceError, ValueRefused
 from guideload.base.units import factor
@@ -24,6 +25,7 @@ NAME = re.compile(r"(f|force|kraft|m|moment|t|torque)([xyz])")
 SUFFIX = re.compile(r"(.*?)_(m?N|kN|Nm|N_m|kNm)")  # units at the end of a name without brackets: Fx_N, Mz_Nm
 
 
+@checked
 def read_forces(
     table: TableLike,
     *,

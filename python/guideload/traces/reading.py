@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
@@ -75,6 +76,7 @@ class Trace:
 
 
 # Longer than 60 lines because its docstring describes every option.
+@checked
 @with_reading_options
 def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     """Read and check a trace.
@@ -109,7 +111,8 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
         doubled (samples), clock (stamps that go back), outliers and stuck (values that repeat while the axis moves).
         "all" accepts gaps as well.
 
-    Raises TraceError, naming file, column and rows; TypeError for an unknown option.
+    Raises TraceError, naming file, column and rows; ReadError, which is one, for a file that is missing or damaged;
+    ArgumentTypeError for an unknown option.
     """
     data = load_table(table)
     with errors_name(data.source):
@@ -158,16 +161,15 @@ def _read(data: Table, options: ReadingOptions) -> Trace:
 
 
 def _check_options(data: Table, options: ReadingOptions) -> None:
-    """Raise TypeError for an unknown option, and TraceError for an unknown word as its value."""
+    """Raise TraceError for an unknown word as the value of an option."""
     for name, value in options.items():
-        if name not in ReadingOptions.__annotations__:
-            raise TypeError(f"read_trace() got an unexpected keyword argument {name!r}")
         if value is not None and value not in WORDS.get(name, (value,)):
             raise TraceError(
                 f'{data.source}: {name}: expected one of {", ".join(WORDS[name])}, got "{value}"'
             )
 
 
+@checked
 def motion_from_trace(
     trace: Trace, drive: Drive | None = None, *, smoothing: Method = "auto", window: float | None = None
 ) -> Motion:

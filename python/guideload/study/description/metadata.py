@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationError, model_validator
 
 from guideload.base.atomic import atomic_write
-from guideload.base.errors import ArgumentError, GuideloadError, shown
+from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shown
 from guideload.base.finite import finite_json
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
@@ -180,19 +180,19 @@ class StudyMetadata(BaseModel, frozen=True):
 
     @classmethod
     def read(cls, folder: Path) -> StudyMetadata:
-        """The metadata in a folder. Raises ArgumentError if there is no study, or a study of another format."""
+        """The metadata in a folder. Raises ReadError if there is no study, or one of another format."""
         path, values = folder / FILE, read_json(folder)
         if values is None:
-            raise ArgumentError(f"{folder} holds no study: there is no {path}")
+            raise ReadError(f"{folder} holds no study: there is no {path}")
         if (found := values.get("format", 1)) != FORMAT:
-            raise ArgumentError(
+            raise ReadError(
                 f"{path}: expected format {FORMAT}, got {found}: another version of guideload wrote this study. "
                 "Read it with that version, give another folder, or replace it (--overwrite)"
             )
         try:
             return cls.model_validate(values)
         except (ValidationError, GuideloadError) as error:
-            raise ArgumentError(f"{path}: expected the metadata of a study, got {error}") from error
+            raise ReadError(f"{path}: expected the metadata of a study, got {error}") from error
 
     def require_resumable(self, folder: Path) -> None:
         """Raise ArgumentError with the differences if the folder holds another study, or one with more runs."""
@@ -215,7 +215,7 @@ class StudyMetadata(BaseModel, frozen=True):
 
 
 def read_json(folder: Path) -> dict[str, Any] | None:
-    """The contents of `study.json` in any format; None if it is missing. Raises ArgumentError for another file."""
+    """The contents of `study.json` in any format; None if it is missing. Raises ReadError for another file."""
     path = folder / FILE
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
@@ -223,9 +223,9 @@ def read_json(folder: Path) -> dict[str, Any] | None:
         return None
     except (ValueError, RecursionError) as error:
         hint = "it is damaged: give another folder, or remove it and run the study anew"
-        raise ArgumentError(f"{path}: expected the metadata of a study, got {error}; {hint}") from None
+        raise ReadError(f"{path}: expected the metadata of a study, got {error}; {hint}") from None
     if not isinstance(values, dict) or values.get("content") != CONTENT:
-        raise ArgumentError(f"{path}: expected the metadata of a study that guideload wrote")
+        raise ReadError(f"{path}: expected the metadata of a study that guideload wrote")
     return values
 
 

@@ -9,6 +9,7 @@ from os import PathLike
 import numpy as np
 from scipy.stats import chi2, t
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError
@@ -52,6 +53,7 @@ class RareProbability:
     doubts: tuple[str, ...]
 
 
+@checked
 def exceedance_probability(
     study: Study | Plan | str | PathLike[str],
     name: str,

@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pyarrow.parquet import ParquetWriter
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
@@ -48,8 +49,9 @@ class StudyResult(StudyColumns):
         return f"{head}, {' '.join(self.doubts) or self.second_look_text})"
 
     @classmethod
+    @checked
     def load(cls, folder: str | PathLike[str]) -> StudyResult:
-        """The finished or interrupted study in a folder. Raises ArgumentError if the folder holds none."""
+        """The finished or interrupted study in a folder. Raises ReadError if the folder holds none."""
         store = FolderStore.open(Path(folder))
         return cls(store, store.metadata)
 
@@ -107,6 +109,7 @@ class StudyResult(StudyColumns):
             if (row := _described(values, self.replicate))["samples"]
         }
 
+    @checked
     def quantiles(
         self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
@@ -125,10 +128,12 @@ class StudyResult(StudyColumns):
         columns = ("value", "low", "high", "standard_error")
         return pd.DataFrame(np.transpose(estimates), pd.Index(levels, name="level"), columns)
 
+    @checked
     def exceedance(self, name: str, confidence: float = statistics.CONFIDENCE) -> Exceedance:
         """Exceedance curve of a column: limits and probabilities; see `statistics.exceedance`."""
         return statistics.exceedance(self.column(name), confidence, self.replicate)
 
+    @checked
     def probability_above(
         self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
     ) -> Estimate:
@@ -138,6 +143,7 @@ class StudyResult(StudyColumns):
         """
         return self._probability(name, limit, np.greater, confidence)
 
+    @checked
     def probability_below(
         self, name: str, limit: float | str, confidence: float = statistics.CONFIDENCE
     ) -> Estimate:
@@ -179,6 +185,7 @@ class StudyResult(StudyColumns):
         columns = ["limit", "samples", "count", "probability", "low", "high", "standard_error"]
         return _by_quantity_and_carriage(rows, columns)
 
+    @checked
     def failure_probability(
         self, travel: float | str | None = None, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
@@ -238,6 +245,7 @@ class StudyResult(StudyColumns):
         drawn = 2 if self.metadata.sensitivity else 1
         return statistics.known(self.column(self.leading)).size < FEWEST * drawn
 
+    @checked
     def sensitivity(self, name: str | None = None, confidence: float = statistics.CONFIDENCE) -> pd.DataFrame:
         """First-order and total Sobol indices of a column, a row per parameter; see `statistics.sobol_indices`.
 
@@ -258,6 +266,7 @@ class StudyResult(StudyColumns):
         names = pd.Index([one.name for one in self.metadata.parameters], name="parameter")
         return pd.DataFrame(table | {"rows": indices.rows}, index=names)
 
+    @checked
     def rank_correlation(
         self, name: str | None = None, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
@@ -273,6 +282,7 @@ class StudyResult(StudyColumns):
         columns = ("rank_correlation", "low", "high", "standard_error")
         return pd.DataFrame(np.transpose(estimates), pd.Index(names, name="parameter"), columns)
 
+    @checked
     def driving(self, name: str | None = None) -> pd.DataFrame:
         """Influence of the parameters on a column, strongest first: `sensitivity` if the design allows it, else
         `rank_correlation`."""
@@ -282,6 +292,7 @@ class StudyResult(StudyColumns):
 
     # ---- tables and files
 
+    @checked
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """A row per run: these columns, or all stored ones, and `reason`, None for a run with a result."""
         names = self.store.columns if columns is None else columns
@@ -290,6 +301,7 @@ class StudyResult(StudyColumns):
         table["reason"] = [self.reasons.get(i) for i in range(self.runs)] if self.reasons else None
         return table
 
+    @checked
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write all runs as one Parquet file: sample, parameters, measures, reason; chunk by chunk."""
         tables = self.store.tables()
@@ -301,6 +313,7 @@ class StudyResult(StudyColumns):
             for table in chain([first], tables):
                 writer.write_table(table)
 
+    @checked
     def to_json(self, path: str | PathLike[str]) -> None:
         """Write the metadata, the counts and all tables of statistics as one small file; unknown values are null.
 

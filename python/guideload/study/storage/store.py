@@ -181,7 +181,7 @@ class FolderStore(SampleStore):
 
     @classmethod
     def open(cls, folder: Path) -> FolderStore:
-        """The store of a finished or interrupted study. Raises ArgumentError if the folder holds none."""
+        """The store of a finished or interrupted study. Raises ReadError if the folder holds none."""
         return cls(folder, StudyMetadata.read(folder))
 
     def _checked(self, path: Path, samples: Range, read_all: bool) -> parquet.FileMetaData:

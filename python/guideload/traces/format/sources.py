@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.errors import TraceError, shortened
+from guideload.base.errors import ArgumentTypeError, TraceError, UnreadableTrace, shortened
 from guideload.traces.format.table import Table
 from guideload.traces.format.text_table import read_text
 
@@ -36,17 +36,22 @@ def load_table(source: TableLike) -> Table:
 
     if isinstance(source, pandas.DataFrame):
         return table_of_frame(source, "table", "index", 0)
-    raise TraceError(f"trace: expected a path, a table or an array, got {type(source).__name__}")
+    raise ArgumentTypeError(
+        f"table: expected a path, a table or an array, got a value of type {type(source).__name__}"
+    )
 
 
 def _file(path: Path) -> Table:
     if path.is_dir():
-        raise TraceError(f"{path}: is a folder; give the file of the trace in it")
+        raise UnreadableTrace(f"{path}: is a folder; give the file of the trace in it")
     if not path.is_file():
-        raise TraceError(f"{path}: no such file")
+        raise UnreadableTrace(f"{path}: no such file")
     program = BINARY.get(path.suffix.lower())
     if program is None:
-        return read_text(path)
+        try:
+            return read_text(path)
+        except OSError as error:
+            raise UnreadableTrace(f"{path}: cannot be read: {error.strerror}") from None
     with damage_named(path, program):
         if program == "Parquet":
             import pandas
@@ -70,7 +75,7 @@ def damage_named(path: Path, program: str) -> Iterator[None]:
     except Exception as error:  # of a dozen types, from pyarrow, pandas, NumPy, zipfile, zlib and the disk
         reason = shortened(f"{type(error).__name__}: {error}")
         hint = "it is damaged or of another kind; export or copy it again"
-        raise TraceError(f"{path.name}: not a {program} file: {reason}; {hint}") from None
+        raise UnreadableTrace(f"{path.name}: not a {program} file: {reason}; {hint}") from None
 
 
 @np.errstate(over="raise")  # for sizes that do not fit into an integer

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.cores import threads
-from guideload.base.errors import TraceError, shortened
+from guideload.base.errors import UnreadableTrace, shortened
 from guideload.traces.format.dialect_detection import COMMENT, MOST_COLUMNS, Dialect, dialect_of, rows_of
 from guideload.traces.format.table import Table, listed_rows, unique
 from guideload.traces.format.twincat_scope import scope_dialect
@@ -33,10 +33,10 @@ SEPARATOR_HINT = "where numbers have a decimal comma, the separator must be anot
 
 
 def read_text(path: Path) -> Table:
-    """A text file as a table, its rows counted as an editor does. Raises TraceError."""
+    """A text file as a table, its rows counted as an editor does. Raises UnreadableTrace."""
     text = _decoded(path)
     if re.match(r"\s*Name[ :].*\s+File[ :]", text):
-        raise TraceError(
+        raise UnreadableTrace(
             f"{path.name}: a TwinCAT Scope export with a blank or a colon between its cells, which names contain "
             "as well; export it with tab or semicolon"
         )
@@ -48,7 +48,7 @@ def read_text(path: Path) -> Table:
         lines.pop()  # cut in the middle
     dialect = scope_dialect(lines) or _dialect(lines)
     if dialect.width > MOST_COLUMNS:
-        raise TraceError(
+        raise UnreadableTrace(
             f"{path.name}: not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, "
             f"got {dialect.width}"
         )
@@ -86,7 +86,7 @@ def _dialect(lines: list[str]) -> Dialect:
 
 
 def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
-    """The decimal sign. Raises TraceError if a comma may be a separator or part of digit groups as well."""
+    """The decimal sign. Raises UnreadableTrace if a comma may be a separator or part of digit groups as well."""
     separator, above, samples = dialect.separator, lines[: dialect.first], lines[dialect.first :]
     if separator != ",":
         # The first lines may hold whole numbers only.
@@ -98,7 +98,7 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
     if not dialect.names and any(
         row.is_text and 2 * len(row.cells) == dialect.width for row in rows_of(above, ",")
     ):
-        raise TraceError(
+        raise UnreadableTrace(
             f"{source}: not a readable CSV table: {dialect.width} cells in a row under half as many names; "
             f"{SEPARATOR_HINT}"
         )
@@ -106,7 +106,7 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
         return "."
     cells = [cell for row in rows_of(samples, ",") for cell in row.cells if "," in cell]
     if cells and all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in cells):
-        raise TraceError(
+        raise UnreadableTrace(
             f'{source}: cells such as "{cells[0]}" may have groups of digits or a decimal comma, which is '
             "ambiguous; write numbers with a decimal point and no groups, or separate the cells by ; or tab"
         )
@@ -114,15 +114,15 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
 
 
 def _decoded(path: Path) -> str:
-    """The text of a file in UTF-8, UTF-16 or Windows' Western encoding. Raises TraceError if it is no text."""
+    """The text of a file in UTF-8, UTF-16 or Windows' Western encoding. Raises UnreadableTrace if it is no text."""
     content = path.read_bytes()
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        raise TraceError(
+        raise UnreadableTrace(
             f"{path.name}: not a text table but an Excel workbook (or another archive); export the sheet as CSV"
         )
     wide = _wide_encoding(content)
     if not wide and not content.strip(b"\xef\xbb\xbf \t\r\n"):
-        raise TraceError(
+        raise UnreadableTrace(
             f"{path.name}: the file is empty; expected a line of column names and a line for each sample, as in "
             '"time_s,position_mm"'
         )
@@ -133,7 +133,7 @@ def _decoded(path: Path) -> str:
             continue
         if not CONTROL.search(text[:OPENING]):
             return text.rstrip("\x1a\x00").removeprefix("\ufeff")
-    raise TraceError(
+    raise UnreadableTrace(
         f"{path.name}: not a text table (it holds bytes that are no text); export it as CSV, or save it as UTF-8"
     )
 
@@ -166,7 +166,9 @@ def _columns(
         body, numbers, notes = _cleaned(source, body, dialect, first)
         table = _parsed(source, body, dialect, decimal, len(numbers))
     if table is None:
-        raise TraceError(f"{source}: not a readable CSV table: a quote or a line break is inside a sample")
+        raise UnreadableTrace(
+            f"{source}: not a readable CSV table: a quote or a line break is inside a sample"
+        )
     columns = [_array(column) for column in table.columns]
     filled = len(numbers)
     while filled and all(_is_empty(column[filled - 1]) for column in columns):
@@ -217,7 +219,7 @@ def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) 
         with threads(1) as submit, _Content(body.encode()) as content:
             table = submit(read, content).result()
     except (pa.ArrowInvalid, ValueError) as error:
-        raise TraceError(f"{source}: not a readable CSV table: {shortened(str(error))}") from None
+        raise UnreadableTrace(f"{source}: not a readable CSV table: {shortened(str(error))}") from None
     return None if ragged or table.num_rows != count else table
 
 
@@ -256,7 +258,7 @@ def _cleaned(
             samples[number] = line + separator * (width - cells)
     if long:
         hint = f"; {SEPARATOR_HINT}" if separator == "," else ""
-        raise TraceError(
+        raise UnreadableTrace(
             f"{source}: not a readable CSV table: expected {width} cells in a row, got more in line "
             f"{listed_rows(long)}{hint}"
         )

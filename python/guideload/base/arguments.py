@@ -1,0 +1,184 @@
+"""Arguments of public functions: a wrong type raises ArgumentTypeError, everywhere with the same words.
+
+The type hints of a function are what is checked, so that they cannot differ from it. What a value may be is checked
+where it is used.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+import types
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
+
+P = ParamSpec("P")
+R = TypeVar("R")
+LONGEST_TEXT = 80  # characters of a value in a message
+SOURCES = {
+    "Machine": "as from Machine.from_toml(file)",
+    "Motion": "as from motion_from_trace(read_trace(file), machine.drive) or Moves.from_toml(file).motion()",
+    "Trace": "as from read_trace(file)",
+    "Result": "as from simulate(machine, motion)",
+    "StudyResult": "as from run_study(study)",
+}
+WORDS = {float: "a number", int: "a whole number", str: "text", bool: "True or False"}
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """A function that raises ArgumentTypeError, with the argument's name, for an argument of a type that is not hinted.
+
+    Numbers of NumPy count as numbers, True and False do not; a number must fit a double. Hints that name no type of
+    their own (Any, an unresolved name) accept everything.
+    """
+    signature = inspect.signature(function)
+    hints: dict[str, Any] = {}
+
+    @functools.wraps(function)
+    def called(*arguments: P.args, **named: P.kwargs) -> R:
+        if not hints:  # at the first call, because a hint may name a class that is defined later
+            hints.update({name: _hint(function, one) for name, one in signature.parameters.items()})
+        try:
+            given = signature.bind(*arguments, **named)
+        except TypeError as error:
+            raise ArgumentTypeError(f"{function.__qualname__}: {error}") from None
+        for name, value in given.arguments.items():
+            if signature.parameters[name].kind not in (
+                inspect.Parameter.VAR_POSITIONAL,
+                inspect.Parameter.VAR_KEYWORD,
+            ):
+                require_type(name, value, hints[name])
+        return function(*arguments, **named)
+
+    return called
+
+
+def require_type(name: str, value: object, hint: Any) -> None:
+    """Raise ArgumentTypeError unless a value is of a hinted type, and ArgumentError for a number beyond a double."""
+    if not _fits(value, hint):
+        raise ArgumentTypeError(f"{name}: expected {_in_words(hint)}, got {_shown(value)}")
+    if isinstance(value, int) and not isinstance(value, bool) and _accepts_number(hint):
+        try:
+            float(value)
+        except OverflowError:
+            raise ArgumentError(
+                f"{name}: expected a number that fits a double, got {_shown(value)}"
+            ) from None
+
+
+def real_array(name: str, values: ArrayLike) -> Array:
+    """A new float64 array of real numbers, C-contiguous.
+
+    Raises ArgumentTypeError for texts, dates, complex and other objects, ArgumentError for rows of different lengths
+    and for numbers beyond a double.
+    """
+    try:
+        found = np.array(values)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(f"{name}: expected an array of numbers, got {error}") from None
+    if found.dtype.kind not in "iufO" and not (found.dtype.kind == "b" and found.size == 0):
+        what = {"c": "complex numbers", "U": "texts", "S": "bytes", "b": "True and False"}
+        raise ArgumentTypeError(
+            f"{name}: expected an array of real numbers, got {what.get(found.dtype.kind, str(found.dtype))}"
+        )
+    try:
+        return np.array(found, dtype=np.float64, order="C")
+    except OverflowError:
+        raise ArgumentError(f"{name}: expected numbers that fit a double, got larger ones") from None
+    except (TypeError, ValueError) as error:
+        raise ArgumentTypeError(f"{name}: expected an array of real numbers, got {error}") from None
+
+
+class _ByName:
+    """A class that a module imports for type checkers only; values are recognised by the name of their class."""
+
+
+def _hint(function: Callable[..., Any], parameter: inspect.Parameter) -> Any:
+    """The type hint of a parameter; Any where its text names something that only type checkers import."""
+    hint = parameter.annotation
+    if isinstance(hint, str):
+        known = {name: type(name, (_ByName,), {}) for name in SOURCES}
+        try:
+            hint = eval(hint, {**known, **getattr(function, "__globals__", {})})
+        except NameError:
+            return Any
+    return hint if hint is not inspect.Parameter.empty else Any
+
+
+def _fits(value: object, hint: Any) -> bool:
+    origin = get_origin(hint)
+    if origin in (Union, types.UnionType):
+        return any(_fits(value, one) for one in get_args(hint))
+    if origin is Annotated:
+        return _fits(value, get_args(hint)[0])
+    if origin is Literal:
+        return isinstance(value, str)  # which texts are known is told where they are used
+    if hint is None or hint is type(None):
+        return value is None
+    if hint is float:
+        return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if hint is int:
+        return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if hint is bool:
+        return isinstance(value, bool | np.bool_)
+    kind = origin or hint
+    if isinstance(kind, type) and issubclass(kind, _ByName):
+        return any(one.__name__ == kind.__name__ for one in type(value).__mro__)
+    if kind in (Sequence, Iterable):
+        return isinstance(value, Iterable) and not isinstance(value, str | bytes)
+    if kind is np.ndarray:
+        return isinstance(value, np.ndarray | Sequence) and not isinstance(value, str | bytes)
+    if kind is Any or not isinstance(kind, type) or getattr(kind, "_is_protocol", False):
+        return True
+    return isinstance(value, kind)
+
+
+def _accepts_number(hint: Any) -> bool:
+    options = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    return float in options
+
+
+def _in_words(hint: Any) -> str:
+    """A type hint in words: "a number or None"."""
+    origin = get_origin(hint)
+    if origin in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_in_words(one) for one in get_args(hint)))
+    if origin is Annotated:
+        return _in_words(get_args(hint)[0])
+    if origin is Literal:
+        return f"one of {', '.join(map(str, get_args(hint)))}"
+    if hint is None or hint is type(None):
+        return "None"
+    if hint in WORDS:
+        return WORDS[hint]
+    kind = origin or hint
+    if kind is os.PathLike:
+        return "a path"
+    if kind is Mapping:
+        return "a mapping"
+    if kind in (Sequence, Iterable):
+        return "a list"
+    if kind is np.ndarray:
+        return "an array"
+    name = getattr(kind, "__name__", str(kind))
+    source = f", {SOURCES[name]}" if name in SOURCES else ""
+    return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}{source}"
+
+
+def _shown(value: object) -> str:
+    """A value in a message: short, and without its representation where that may fail or compute."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return shown(value)
+    if isinstance(value, list | tuple | dict | complex):
+        try:
+            return f"{value!r:.{LONGEST_TEXT}}"
+        except Exception:
+            pass
+    return f"a value of type {type(value).__name__}"
