@@ -38,7 +38,7 @@ from guideload.traces.reading import motion_from_trace, read_trace
 LIMIT = 60.0  # s for one file, far above the usual 0.05 s, also on a busy computer
 START = 300.0  # s for the start of the process
 TEXTS = made_files.texts()
-TRACES = (*(f"{name}.csv" for name in TEXTS), "npz", "npy", "parquet")
+TRACES = (*(f"{name}.csv" for name in TEXTS), "npz", "npy", "parquet", "mat", "v73.mat")
 RESULTS = ("loads.nc", "loads.parquet")
 STUDY = ("study.json", "samples", "histories.nc")
 FORMATS = (*TRACES, *RESULTS, *STUDY)
@@ -55,10 +55,11 @@ def read_damaged_trace(folder: Path, name: str, rng: np.random.Generator) -> Pat
     """A damaged trace, read and smoothed."""
     path = folder / (name if name.endswith(".csv") else f"trace.{name}")
     made = {"npz": made_files.npz, "npy": made_files.npy, "parquet": made_files.frame}
+    made |= {"mat": made_files.mat, "v73.mat": made_files.mat73}
     stem = name.removesuffix(".csv")
     path.write_bytes(damaged_text(TEXTS[stem], rng) if stem in TEXTS else made[name](rng))
     options = made_files.options_of(stem) | ({"kind": "position"} if name == "npy" else {})
-    options |= {"column": "x_m"} if name in ("npz", "parquet") else {}
+    options |= {"column": "x_m"} if name.endswith(("npz", "parquet", "mat")) else {}
     if rng.random() < 0.4:
         options |= {"repair": "all"}
     options = options if rng.random() < 0.9 else {}

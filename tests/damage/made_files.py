@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
 from damaged_bytes import Generator, damaged
+from numpy.typing import NDArray
 
 from guideload import Machine, Motion, Study, run_study, simulate
 from guideload.cli.inputs import EXAMPLES
@@ -102,6 +103,39 @@ def npy(rng: Generator) -> bytes:
     if way < 0.4:
         return damaged(whole, rng)
     return _damaged_header(whole, rng) if way < 0.6 else saved(unsuitable(rng), allow_pickle=True)
+
+
+def mat(rng: Generator) -> bytes:
+    """A `.mat` file of version 5, damaged, or with unsuitable variables."""
+    from scipy.io import savemat
+
+    members: dict[str, Any] = {"t_s": TIME, "x_m": PLACE, "v_m_s": SPEED, "fs": 100.0, "note": "made"}
+    if (way := rng.random()) > 0.6:
+        array = unsuitable(rng)
+        odd = ({"a": TIME}, [TIME, PLACE], array if array.dtype.kind in "iufcb" else "text")
+        members[list(members)[int(rng.integers(5))]] = odd[int(rng.integers(3))]
+    buffer = io.BytesIO()
+    savemat(buffer, members, do_compression=rng.random() < 0.5, oned_as=str(rng.choice(["row", "column"])))
+    return damaged(buffer.getvalue(), rng) if way < 0.6 else buffer.getvalue()
+
+
+def matlab73(members: dict[str, NDArray[Any]]) -> bytes:
+    """A `.mat` file of version 7.3, as MATLAB writes it: HDF5 behind a header, arrays transposed."""
+    import h5py
+
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", userblock_size=512) as file:
+        for name, values in members.items():
+            kind = {"f8": "double", "f4": "single", "u2": "char", "b1": "logical"}
+            written = file.create_dataset(name, data=np.atleast_2d(values))
+            written.attrs["MATLAB_class"] = np.bytes_(kind.get(values.dtype.str[1:], "double"))
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Mon Jan  1 00:00:00 2024 HDF5 schema 1.00 ."
+    return head.ljust(124) + b"\x00\x02IM" + buffer.getvalue()[128:]
+
+
+def mat73(rng: Generator) -> bytes:
+    """A damaged `.mat` file of version 7.3."""
+    return damaged(matlab73({"t_s": TIME, "x_m": PLACE, "note": np.frombuffer(b"m\0a\0", "u2")}), rng)
 
 
 def _damaged_header(content: bytes, rng: Generator) -> bytes:

@@ -46,7 +46,6 @@ def test_arrays_are_read_only_copies():
         ({"wrench": np.zeros((6, 3))}, r"wrench: expected shape \(6, 6\)"),
         ({"motor_speed": np.zeros((6, 1))}, r"motor_speed: expected shape \(6,\)"),
         ({"acceleration": np.where(np.eye(6, 3, -5), np.inf, 0.0)}, r"acceleration\[5, 0\].*inf"),
-        ({"acceleration": [["a"] * 3] * 6}, "acceleration: expected numbers"),
     ],
 )
 def test_refusals_name_the_place(change, message):

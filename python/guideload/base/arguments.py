@@ -29,6 +29,7 @@ SOURCES = {
     "Result": "as from simulate(machine, motion)",
     "StudyResult": "as from run_study(study)",
 }
+LISTS = (Sequence, Iterable, tuple, list)  # each stands for the others
 WORDS = {float: "a number", int: "a whole number", str: "text", bool: "True or False"}
 
 
@@ -80,7 +81,7 @@ def real_array(name: str, values: ArrayLike) -> Array:
     and for numbers beyond a double.
     """
     try:
-        found = np.array(values)
+        found = np.asarray(values)
     except (TypeError, ValueError) as error:
         raise ArgumentError(f"{name}: expected an array of numbers, got {error}") from None
     if found.dtype.kind not in "iufO" and not (found.dtype.kind == "b" and found.size == 0):
@@ -89,7 +90,8 @@ def real_array(name: str, values: ArrayLike) -> Array:
             f"{name}: expected an array of real numbers, got {what.get(found.dtype.kind, str(found.dtype))}"
         )
     try:
-        return np.array(found, dtype=np.float64, order="C")
+        real = np.asarray(found, dtype=np.float64, order="C")
+        return real.copy() if real is values or not real.flags.owndata else real
     except OverflowError:
         raise ArgumentError(f"{name}: expected numbers that fit a double, got larger ones") from None
     except (TypeError, ValueError) as error:
@@ -131,7 +133,7 @@ def _fits(value: object, hint: Any) -> bool:
     kind = origin or hint
     if isinstance(kind, type) and issubclass(kind, _ByName):
         return any(one.__name__ == kind.__name__ for one in type(value).__mro__)
-    if kind in (Sequence, Iterable):
+    if kind in LISTS:
         return isinstance(value, Iterable) and not isinstance(value, str | bytes)
     if kind is np.ndarray:
         return isinstance(value, np.ndarray | Sequence) and not isinstance(value, str | bytes)
@@ -163,7 +165,7 @@ def _in_words(hint: Any) -> str:
         return "a path"
     if kind is Mapping:
         return "a mapping"
-    if kind in (Sequence, Iterable):
+    if kind in LISTS:
         return "a list"
     if kind is np.ndarray:
         return "an array"

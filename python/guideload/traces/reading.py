@@ -81,7 +81,7 @@ class Trace:
 def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
     """Read and check a trace.
 
-    table: path of a CSV (.csv, .txt, any text; TwinCAT Scope exports too), .parquet, .npy or .npz file; or a
+    table: path of a CSV (.csv, .txt, any text; TwinCAT Scope exports too), .parquet, .npy, .npz or .mat file; or a
         mapping of columns, a data frame, a structured array, or a bare array: (n,) values, or (n, k) with the
         time in column "0", all SI. Separator, decimal sign, names, units and encoding of text are detected.
     column: name of the measured column; by default the only one whose header gives a unit of a kind below, or of

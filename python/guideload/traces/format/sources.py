@@ -1,9 +1,10 @@
-"""Tables of traces from files (text, Parquet, NumPy) and from memory."""
+"""Tables of traces from files (text, Parquet, NumPy, MATLAB) and from memory."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.errors import ArgumentTypeError, TraceError, UnreadableTrace, shortened
+from guideload.traces.format.matlab import read_matlab
 from guideload.traces.format.table import Table
 from guideload.traces.format.text_table import read_text
 
@@ -19,11 +21,16 @@ if TYPE_CHECKING:
 
     TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame | Table
 
-BINARY = {".parquet": "Parquet", ".npy": "NumPy", ".npz": "NumPy"}  # formats by suffix; all others are text
+BINARY = {
+    ".parquet": "Parquet",
+    ".npy": "NumPy",
+    ".npz": "NumPy",
+    ".mat": "MATLAB",
+}  # formats by suffix; all others are text
 
 
 def load_table(source: TableLike) -> Table:
-    """A table from a .csv (or any text), .parquet, .npy or .npz file, a mapping, a data frame or an array."""
+    """A table from a .csv (or any text), .parquet, .npy, .npz or .mat file, a mapping, a data frame or an array."""
     if isinstance(source, Table):
         return source
     if isinstance(source, str | Path):
@@ -57,8 +64,9 @@ def _file(path: Path) -> Table:
             import pandas
 
             return table_of_frame(pandas.read_parquet(path), path.name, "row", 1)
-        loaded = _numpy(path)
-    return _array(loaded, path.name) if isinstance(loaded, np.ndarray) else _mapping(loaded, path.name)
+        loaded, notes = read_matlab(path) if program == "MATLAB" else (_numpy(path), ())
+    table = _array(loaded, path.name) if isinstance(loaded, np.ndarray) else _mapping(loaded, path.name)
+    return replace(table, notes=notes)
 
 
 @contextmanager
