@@ -10,7 +10,7 @@ import functools
 import inspect
 import os
 import types
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 import numpy as np
@@ -28,8 +28,13 @@ SOURCES = {
     "Trace": "as from read_trace(file)",
     "Result": "as from simulate(machine, motion)",
     "StudyResult": "as from run_study(study)",
+    "Drive": "as machine.drive",
+    "Modes": "as result.modes",
+    "Axes": "of Matplotlib",
+    "Axes3D": "of Matplotlib",
 }
 LISTS = (Sequence, Iterable, tuple, list)  # each stands for the others
+MOST_COUNTED = 2**32  # threads, samples, runs
 WORDS = {float: "a number", int: "a whole number", str: "text", bool: "True or False"}
 
 
@@ -72,6 +77,16 @@ def require_type(name: str, value: object, hint: Any) -> None:
             raise ArgumentError(
                 f"{name}: expected a number that fits a double, got {_shown(value)}"
             ) from None
+
+
+def whole_number(name: str, value: int, least: int = 1) -> int:
+    """A count as an int. Raises ArgumentError unless it is from `least` to 2^32, ArgumentTypeError for other types."""
+    require_type(name, value, int)
+    if not least <= value <= MOST_COUNTED:
+        raise ArgumentError(
+            f"{name}: expected a whole number from {least} to {MOST_COUNTED}, got {_shown(value)}"
+        )
+    return int(value)
 
 
 def real_array(name: str, values: ArrayLike) -> Array:
@@ -134,7 +149,11 @@ def _fits(value: object, hint: Any) -> bool:
     if isinstance(kind, type) and issubclass(kind, _ByName):
         return any(one.__name__ == kind.__name__ for one in type(value).__mro__)
     if kind in LISTS:
-        return isinstance(value, Iterable) and not isinstance(value, str | bytes)
+        if not isinstance(value, Iterable) or isinstance(value, str | bytes):
+            return False
+        inner = [one for one in get_args(hint) if one is not Ellipsis]
+        known = len(inner) == 1 and isinstance(value, Collection)  # to look at an iterator would use it up
+        return not known or all(_fits(one, inner[0]) for one in value)
     if kind is np.ndarray:
         return isinstance(value, np.ndarray | Sequence) and not isinstance(value, str | bytes)
     if kind is Any or not isinstance(kind, type) or getattr(kind, "_is_protocol", False):
@@ -166,7 +185,12 @@ def _in_words(hint: Any) -> str:
     if kind is Mapping:
         return "a mapping"
     if kind in LISTS:
-        return "a list"
+        inner = [one for one in get_args(hint) if one is not Ellipsis]
+        return (
+            f"a list of {_in_words(inner[0]).removeprefix('a ')}s"
+            if len(inner) == 1 and inner[0] in WORDS
+            else "a list"
+        )
     if kind is np.ndarray:
         return "an array"
     name = getattr(kind, "__name__", str(kind))

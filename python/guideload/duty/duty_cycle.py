@@ -126,10 +126,12 @@ class DutyCycle:
         wanted = self.conditions.life or 0.0
         return self.machine_life >= wanted and self.worst[1].static.safety >= self.conditions.least_safety
 
+    @checked
     def hours(self, life: float) -> float:
         """Hours in which the machine travels `life` [m]."""
         return life / float(self.distances.sum()) * self.period / HOUR
 
+    @checked
     def failure_probability(self, travel: float) -> float:
         """Probability that a carriage fails by fatigue before `travel` [m] of all cases together."""
         return float(failure_probability(travel, self.machine_life, self.conditions.reliability))
@@ -160,7 +162,7 @@ def duty_cycle(cases: Sequence[LoadCase], period: float = HOUR) -> DutyCycle:
     period: s, in which each case runs its cycles. Raises LifeError for a case without life, and ArgumentError for cases
     that take longer than the period, or whose carriages, products or conditions of life differ.
     """
-    if not cases:
+    if not len(cases):
         raise ArgumentError("cases: expected at least one load case")
     lives = []
     for case in cases:

@@ -95,15 +95,18 @@ class Life:
         """The carriage with the smallest static safety."""
         return min(self.carriages, key=lambda one: one.static.safety)
 
+    @checked
     def hours(self, life: float) -> float:
         """Hours of operation in which the machine travels `life` [m]."""
         return life / self.distance * self.duration / SECONDS_PER_HOUR
 
+    @checked
     def years(self, life: float) -> float:
         """Years in which the machine travels `life` [m]; nan without `hours_per_year`."""
         yearly = self.conditions.hours_per_year
         return float("nan") if yearly is None else self.hours(life) / yearly
 
+    @checked
     def failure_probability(self, travel: float) -> float:
         """Probability that a carriage of the machine fails by fatigue before `travel` [m]: 1 - R^((travel/L)^1.5)."""
         return float(failure_probability(travel, self.machine, self.conditions.reliability))

@@ -213,6 +213,7 @@ class LongRun:
         at = values.argmin(axis=0), np.arange(values.shape[1])
         return values[at], times[at]
 
+    @checked
     def hours(self, life: float) -> float:
         """Hours of operation in which the machine travels `life` [m]; nan without travel."""
         distance = self.distance if self.distance > 0.0 else math.nan

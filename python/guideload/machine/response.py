@@ -12,6 +12,7 @@ from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined
+from guideload.base.ranges import FREQUENCY
 from guideload.machine.machine import DOFS, Machine
 
 Complex = NDArray[np.complex128]
@@ -139,16 +140,20 @@ def _direction(given: str | Sequence[float]) -> Array:
         vector = np.array(AXES.get(given, ()), dtype=np.float64)
     else:
         vector = real_array("direction", given)
-    length = float(np.linalg.norm(vector))
-    if vector.shape != (3,) or not 0.0 < length < np.inf:
-        raise ArgumentError(f"direction: expected {joined(AXES)} or a vector other than zero, got {given!r}")
-    return np.asarray(vector / length)
+    largest = np.abs(vector).max(initial=0.0)
+    if vector.shape != (3,) or not 0.0 < largest < np.inf:
+        raise ArgumentError(
+            f"direction: expected {joined(AXES)} or a vector other than zero, got {given!r:.80}"
+        )
+    return np.asarray(vector / largest / np.linalg.norm(vector / largest))
 
 
 def _frequencies(given: ArrayLike) -> Array:
     hertz = real_array("frequency", given)
-    if hertz.ndim != 1 or not hertz.size or not np.all((hertz > 0.0) & np.isfinite(hertz)):
-        raise ArgumentError(f"frequency: expected frequencies above 0 Hz, shape (n,), got {given!r:.80}")
+    if hertz.ndim != 1 or not hertz.size or not np.all((hertz > 0.0) & (hertz <= FREQUENCY.most)):
+        raise ArgumentError(
+            f"frequency: expected frequencies above 0 Hz, at most {FREQUENCY.most:g}, shape (n,), got {given!r:.80}"
+        )
     return hertz
 
 

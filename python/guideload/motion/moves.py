@@ -33,7 +33,7 @@ FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is t
 
 
 def _whole_number(value: object, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= 2**53:
         raise ValueRefused(f"a whole number, at least {least}", value)
     return value
 

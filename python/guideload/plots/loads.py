@@ -79,7 +79,7 @@ def load_y(result: Result, carriage: str, ax: Axes | None = None) -> Axes:
 
     A bar along the time axis marks where one of its y links has no contact, or an open row. If the motion has an
     uncertainty, a pale area is the 95 % band of the load at each instant. Of a long record the range in each column of
-    the picture is drawn and, unless axes are given, the worst cycle beside it. Raises ValueError for an unknown
+    the picture is drawn and, unless axes are given, the worst cycle beside it. Raises ArgumentError for an unknown
     carriage.
     """
     return _overview_and_cycle(result, carriage, "y", ax)

@@ -96,7 +96,7 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
     """Mode shapes as exaggerated motion of the machine, with frequencies and damping ratios.
 
     The grey outline is the machine at rest. All modes have the same largest displacement, as a mode shape has no
-    amplitude. Raises ValueError if `axes` are fewer than the modes.
+    amplitude. Raises ArgumentError if `axes` are fewer than the modes.
     """
     count = len(modes.frequency)
     if axes is not None and len(axes) < count:

@@ -156,7 +156,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
 def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
     """Resultant load of a carriage over time: band of the stored histories, and history of the nominal machine.
 
-    Few histories are drawn as lines. Raises ValueError without histories, or for an unknown carriage.
+    Few histories are drawn as lines. Raises ArgumentError without histories, or for an unknown carriage.
     """
     names = result.metadata.carriages
     if carriage not in names:
@@ -296,7 +296,7 @@ def _mark_limit(ax: Axes, result: StudyResult, name: str, up: float = 1.0) -> No
 
 
 def _of_carriages(result: StudyResult, name: str) -> list[str]:
-    """Columns of a quantity, one per carriage, or one for the machine. Raises ValueError for an unknown quantity."""
+    """Columns of a quantity, one per carriage, or one for the machine. Raises ArgumentError for an unknown quantity."""
     if name not in result.quantities:
         raise ArgumentError(f"no quantity {name!r}: the study has {', '.join(map(repr, result.quantities))}")
     return result.of_carriages(name)

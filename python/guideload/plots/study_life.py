@@ -24,7 +24,7 @@ def failure(result: StudyResult, ax: Axes | None = None) -> Axes:
     """Probability of a failure by fatigue before a travel, over the travel: of each carriage, and of any of them.
 
     A dashed line is the share of the samples in which the rating life of the machine is shorter than the travel. At
-    most the first samples are used, as for rank correlations. Raises ValueError without ratings.
+    most the first samples are used, as for rank correlations. Raises ArgumentError without ratings.
     """
     if LIFE not in result.quantities:
         raise ArgumentError(f"the study has no life: its quantities are {', '.join(result.quantities)}")

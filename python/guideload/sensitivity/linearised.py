@@ -13,6 +13,7 @@ from guideload._core import Scene, VariedSystem
 from guideload.base.arguments import real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.base.ranges import FREQUENCY
 from guideload.sensitivity.columns import Column
 from guideload.sensitivity.modes import Complex, Modal, ModeDerivatives
 
@@ -123,11 +124,13 @@ class Linearised:
             )
         along, hertz = real_array("direction", direction), real_array("frequency", frequency)
         at = np.zeros(3) if point is None else real_array("point", point)
-        is_finite = all(np.isfinite(one).all() for one in (along, hertz, at))
+        is_finite = all(np.isfinite(one).all() for one in (along, hertz, at)) and np.all(
+            hertz <= FREQUENCY.most
+        )
         if along.shape != (3,) or at.shape != (3,) or hertz.ndim != 1 or not is_finite:
             raise ArgumentError(
-                "response: expected finite numbers: frequencies (m,), a direction (3,) and a point (3,), got "
-                f"{frequency!r:.60}, {direction!r:.60} and {point!r:.60}"
+                f"response: expected finite numbers: frequencies (m,) up to {FREQUENCY.most:g} Hz, a direction (3,) "
+                f"and a point (3,), got {frequency!r:.60}, {direction!r:.60} and {point!r:.60}"
             )
         force, d_force = np.zeros(6), np.zeros((len(self.columns), 6))
         if point is None:

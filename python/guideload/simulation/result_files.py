@@ -55,8 +55,9 @@ def to_csv(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in a second file."""
     from pyarrow import csv
 
-    second = Path(path).with_suffix(".json")
-    with atomic_write(second) as rest, atomic_write(_ending(path, ".csv")) as draft:
+    path = _ending(path, ".csv")
+    second = path.with_suffix(".json")
+    with atomic_write(second) as rest, atomic_write(path) as draft:
         csv.write_csv(_columns(data), draft)
         rest.write_text(finite_json(_rest(data), indent=1), encoding="utf-8")
         second.unlink(missing_ok=True)  # first: a kill never leaves the new file of one beside the old other

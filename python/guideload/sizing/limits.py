@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from guideload.base.arguments import checked, real_array
 from guideload.base.errors import ArgumentError, RunError
+from guideload.base.ranges import DIRECTION
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.life import life_of
 from guideload.machine.components import Body
@@ -103,8 +104,10 @@ def _vector(
     if not counts:
         raise ArgumentError(f'{name}: belongs to the quantity "{of}" alone; leave it out')
     vector = real_array(name, given)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ArgumentError(f"{name}: expected three finite numbers, got {given!r}")
+    if vector.shape != (3,) or not np.all(np.abs(vector) <= DIRECTION.most):
+        raise ArgumentError(
+            f"{name}: expected three finite numbers up to {DIRECTION.most:g}, got {given!r:.80}"
+        )
     return vector
 
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
+from guideload.base.ranges import PERIOD
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.kinematics import Kind, Kinematics, checked, travel
 
@@ -44,6 +45,8 @@ def smooth(
     stamps, samples = checked(time, value, kind)
     if method not in get_args(Method):
         raise TraceError(f'smoothing: expected one of {", ".join(get_args(Method))}, got "{method}"')
+    if window is not None and not (window > 0.0 and PERIOD.holds(window)):
+        raise TraceError(f"window: expected {PERIOD.words} s, got {window!r}")
     if window is not None and method != "savitzky_golay":
         raise TraceError(f'smoothing: "{method}" takes no window, got {window:g} s')
     if method == "savitzky_golay":

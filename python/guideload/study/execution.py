@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, ArgumentTypeError, GuideloadError, RunError
@@ -96,9 +96,10 @@ def run_study(
             "cluster: expected an output folder that its workers see, and no executor beside it"
         )
     here = executor is None and cluster is None
-    threads = _whole_number("threads", threads, cores() if here else 1)
-    chunk = _whole_number("chunk", chunk, CHUNK if here else executor_chunk(plan.runs, cluster is not None))
-    flying = None if in_flight is None else _whole_number("in_flight", in_flight, 1)
+    threads = whole_number("threads", (cores() if here else 1) if threads is None else threads)
+    by_default = CHUNK if here else executor_chunk(plan.runs, cluster is not None)
+    chunk = whole_number("chunk", by_default if chunk is None else chunk)
+    flying = None if in_flight is None else whole_number("in_flight", in_flight)
     plan.batch()  # an impossible machine is refused before anything is written
     place = None if output is None else Path(output)
     with connected(cluster) as client, open_store(plan.metadata, place, resume) as store:
@@ -147,14 +148,6 @@ def _run(
 def executor_chunk(runs: int, cluster: bool = False) -> int:
     """Default number of samples in a chunk for an executor or a cluster."""
     return min(CLUSTER_CHUNK if cluster else CHUNK, max(16, runs // EXECUTOR_CHUNKS))
-
-
-def _whole_number(name: str, value: int | None, default: int) -> int:
-    if value is None:
-        return default
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise ArgumentError(f"{name}: expected a whole number of at least 1, got {value!r}")
-    return int(value)
 
 
 def _samples_done(store: SampleStore) -> str:

@@ -84,6 +84,8 @@ def stamps_of_columns(
     """Stamps [s] of columns with one clock, and a note on them; `of` says in messages what they are of."""
     given = ReadingOptions(time=time, rate=rate, date_order=date_order)
     column = time_column_of(table, given)
+    if column is not None and column not in table.columns:
+        raise TraceError(f"{table.source}: no column {column!r}; there are {listed(table.names)}")
     if column is None and rate is None and table.clocks:
         clocks = {table.clocks[name] for name in columns}
         if len(clocks) > 1:

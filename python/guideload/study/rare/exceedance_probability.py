@@ -9,7 +9,7 @@ from os import PathLike
 import numpy as np
 from scipy.stats import chi2, t
 
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError
@@ -80,12 +80,11 @@ def exceedance_probability(
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)
     plan = study.plan() if isinstance(study, Study) else study
-    if not 0.0 < coefficient_of_variation < 1.0:
-        expected = "expected a number between 0 and 1, e.g. 0.1"
+    if not 1e-6 <= coefficient_of_variation < 1.0:
+        expected = "expected a number from 1e-6 to 1, e.g. 0.1"
         raise ArgumentError(f"coefficient_of_variation: {expected}, got {coefficient_of_variation!r}")
-    if most_runs < FIRST * SAMPLES:
-        raise ArgumentError(f"most_runs: expected at least {FIRST * SAMPLES}, got {most_runs!r}")
-    state = LimitState(plan, name, limit, cores() if threads is None else threads)
+    most_runs = whole_number("most_runs", most_runs, FIRST * SAMPLES)
+    state = LimitState(plan, name, limit, whole_number("threads", cores() if threads is None else threads))
 
     def margin(scores: Array) -> Array:
         margins = state(scores)

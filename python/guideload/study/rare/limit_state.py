@@ -111,6 +111,7 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
     try:
         if isinstance(limit, str):
             limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, unit_of(stem) or "1")
+        limit = float(limit)
         if not np.isfinite(limit):
             raise ValueRefused("a finite number", limit)
     except ValueRefused as refused:

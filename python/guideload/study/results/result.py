@@ -119,7 +119,7 @@ class StudyResult(StudyColumns):
 
         Raises ArgumentError for levels that do not lie between 0 and 1.
         """
-        if np.ndim(levels) != 1 or not all(0 < level < 1 for level in levels):
+        if np.ndim(levels) != 1 or not len(levels) or not all(0 < level < 1 for level in levels):
             raise ArgumentError(
                 f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
                 "[0.95] is for the 95 % quantile"

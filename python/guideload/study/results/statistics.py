@@ -340,6 +340,6 @@ def _standard_ranks(values: Array) -> Array:
 
 
 def _confidence(value: float) -> float:
-    if not 0 < value < 1:
+    if not 1e-9 <= value < 1:
         raise ValueRefused("a confidence between 0 and 1", value, "e.g. 0.95")
     return value
