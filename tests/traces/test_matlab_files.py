@@ -91,9 +91,7 @@ def test_structs_and_cells_of_version_7_3_are_refused(tmp_path: Path) -> None:
         file.create_group("log").attrs["MATLAB_class"] = np.bytes_("struct")
         cell = file.create_dataset("parts", (1, 2), dtype=h5py.ref_dtype)
         cell.attrs["MATLAB_class"] = np.bytes_("cell")
-    with pytest.raises(
-        ReadError, match=r"log.mat: .*log \(struct\) and parts \(cell\); save the vectors"
-    ):
+    with pytest.raises(ReadError, match=r"log.mat: .*log \(struct\) and parts \(cell\); save the vectors"):
         read_trace(path)
 
 
