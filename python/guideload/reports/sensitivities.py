@@ -38,7 +38,6 @@ def sensitivities_report(machine: Machine, found: Influence) -> Report:
     return Report(
         title=f"{machine.name}: what drives the {FIGURES[found.figure]}",
         answer=[f"{machine.name}: what drives the {figure}."],
-        warnings=[f"Note: {note}." for note in found.notes],
         sections=[
             Section(
                 "Effect of a change of each number",
