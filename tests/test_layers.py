@@ -33,7 +33,26 @@ PYTHON = (
     "cli",
 )
 TRACES = ("options", "format", "content", "quality", "channels", "forces", "reading", "inspection")
-STUDY = ("sampling", "description", "storage", "results", "histories", "tasks", "execution", "rare")
+STUDY = (
+    "distributions",
+    "sampling",
+    "varied_parameters",
+    "quantities",
+    "metadata",
+    "factors",
+    "options",
+    "rated",
+    "plan",
+    "study",
+    "storage",
+    "statistics",
+    "columns",
+    "result",
+    "second_look",
+    "tasks",
+    "execution",
+    "rare",
+)
 
 Imports = dict[str, set[str]]
 

@@ -20,8 +20,8 @@ from scipy.stats import chi2, norm
 
 from guideload import Machine, Motion, Study, run_study
 from guideload.cli.inputs import EXAMPLES
-from guideload.study.rare import exceedance_probability as module
-from guideload.study.rare.limit_state import LimitState
+from guideload.study import rare as module
+from guideload.study.rare import LimitState
 
 FACTORS = 13
 DIAGONAL = np.full(FACTORS, FACTORS**-0.5)

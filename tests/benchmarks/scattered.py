@@ -15,8 +15,8 @@ from reference import cart, cycle, noisy, reference
 from scenes import DIGITS
 
 from guideload import Motion
-from guideload.study.description.plan import Plan
-from guideload.study.description.study import Study
+from guideload.study.plan import Plan
+from guideload.study.study import Study
 
 CHECKED = 3  # scenes whose truth is computed
 CLEARANCE = 5e-6

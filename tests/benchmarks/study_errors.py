@@ -15,9 +15,8 @@ from scipy import stats
 
 from guideload import Study, run_study
 from guideload.cli.inputs import EXAMPLES
-from guideload.study.results import statistics
-from guideload.study.sampling.design import Design
-from guideload.study.sampling.sequences import Sampling
+from guideload.study import statistics
+from guideload.study.sampling import Design, Sampling
 
 LEVELS = (0.05, 0.5, 0.95, 0.99)
 NAMES = (*(f"{100 * level:g} %" for level in LEVELS), "mean", "P")

@@ -17,9 +17,9 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 from guideload.cli.outputs import LIFE_PICTURES, MANIFEST, STUDY_PICTURES
 from guideload.study import execution
-from guideload.study.description.study import Study
-from guideload.study.results.result import StudyResult
-from guideload.study.storage.store import FolderStore, chunks_in
+from guideload.study.result import StudyResult
+from guideload.study.storage import FolderStore, chunks_in
+from guideload.study.study import Study
 
 STUDY = """\
 machine = "machine.toml"
@@ -54,7 +54,7 @@ def core(monkeypatch: pytest.MonkeyPatch) -> None:
         )
         return batches.setdefault(plan.metadata.fingerprint, new)
 
-    monkeypatch.setattr("guideload.study.description.plan.Plan.batch", batch)
+    monkeypatch.setattr("guideload.study.plan.Plan.batch", batch)
 
 
 @pytest.fixture
@@ -172,7 +172,7 @@ def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch:
     assert "0 of 200 runs are done" in ended.stderr
     assert guideload("study", file, "-o", tmp_path / "out", "--resume", "--no-pictures").exit_code == 0
     with monkeypatch.context() as patched:
-        from_toml = "guideload.study.description.study.Study.from_toml"
+        from_toml = "guideload.study.study.Study.from_toml"
         patched.setattr(from_toml, lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
         ended = guideload("study", file, "-o", tmp_path / "other")
         assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")

@@ -31,8 +31,8 @@ from damaged_bytes import damaged, damaged_text
 
 from guideload.base.errors import GuideloadError
 from guideload.simulation.result import Result
-from guideload.study.results.result import StudyResult
-from guideload.study.storage.folder import open_store
+from guideload.study.result import StudyResult
+from guideload.study.storage import open_store
 from guideload.traces.reading import motion_from_trace, read_trace
 
 LIMIT = 60.0  # s for one file, far above the usual 0.05 s, also on a busy computer

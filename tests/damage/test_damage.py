@@ -19,7 +19,7 @@ from damage_runs import FORMATS, outcomes, valid_files
 
 from guideload.base.errors import GuideloadError, TraceError
 from guideload.simulation.result import Result
-from guideload.study.results.result import StudyResult
+from guideload.study.result import StudyResult
 from guideload.traces.reading import read_trace
 
 EACH = 10  # damaged files of each format; `python tests/damage/damage_runs.py` reads as many as asked

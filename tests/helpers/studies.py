@@ -10,9 +10,9 @@ import xarray as xr
 from scipy import stats
 
 from guideload.machine.machine import Machine
-from guideload.study.description.measures import column_of
-from guideload.study.description.metadata import ParameterMetadata, StudyMetadata
-from guideload.study.results.result import StudyResult
+from guideload.study.metadata import ParameterMetadata, StudyMetadata
+from guideload.study.quantities import column_of
+from guideload.study.result import StudyResult
 
 
 @dataclass

@@ -23,10 +23,10 @@ from guideload.base.errors import GuideloadError
 from guideload.cli.inputs import EXAMPLES
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.plan import Plan
-from guideload.study.description.study import Study
 from guideload.study.execution import run_study
-from guideload.study.storage.store import SampleStore
+from guideload.study.plan import Plan
+from guideload.study.storage import SampleStore
+from guideload.study.study import Study
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from matplotlib.image import imread
 from guideload.base.number_text import load_with_unit
 from guideload.plots import study as pictures
 from guideload.plots.drivers import BARS
-from guideload.study.description.measures import PEAK
-from guideload.study.results.result import StudyResult
+from guideload.study.quantities import PEAK
+from guideload.study.result import StudyResult
 
 
 @pytest.fixture(scope="module")

@@ -14,9 +14,9 @@ from command_line import MACHINE, write_trace
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import simulate
-from guideload.study.description.metadata import FILE, StudyMetadata
-from guideload.study.description.study import Study
 from guideload.study.execution import run_study
+from guideload.study.metadata import FILE, StudyMetadata
+from guideload.study.study import Study
 from guideload.traces.reading import motion_from_trace, read_trace
 
 Copy = Callable[[Any], Any]

@@ -15,7 +15,7 @@ from study_standin import contents, plan, study
 
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.execution import StudyInterrupted, run_study
-from guideload.study.storage.store import SAMPLES, FolderStore
+from guideload.study.storage import SAMPLES, FolderStore
 from guideload.study.tasks import write_chunk
 
 distributed = pytest.importorskip("distributed", reason="needs the extra: pip install guideload[cluster]")

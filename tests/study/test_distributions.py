@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError
-from guideload.study.description.refusals import KeyRefused
-from guideload.study.description.varied_parameter import DistributionSpec, VariedParameter
-from guideload.study.sampling.distributions import (
+from guideload.base.errors import ConfigError, KeyRefused
+from guideload.study.distributions import (
     HIGHEST,
     LOWEST,
     Distribution,
@@ -22,6 +20,7 @@ from guideload.study.sampling.distributions import (
     Truncated,
     Uniform,
 )
+from guideload.study.varied_parameters import DistributionSpec, VariedParameter
 
 GRID = (np.arange(200_000) + 0.5) / 200_000  # its sums are integrals over u, to about 1e-5
 SMOOTH: list[Distribution] = [

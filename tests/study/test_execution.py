@@ -23,9 +23,8 @@ from study_standin import EXAMPLES, HashedBatch, StandIn, contents, plan, run_in
 from guideload.base.errors import ArgumentError, RunError, SceneError
 from guideload.study import execution
 from guideload.study.execution import StudyInterrupted, executor_chunk, run_study
-from guideload.study.results.result import StudyResult
-from guideload.study.storage.folder import open_store
-from guideload.study.storage.store import FolderStore, chunks_in
+from guideload.study.result import StudyResult
+from guideload.study.storage import FolderStore, chunks_in, open_store
 
 RUNS = 1000
 
@@ -59,7 +58,7 @@ def children_import_this_folder() -> Iterator[None]:
 
 def test_a_file_replaces_its_study_and_other_types_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     of_file = {file: study(20) for file in (EXAMPLES / "study.toml", str(EXAMPLES / "study.toml"))}
-    monkeypatch.setattr("guideload.study.description.study.Study.from_toml", of_file.pop)
+    monkeypatch.setattr("guideload.study.study.Study.from_toml", of_file.pop)
     assert [run_study(file).runs for file in list(of_file)] == [20, 20] and not of_file
     for other in (3, None, {"samples": 2}):
         with pytest.raises(TypeError, match=f"Study.from_toml.*got {type(other).__name__}"):

@@ -19,7 +19,7 @@ from guideload.base.errors import ArgumentError, ConfigError
 from guideload.machine.payloads import Payload
 from guideload.motion.uncertainty import Uncertainty
 from guideload.reports.study import study_report
-from guideload.study.description.metadata import DRAWN_MOTION
+from guideload.study.metadata import DRAWN_MOTION
 from guideload.study.tasks import run_chunk
 
 COUNT, STEP = 75, 0.004  # samples, s: four blocks of 16 and a part of one

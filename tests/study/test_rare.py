@@ -15,9 +15,7 @@ from guideload.base.errors import ArgumentError
 from guideload.motion.motion import Motion
 from guideload.reports.probability import probability_report
 from guideload.study.execution import run_study
-from guideload.study.rare.exceedance_probability import RareProbability, exceedance_probability
-from guideload.study.rare.limit_state import wanted_limits
-from guideload.study.rare.subset_simulation import subset_simulation
+from guideload.study.rare import RareProbability, exceedance_probability, subset_simulation, wanted_limits
 
 FACTORS, POPULATIONS = 10, 24
 DIAGONAL = np.full(FACTORS, FACTORS**-0.5)

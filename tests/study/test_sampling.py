@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from guideload.study.sampling.design import Copula, Design, cholesky
-from guideload.study.sampling.sequences import LatinHypercube, Random, Sampling, Sobol
+from guideload.study.sampling import Copula, Design, LatinHypercube, Random, Sampling, Sobol, cholesky
 
 SAMPLINGS: list[Sampling] = ["sobol", "latin hypercube", "random"]
 THREE = [[1.0, 0.5, -0.3], [0.5, 1.0, 0.2], [-0.3, 0.2, 1.0]]

@@ -22,8 +22,8 @@ from guideload import (
 )
 from guideload._core import Batch, VariedScene
 from guideload.reports.study import study_report
-from guideload.study.description.metadata import FILE, SecondLooks
-from guideload.study.description.plan import Plan
+from guideload.study.metadata import FILE, SecondLooks
+from guideload.study.plan import Plan
 from guideload.study.second_look import samples_solved_again
 
 PULL = np.random.default_rng(1).normal(size=120)

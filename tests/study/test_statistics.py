@@ -7,7 +7,8 @@ import pytest
 from scipy import stats
 
 from guideload.base.errors import ValueRefused
-from guideload.study.results.statistics import (
+from guideload.study.sampling import Design, Sampling
+from guideload.study.statistics import (
     counted,
     exceedance,
     fewest_samples,
@@ -19,8 +20,6 @@ from guideload.study.results.statistics import (
     rank_correlation,
     sobol_indices,
 )
-from guideload.study.sampling.design import Design
-from guideload.study.sampling.sequences import Sampling
 
 LEVELS = (0.05, 0.5, 0.95, 0.99)
 # The tests below fail by chance with this probability each, were their seeds not fixed.

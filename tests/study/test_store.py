@@ -13,11 +13,10 @@ import pytest
 from study_standin import contents, plan
 
 from guideload.base.errors import ArgumentError, RunError
-from guideload.study.description.metadata import FILE, FORMAT, StudyMetadata, read_json
-from guideload.study.description.plan import Plan
-from guideload.study.storage import store as stores
-from guideload.study.storage.folder import begun_only, open_store, remove
-from guideload.study.storage.store import Chunk, FolderStore, SampleStore, chunks_in
+from guideload.study import storage as stores
+from guideload.study.metadata import FILE, FORMAT, StudyMetadata, read_json
+from guideload.study.plan import Plan
+from guideload.study.storage import Chunk, FolderStore, SampleStore, begun_only, chunks_in, open_store, remove
 
 
 def chunk(of: Plan, start: int, stop: int) -> Chunk:

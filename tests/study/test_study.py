@@ -17,8 +17,8 @@ from guideload.base.errors import ArgumentError, ConfigError, SceneError, TraceE
 from guideload.cli.options import trace_options
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.options import TraceOptions
-from guideload.study.description.study import Study
+from guideload.study.options import TraceOptions
+from guideload.study.study import Study
 from guideload.traces.reading import motion_from_trace, read_trace
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"

@@ -18,8 +18,8 @@ from guideload.catalogue.product import Product
 from guideload.machine.components import Carriage
 from guideload.motion.motion import Motion
 from guideload.reports.study import study_report
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.results.result import StudyResult
+from guideload.study.metadata import StudyMetadata
+from guideload.study.result import StudyResult
 
 MOTION = moved(GENTLE, 500.0)
 CONDITIONS = {"reliability": 0.95, "hardness_factor": 0.9, "life": "20000 km", "application": "strong shock"}

@@ -10,9 +10,9 @@ import studies
 
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.reports.study import study_report
-from guideload.study.description.measures import QUANTITIES
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.results.result import LEVELS, StudyResult
+from guideload.study.metadata import StudyMetadata
+from guideload.study.quantities import QUANTITIES
+from guideload.study.result import LEVELS, StudyResult
 
 BY_CHANCE = 1e-4
 

@@ -106,6 +106,14 @@ class ValueRefused(GuideloadError, ValueError):
         return visible(f"expected {self.expected}, got {shown(self.value)}{hint}")
 
 
+class KeyRefused(ValueRefused):
+    """The value of one key of a table was refused when the table was applied to a machine."""
+
+    def __init__(self, key: str, expected: str, value: object, hint: str = "") -> None:
+        super().__init__(expected, value, hint)
+        self.key = key
+
+
 @dataclass(frozen=True)
 class Problem:
     """One invalid value of a machine or study: key path, value, expected value, and a way out."""
@@ -156,6 +164,17 @@ class ConfigError(GuideloadError):
 
 class UnreadableConfig(ConfigError, ReadError):
     """The ReadError of a TOML file: it is missing, or no TOML."""
+
+
+def problem_at(place: KeyPath, refused: ValueRefused) -> Problem:
+    """The problem of a refused value at its key."""
+    place = (*place, refused.key) if isinstance(refused, KeyRefused) else place
+    return Problem(place, refused.value, refused.expected, refused.hint, None, shown(refused.value))
+
+
+def refused_at(place: KeyPath, expected: str, value: object, hint: str = "") -> ConfigError:
+    """The error for a single refused value at its key."""
+    return ConfigError([problem_at(place, ValueRefused(expected, value, hint))])
 
 
 def shown(value: object) -> str:

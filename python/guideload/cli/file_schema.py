@@ -68,7 +68,7 @@ def file_schema(kind: FileKind) -> dict[str, Any]:
     elif kind == "identify":
         from guideload.identification.description import IdentifyFile as model
     else:
-        from guideload.study.description.options import StudyFile as model
+        from guideload.study.options import StudyFile as model
     schema = model.model_json_schema(schema_generator=FileSchema)
     _add_units(schema)
     return {"$schema": DIALECT, **schema}

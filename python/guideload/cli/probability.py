@@ -48,9 +48,8 @@ def probability(
     those of a study file; its number of samples does not matter.
     """
     from guideload.reports.probability import probability_report
-    from guideload.study.description.study import Study
-    from guideload.study.rare.exceedance_probability import exceedance_probability
-    from guideload.study.rare.limit_state import wanted_limits
+    from guideload.study.rare import exceedance_probability, wanted_limits
+    from guideload.study.study import Study
 
     with status("reading"):
         plan = Study.from_toml(study_file, seed=seed).plan()

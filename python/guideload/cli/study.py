@@ -19,9 +19,9 @@ from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.base.errors import PictureError
-    from guideload.study.description.study import Study
     from guideload.study.execution import Progress
-    from guideload.study.results.result import StudyResult
+    from guideload.study.result import StudyResult
+    from guideload.study.study import Study
 
 
 @click.command()
@@ -120,9 +120,9 @@ def _resume_command(
 
 def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int | None) -> Study:
     """The study of a file with options of the command line. Without a seed there, the seed of the resumed study."""
-    from guideload.study.description.metadata import StudyMetadata, read_json
-    from guideload.study.description.options import read_study
-    from guideload.study.description.study import Study
+    from guideload.study.metadata import StudyMetadata, read_json
+    from guideload.study.options import read_study
+    from guideload.study.study import Study
 
     seedless = seed is None and "seed" not in read_study(study_file)[0]
     if seedless and resumed is not None and read_json(resumed):
@@ -135,8 +135,8 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
 
     Removes a study that is to be replaced. Raises InputError if one of its files is in `inputs`.
     """
-    from guideload.study.description.metadata import read_json
-    from guideload.study.storage.folder import begun_only, files_of, remove
+    from guideload.study.metadata import read_json
+    from guideload.study.storage import begun_only, files_of, remove
 
     if read_json(output) is None:
         if not (resume and begun_only(output)):

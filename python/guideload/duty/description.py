@@ -17,7 +17,7 @@ from guideload.base.ranges import CYCLES, PERIOD
 from guideload.base.toml import located, read_toml
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
-from guideload.study.description.options import TraceOptions
+from guideload.study.options import TraceOptions
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
 HOUR = 3600.0  # s

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
     from guideload.sizing.size import Sizing
-    from guideload.study.results.result import StudyResult
+    from guideload.study.result import StudyResult
 
 PICTURES = "Pictures"  # the section of charts and pictures
 

@@ -24,8 +24,8 @@ from guideload.identification.model import ModelAt
 from guideload.identification.places import load_place_of, place_of
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.identification.tables import FileName, Frequency, ModalTestTable, Share
-from guideload.study.description.options import TraceOptions
-from guideload.study.description.varied_parameter import NumberOrText
+from guideload.study.options import TraceOptions
+from guideload.study.varied_parameters import NumberOrText
 
 Keys = frozenset[str]
 BAND: Keys = frozenset({"force", "low", "high"})

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import BeforeValidator, Field, StrictStr, model_validator
 
 from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
 from guideload.base.toml import located, read_toml
 from guideload.identification.candidates import CandidateTable
 from guideload.identification.figure import Figure, FigureTable, figure_of_unknown
@@ -24,7 +24,6 @@ from guideload.identification.tables import (
 )
 from guideload.identification.unknowns import UnknownTable, parameters_of, unknowns_of
 from guideload.machine.machine import Machine
-from guideload.study.description.refusals import problem_at
 
 if TYPE_CHECKING:
     from guideload.identification.measured import Measured

@@ -29,7 +29,7 @@ from guideload.motion.motion import Motion
 from guideload.sensitivity.figures import Figures
 from guideload.sensitivity.influence import UNITS
 from guideload.sensitivity.varied import VariedMachine
-from guideload.study.description.options import TraceOptions
+from guideload.study.options import TraceOptions
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
 Quantity = Literal["peak_resultant", "mean_load", "life"]

@@ -19,7 +19,7 @@ from guideload.identification.measured import Noise, OwnUnknown, Residuals
 from guideload.identification.model import ModelAt
 from guideload.identification.places import Place, place_of
 from guideload.machine.machine import Machine
-from guideload.study.description.tables import name_and_unit, numbers_of
+from guideload.study.varied_parameters import name_and_unit, numbers_of
 from guideload.traces.format.sources import load_table
 
 Complex = NDArray[np.complex128]

@@ -16,8 +16,8 @@ from guideload.identification.motor_force import MotorForce
 from guideload.identification.places import load_place_of, place_of
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
-from guideload.study.description.options import TraceOptions
-from guideload.study.description.varied_parameter import NumberOrText
+from guideload.study.options import TraceOptions
+from guideload.study.varied_parameters import NumberOrText
 from guideload.traces.channels import Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]

@@ -11,15 +11,14 @@ import numpy as np
 from pydantic import Field
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.base.errors import ConfigError, KeyRefused, Problem, ValueRefused, problem_at
 from guideload.base.ranges import FACTOR
 from guideload.base.units import quantity
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameter, Parameters
-from guideload.study.description.factors import draws_of
-from guideload.study.description.refusals import KeyRefused, problem_at
-from guideload.study.description.varied_parameter import NumberOrText, ParameterPaths, optional
+from guideload.study.factors import draws_of
+from guideload.study.varied_parameters import NumberOrText, ParameterPaths, optional
 
 # Spread of the logarithm before the data if none is given: a value within a factor of 7 to either side with 95 %.
 VAGUE = 1.0

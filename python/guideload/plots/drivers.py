@@ -21,9 +21,8 @@ from guideload.plots.style import (
     plain,
     write_instead,
 )
-from guideload.study.results.result import StudyResult, weaker_parameters
-from guideload.study.results.statistics import TOO_FEW, known
-from guideload.study.results.titles import with_owner, with_unit
+from guideload.study.result import StudyResult, weaker_parameters
+from guideload.study.statistics import TOO_FEW, known
 
 BARS = 16  # parameters in a tornado diagram
 PANELS = 6  # parameters in a scatter plot
@@ -48,7 +47,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
     main, *ends = ("total", "total_low", "total_high") if sensitivity else ("rank_correlation", "low", "high")
     with look():
         ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
-        set_title(ax, result, f"What drives {with_owner(name, result.metadata)}", values.size)
+        set_title(ax, result, f"What drives {result.metadata.title_with_owner(name)}", values.size)
         if not values.size:
             return write_no_result(ax)
         strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
@@ -98,7 +97,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             down = -(-len(names) // across)
             figure = new_figure(max(3.4 * across, 5.0), 0.8 + 2.6 * down)
             axes = [figure.add_subplot(down, across, i + 1) for i in range(len(names))]
-            words = with_owner(name, result.metadata)
+            words = result.metadata.title_with_owner(name)
             title = capitalised(words) if result.metadata.chosen else f"What drives {words}"
             figure.suptitle(f"{title}: {result.metadata.machine.name}", parse_math=False)
         values = result.column(name)[:POINTS]
@@ -113,7 +112,7 @@ def scatter(result: StudyResult, name: str | None = None, axes: list[Axes] | Non
             _trend(ax, x, y)
             unit = "of its value" if units[one] == "1" else units[one]
             ax.set_xlabel(f"{short(one)} [{unit}]", parse_math=False)
-            ax.set_ylabel(plain(with_unit(name, result.metadata)) if i % 3 == 0 else "")
+            ax.set_ylabel(plain(result.metadata.title_with_unit(name)) if i % 3 == 0 else "")
             ax.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
             ax.margins(x=0.04)
     return axes

@@ -29,11 +29,10 @@ from guideload.plots.style import (
     new_figure,
     plain,
 )
-from guideload.study.description.measures import LIFE, QUANTITIES, SAFETY
-from guideload.study.results import statistics
-from guideload.study.results.result import StudyResult
-from guideload.study.results.statistics import known
-from guideload.study.results.titles import title_of, with_unit
+from guideload.study import statistics
+from guideload.study.quantities import LIFE, QUANTITIES, SAFETY
+from guideload.study.result import StudyResult
+from guideload.study.statistics import known
 
 FEW = 60  # samples up to which each is drawn as a dot, as their histogram would be random
 LINES = 20  # histories up to which each is drawn as a line
@@ -56,7 +55,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
         ax = axes_or_new(ax, 8.0, 1.6 + 0.62 * len(names))
         columns = [known(result.column(column)) for column in names]
         most = max(values.size for values in columns)
-        title = capitalised(title_of(name, result.metadata))
+        title = capitalised(result.metadata.title(name))
         set_title(ax, result, f"{title}: {'the cases' if chosen else 'distribution'}", most)
         for row, values in enumerate(columns):
             color = carriage_look(row).color
@@ -70,7 +69,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
         if not most:
             return write_no_result(ax)
         ax.set_yticks(range(len(names)), [_label(column) for column in names])
-        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=plain(with_unit(name, result.metadata)))
+        ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=plain(result.metadata.title_with_unit(name)))
         ax.yaxis.grid(False)
         ax.tick_params(axis="y", length=0)
         _scale(ax, name)
@@ -113,7 +112,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
     smallest, worse = QUANTITIES[name].smallest_is_worst, QUANTITIES[name].worse
     with look():
         ax = axes_or_new(ax, 8.4, 4.6)
-        title = capitalised(title_of(name, result.metadata))
+        title = capitalised(result.metadata.title(name))
         title += f": probability that a limit is {'not reached' if smallest else 'exceeded'}"
         set_title(ax, result, title, known(result.column(names[0])).size)
         smallest_probability, longest = 1.0, 0.0
@@ -137,7 +136,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         if not ax.lines:
             return write_no_result(ax)
         bottom = 10.0 ** np.floor(np.log10(smallest_probability) - 0.3)
-        ax.set(xlabel=plain(with_unit(name, result.metadata)), ylabel="probability")
+        ax.set(xlabel=plain(result.metadata.title_with_unit(name)), ylabel="probability")
         ax.set(yscale="log", ylim=(bottom, 1.0))
         ax.yaxis.set_major_locator(LogLocator(numticks=12))
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))

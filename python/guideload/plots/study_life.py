@@ -11,9 +11,9 @@ from guideload.base.errors import ArgumentError
 from guideload.life.rating_life import failure_probability
 from guideload.plots.drivers import set_title, short, write_no_result
 from guideload.plots.style import INK, axes_or_new, carriage_look, legend_beside, look, plain
-from guideload.study.description.measures import LIFE
-from guideload.study.results.result import RANKED, StudyResult
-from guideload.study.results.statistics import known
+from guideload.study.quantities import LIFE
+from guideload.study.result import RANKED, StudyResult
+from guideload.study.statistics import known
 
 POINTS = 120  # travels of a curve
 LEAST = 1e-3  # smallest probability in the picture

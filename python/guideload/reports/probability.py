@@ -5,8 +5,8 @@ from __future__ import annotations
 from guideload.base.number_text import percent, scientific
 from guideload.reports.report import Report
 from guideload.reports.study_tables import limit_text
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.rare.exceedance_probability import RareProbability
+from guideload.study.metadata import StudyMetadata
+from guideload.study.rare import RareProbability
 
 
 def probability_report(found: RareProbability, metadata: StudyMetadata) -> Report:

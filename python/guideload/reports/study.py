@@ -20,10 +20,9 @@ from guideload.reports.study_tables import (
     terms,
     value_text,
 )
-from guideload.study.description.measures import CONTACT, PEAK, QUANTITIES
-from guideload.study.results.result import StudyResult
-from guideload.study.results.statistics import fewest_samples, known
-from guideload.study.results.titles import title_of, with_owner, with_unit
+from guideload.study.quantities import CONTACT, PEAK, QUANTITIES
+from guideload.study.result import StudyResult
+from guideload.study.statistics import fewest_samples, known
 
 # Limits of warnings.
 MANY_FAILURES = 0.01  # share of the runs; failed runs may be the worst ones
@@ -67,12 +66,13 @@ def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Sec
     return [
         *(
             Section(
-                capitalised(with_unit(name, metadata)), summary_table(summary.loc[name], QUANTITIES[name])
+                capitalised(metadata.title_with_unit(name)),
+                summary_table(summary.loc[name], QUANTITIES[name]),
             )
             for name in names
         ),
         Section("Probabilities", probabilities_table(result.probabilities(), metadata)),
-        Section(f"What drives {with_owner(result.leading, metadata)}", *driving_parts(result)),
+        Section(f"What drives {metadata.title_with_owner(result.leading)}", *driving_parts(result)),
         life_section(result),
         Section("Definitions", " ".join(terms(result, summary))),
     ]
@@ -92,7 +92,7 @@ def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[s
         carriage = str(worst(owners, key=rows[level].to_dict().__getitem__))
         value, low, high = (float(rows[f"{level}{end}"][carriage]) for end in ("", "_low", "_high"))
         interval, owner = ends_text(low, high, stem), f"carriage {carriage}" if carriage else "machine"
-        title = f"{capitalised(title_of(stem, metadata))}, {int(level[1:])} % quantile"
+        title = f"{capitalised(metadata.title(stem))}, {int(level[1:])} % quantile"
         yield f"{title}: {value_text(value, quantity)} ({interval} at 95 %), {owner}"
     yield from life_answer(result, summary)
     probabilities = result.probabilities()
@@ -116,7 +116,7 @@ def _cases_answer(result: StudyResult) -> Iterator[str]:
     worst, words = ("idxmin", "Smallest") if quantity.smallest_is_worst else ("idxmax", "Largest")
     column, case = getattr(values.unstack(), worst)()
     value = value_text(float(values[column][case]), quantity)
-    yield f"{words} of all cases: {with_owner(column, result.metadata)}, {value}, case {case}"
+    yield f"{words} of all cases: {result.metadata.title_with_owner(column)}, {value}, case {case}"
     for name, limit in result.limits.items():
         count = np.count_nonzero(QUANTITIES[name].exceeds(result.column(name), limit))
         yield f"{capitalised(limit_text(name, limit, result.metadata))}: {count} of {result.runs} cases"

@@ -11,9 +11,9 @@ from guideload.base.number_text import counted, digits, fixed, joined, kilometre
 from guideload.life.limits import LARGE_LOAD
 from guideload.reports.life import rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Part, Section, Table, interval
-from guideload.study.description.measures import LIFE, PEAK_LOAD, SAFETY, column_of
-from guideload.study.results.result import StudyResult
-from guideload.study.results.statistics import known
+from guideload.study.quantities import LIFE, PEAK_LOAD, SAFETY, column_of
+from guideload.study.result import StudyResult
+from guideload.study.statistics import known
 
 FAILURE = (
     "A carriage fails by fatigue before this travel: in each sample its life has a Weibull distribution of "

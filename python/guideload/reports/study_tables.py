@@ -9,11 +9,10 @@ import pandas as pd
 
 from guideload.base.number_text import KINDS, capitalised, digits
 from guideload.reports.report import Column, Definitions, Part, Table, interval
-from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, SAFETY, Quantity
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.results.result import StudyResult, weaker_parameters
-from guideload.study.results.statistics import TOO_FEW
-from guideload.study.results.titles import contact_words, title_of
+from guideload.study.metadata import StudyMetadata
+from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, Quantity, contact_words
+from guideload.study.result import StudyResult, weaker_parameters
+from guideload.study.statistics import TOO_FEW
 
 # Sizes of tables.
 MOST_PARAMETERS = 12  # in the table of sensitivities
@@ -47,7 +46,7 @@ CONTACT_COUNTS = {
 
 def limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
     """A limit in words: "peak resultant above 7000 N"; without a value "contact lost"."""
-    quantity, title = QUANTITIES[name], title_of(name, metadata)
+    quantity, title = QUANTITIES[name], metadata.title(name)
     sign = "below" if quantity.smallest_is_worst else "above"
     return title if np.isnan(limit) else f"{title} {sign} {value_text(limit, quantity)}"
 
@@ -86,7 +85,7 @@ def cases_parts(result: StudyResult) -> list[Part]:
     owner = "each carriage" if each and len(columns) > 1 else "the machine"
     unit = f" [{QUANTITIES[stem].unit}]" if QUANTITIES[stem].unit else ""
     life = f"; {MACHINE_LIFE}; S0: the smallest static safety" if LIFE in cases else ""
-    terms = [f"{capitalised(title_of(stem, metadata))} of {owner}{unit}{life}."]
+    terms = [f"{capitalised(metadata.title(stem))} of {owner}{unit}{life}."]
     if len(cases) > MOST_CASES:
         terms += [
             f"The first {MOST_CASES} of {len(cases)} cases; all are in summary.json, or in result.cases()."

@@ -1,9 +1,9 @@
 """Monte Carlo studies: the distribution of the loads of a machine whose parameters vary."""
 
-from guideload.study.description.study import Study
 from guideload.study.execution import StudyInterrupted, run_study
-from guideload.study.rare.exceedance_probability import RareProbability, exceedance_probability
-from guideload.study.results.result import StudyResult
+from guideload.study.rare import RareProbability, exceedance_probability
+from guideload.study.result import StudyResult
+from guideload.study.study import Study
 
 __all__ = [
     "RareProbability",

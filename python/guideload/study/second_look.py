@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from guideload.audit.second_look import PERTURBATION, SENSITIVE, explained_error, tighter
 from guideload.base.arrays import Array
 from guideload.base.errors import GuideloadError
-from guideload.study.description.measures import QUANTITIES
-from guideload.study.description.metadata import SecondLooks
-from guideload.study.description.plan import Plan
-from guideload.study.results.result import StudyResult
+from guideload.study.metadata import SecondLooks
+from guideload.study.plan import Plan
+from guideload.study.quantities import QUANTITIES
+from guideload.study.result import StudyResult
 
 SHARE = 400  # one of so many samples is solved again; a second solution may cost ten times the first
 FEWEST, MOST = (

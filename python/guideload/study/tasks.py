@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from guideload.base.errors import ArgumentError, RunError
-from guideload.study.description.metadata import FILE, read_json
-from guideload.study.description.plan import Plan
-from guideload.study.storage.store import Chunk, FolderStore, Range
+from guideload.study.metadata import FILE, read_json
+from guideload.study.plan import Plan
+from guideload.study.storage import Chunk, FolderStore, Range
 
 Client = Any  # of dask.distributed, an optional package without types
 

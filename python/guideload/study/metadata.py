@@ -17,11 +17,12 @@ from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationEr
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shown
 from guideload.base.finite import finite_json
+from guideload.base.number_text import counted, percent, scientific
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
 from guideload.simulation.start import StartState
-from guideload.study.description.measures import PEAK_LOAD, Measure, columns_of
+from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, columns_of, contact_words
 from guideload.traces.format.table import listed
 
 if TYPE_CHECKING:
@@ -81,6 +82,40 @@ class SecondLooks(BaseModel, frozen=True):
     difference_in: NonNegativeInt
     sensitivity: float
     sensitivity_in: NonNegativeInt
+
+    def doubts(self, what: str) -> tuple[str, ...]:
+        """Doubts about samples in words, the gravest first. what: "sample" or "case"."""
+        of, doubts = f"of {counted(self.solved, what)} solved again", []
+        if self.unpredictable:
+            doubts.append(
+                f"Doubtful: {self.unpredictable} {of} cannot be predicted: impacts amplify small differences. A motion "
+                f"times 1 + {scientific(self.perturbation)} changes loads by up to {percent(self.sensitivity)} of "
+                f"the largest load ({what} {self.sensitivity_in}). Damping that always acts "
+                "(damping_in_contact = false), more damping or less clearance makes the loads predictable."
+            )
+        if self.doubtful:
+            way_out = "look for extreme values" if self.method == "exact" else "use a smaller rtol"
+            doubts.append(
+                f"Doubtful: {self.doubtful} {of}, by {self._method_text}, "
+                f"{'differs' if self.doubtful == 1 else 'differ'} by "
+                f"up to {percent(self.difference)} of the largest load ({what} {self.difference_in}); only "
+                f"{scientific(self.explained)} is explained. Solve this {what} by itself, with simulate, and {way_out}."
+            )
+        return tuple(doubts)
+
+    def agreement(self, what: str) -> str:
+        """How well both solutions agree where there are no doubts, in words. what: "sample" or "case"."""
+        missing = f"; {self.failed} could not be solved again: {self.reason}" if self.failed else ""
+        return (
+            f"{counted(self.solved, what)} solved again by {self._method_text}: peaks of all links agree to "
+            f"{scientific(self.difference)} of the largest load{missing}"
+        )
+
+    @property
+    def _method_text(self) -> str:
+        if self.method == "exact":
+            return self.method
+        return f"{'another method' if self.method == 'auto' else self.method} at rtol {scientific(self.rtol)}"
 
 
 class StudyMetadata(BaseModel, frozen=True):
@@ -161,6 +196,25 @@ class StudyMetadata(BaseModel, frozen=True):
     def carriages(self) -> tuple[str, ...]:
         """Names of the carriages, in their order."""
         return tuple(carriage.name for carriage in self.machine.carriages)
+
+    def title(self, name: str) -> str:
+        """The title of a column, such as "peak resultant"; a column that is no quantity has its name."""
+        stem = name.partition("[")[0]
+        if stem == CONTACT:
+            return contact_words(self.machine)
+        return QUANTITIES[stem].title if stem in QUANTITIES else name
+
+    def title_with_unit(self, name: str) -> str:
+        """The title of a column and its unit: "peak resultant [N]"."""
+        quantity = QUANTITIES.get(name.partition("[")[0])
+        return self.title(name) + (f" [{quantity.unit}]" if quantity is not None and quantity.unit else "")
+
+    def title_with_owner(self, name: str) -> str:
+        """The title of a column with its carriage: "the peak resultant of 1a", or "... of the machine"."""
+        stem, _, carriage = name.partition("[")
+        if stem not in QUANTITIES:
+            return name
+        return f"the {self.title(stem)} of {carriage.removesuffix(']') or 'the machine'}"
 
     def rated(self) -> tuple[Criteria, ...]:
         """How life and static safety follow from the columns, of each carriage that has them; empty if none has."""

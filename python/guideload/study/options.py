@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ConfigError, KeyPath, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused, problem_at, refused_at
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
 from guideload.base.toml import Place, read_toml
 from guideload.machine.machine import Machine
@@ -23,11 +23,10 @@ from guideload.motion.motion import Motion
 from guideload.motion.moves import Moves
 from guideload.simulation.simulation import Method
 from guideload.simulation.start import Start
-from guideload.study.description.correlation import Correlation
-from guideload.study.description.measures import STATISTICS, Recorded, Statistic
-from guideload.study.description.refusals import problem_at, refused_at
-from guideload.study.description.varied_parameter import DistributionSpec, NumberOrText, optional
-from guideload.study.sampling.sequences import Sampling, Sobol
+from guideload.study.factors import Correlation
+from guideload.study.quantities import STATISTICS, Recorded, Statistic
+from guideload.study.sampling import Sampling, Sobol
+from guideload.study.varied_parameters import DistributionSpec, NumberOrText, optional
 from guideload.traces.forces import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace

@@ -22,14 +22,12 @@ from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, s
 from guideload.base.finite import finite_json
 from guideload.base.units import quantity as to_unit
 from guideload.life.rating_life import failure_probability
-from guideload.study.description.measures import CONTACT, LIFE, QUANTITIES, SAFETY, unit_of
-from guideload.study.description.metadata import SecondLooks
-from guideload.study.results import statistics
-from guideload.study.results.columns import StudyColumns, summarised
-from guideload.study.results.judgement import doubts_of, outcome_of
-from guideload.study.results.statistics import Estimate, Exceedance
-from guideload.study.results.titles import title_of
-from guideload.study.storage.store import FolderStore
+from guideload.study import statistics
+from guideload.study.columns import StudyColumns, summarised
+from guideload.study.metadata import SecondLooks
+from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, unit_of
+from guideload.study.statistics import Estimate, Exceedance
+from guideload.study.storage import FolderStore
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 RANKED = 2**17  # samples in a rank correlation: the first ones, for a standard error of 0.003
@@ -65,12 +63,20 @@ class StudyResult(StudyColumns):
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """Warnings that samples are wrong or unpredictable, from those that were solved again."""
-        return doubts_of(self.second_look, "case" if self.metadata.chosen else "sample")
+        look = self.second_look
+        return look.doubts(self._sample_word) if isinstance(look, SecondLooks) else ()
 
     @property
     def second_look_text(self) -> str:
         """The outcome of the second look without doubts, in words."""
-        return outcome_of(self.second_look, "case" if self.metadata.chosen else "sample")
+        look, what = self.second_look, self._sample_word
+        if look is None:
+            return f"not judged: the second look at some {what}s follows when all are done"
+        return f"second look: {look}" if isinstance(look, str) else look.agreement(what)
+
+    @property
+    def _sample_word(self) -> str:
+        return "case" if self.metadata.chosen else "sample"
 
     def require_no_doubts(self) -> None:
         """Raise DoubtfulResult if samples are wrong or unpredictable; see `doubts`."""
@@ -233,7 +239,7 @@ class StudyResult(StudyColumns):
         exceeded: list[list[str]] = [["failed"] if i in self.reasons else [] for i in range(self.runs)]
         for name, limit in self.limits.items():
             for i in np.flatnonzero(QUANTITIES[name].exceeds(self.column(name), limit)):
-                exceeded[i].append(title_of(name, self.metadata))
+                exceeded[i].append(self.metadata.title(name))
         table["exceeded"] = [", ".join(names) for names in exceeded]
         return table.drop(columns="reason")
 

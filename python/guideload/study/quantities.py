@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.config import number
-from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.base.errors import ConfigError, Problem, ValueRefused, problem_at, refused_at
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.rating_life import system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.refusals import problem_at, refused_at
 
 Measure = tuple[str, int, str]  # recorded load, index of the carriage, statistic, see `_core.Batch`
 Recorded = Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive"]
@@ -221,3 +220,12 @@ def limits_of(
         if conditions.life is not None:
             limits.setdefault(LIFE, 1e-3 * conditions.life)
     return limits
+
+
+def contact_words(machine: Machine) -> str:
+    """Words for `contact_lost` on a machine: of a preloaded carriage, one row is open."""
+    laws = [law for carriage in machine.carriages for law in carriage.laws if law.kind != "linear"]
+    preloaded = [law.kind == "preloaded" for law in laws]
+    if not any(preloaded):
+        return "contact lost"
+    return "a row open" if all(preloaded) else "contact lost or a row open"

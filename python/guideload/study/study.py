@@ -12,36 +12,21 @@ import numpy as np
 from pydantic import Field, InstanceOf, StrictBool, model_validator
 from scipy.stats import qmc
 
-from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused
+from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import with_forces_of_drive
 from guideload.simulation.start import start_of
-from guideload.study.description.cases import cases_of
-from guideload.study.description.correlation import copula_of
-from guideload.study.description.factors import factors_of
-from guideload.study.description.measures import limits_of, measures_of
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.description.options import (
-    REPLICATES,
-    StudyFile,
-    StudyOptions,
-    read_study,
-    with_hint_on_place,
-)
-from guideload.study.description.plan import Plan, correlations_of, digest, with_fingerprint
-from guideload.study.description.posterior import (
-    MOTION_PARAMETER,
-    digest_of_posterior,
-    draw_seed,
-    require_posterior,
-)
-from guideload.study.description.rated import RatedStudy, rated_study
-from guideload.study.description.refusals import refused_at
-from guideload.study.description.varied_parameter import SampleSpec
-from guideload.study.sampling.design import Design
+from guideload.study.factors import cases_of, copula_of, factors_of
+from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
+from guideload.study.options import REPLICATES, StudyFile, StudyOptions, read_study, with_hint_on_place
+from guideload.study.plan import Plan, correlations_of, digest, with_fingerprint
+from guideload.study.quantities import limits_of, measures_of
+from guideload.study.rated import RatedStudy, rated_study
+from guideload.study.sampling import Design
+from guideload.study.varied_parameters import SampleSpec
 
 
 class Study(StudyOptions):
@@ -229,3 +214,44 @@ class Study(StudyOptions):
         if self.sampling == "sobol" and factors > most:
             hint = f'these entries have {factors}; "random" takes any number'
             raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)
+
+
+# ---- motions drawn from the posterior of the trace
+
+
+PLACE = ("motion", "posterior")
+# The column of the numbers of the draws.
+MOTION_PARAMETER = ParameterMetadata(
+    name=DRAWN_MOTION, unit="1", targets=(), distribution="draws of the posterior of the trace"
+)
+
+
+def require_posterior(machine: Machine, motion: Motion, cases: object) -> None:
+    """Raise ConfigError unless the motion has a posterior, and the samples are drawn."""
+    if motion.uncertainty is None:
+        reason = "its acceleration is known exactly" if motion.exact else "its acceleration came without one"
+        hint = f"{reason}; a trace of encoder counts or positions has one, if its smoothing is not replaced"
+        raise refused_at(PLACE, "false for a motion without uncertainty", True, hint)
+    if cases is not None:
+        hint = "cases are run as they are: draw the parameters by [[vary]] tables"
+        raise refused_at(PLACE, "false beside cases", True, hint)
+    if machine.drive is not None and machine.drive.pressure_angle is not None:
+        hint = "the push of a rack follows the motion, and would stay that of the estimate"
+        raise refused_at(PLACE, "false for a drive with pressure_angle", True, hint)
+
+
+def draw_seed(seed: int) -> int:
+    """The seed of the draws of the motion in a study with this seed."""
+    # 0 to 4 are those of samples, second look and populations.
+    return int(np.random.SeedSequence(seed, spawn_key=(5,)).generate_state(1, np.uint64)[0])
+
+
+def digest_of_posterior(motion: Motion) -> str:
+    """SHA-256 of all numbers on which the draws depend."""
+    uncertainty = motion.uncertainty
+    assert uncertainty is not None
+    step, variance, covariance, segment, density, oscillator = uncertainty.model
+    chain = [step, variance, covariance, segment.astype(np.float64), density]
+    if oscillator is not None:
+        chain.append(np.array(oscillator, dtype=np.float64))
+    return digest(*chain, np.array([float(uncertainty.derivative)]), uncertainty.unit, uncertainty.time)

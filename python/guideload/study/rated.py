@@ -17,7 +17,7 @@ from guideload.life.limits import limit_notes
 from guideload.life.mean_load import Travel
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.study.description.factors import Factor
+from guideload.study.factors import Factor
 
 EXPONENT = 3.0  # of the mean load where no carriage has a rating
 LEAVE_OUT = 'or leave "load" out of quantities'

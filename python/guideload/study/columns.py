@@ -12,10 +12,10 @@ import xarray as xr
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.life.criteria import Criteria
-from guideload.study.description.measures import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, RECORDED, SAFETY
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.results import statistics
-from guideload.study.storage.store import SampleStore
+from guideload.study import statistics
+from guideload.study.metadata import StudyMetadata
+from guideload.study.quantities import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, RECORDED, SAFETY
+from guideload.study.storage import SampleStore
 
 
 class StudyColumns:

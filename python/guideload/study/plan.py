@@ -20,10 +20,10 @@ from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Change
 from guideload.parameters.parts import arguments_of
 from guideload.simulation.payload_changes import with_changes
-from guideload.study.description.factors import Factor
-from guideload.study.description.metadata import StudyMetadata
-from guideload.study.sampling.design import Copula, Design
-from guideload.study.sampling.distributions import Sample
+from guideload.study.distributions import Sample
+from guideload.study.factors import Factor
+from guideload.study.metadata import StudyMetadata
+from guideload.study.sampling import Copula, Design
 
 if TYPE_CHECKING:
     from guideload._core import PayloadOfBatch, Rule

@@ -1,1 +1,0 @@
-"""Probabilities of rare exceedances, by subset simulation."""

@@ -1,1 +1,0 @@
-"""Results of a study: columns, statistics, probabilities, tables, files."""

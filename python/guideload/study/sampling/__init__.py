@@ -1,1 +1,0 @@
-"""Sampling: distributions, sequences of uniform numbers, designs."""

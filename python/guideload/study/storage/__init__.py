@@ -1,1 +1,0 @@
-"""Storage of samples: in memory, or in a folder that survives a crash."""
