@@ -23,11 +23,9 @@ from harness import print_table, share
 from reference import cart, preloaded
 
 from guideload import Machine
-from guideload.identification.deflections import Deflection, Deflections
-from guideload.identification.frequency_responses import Curve, FrequencyResponses
 from guideload.identification.measured import Measured
-from guideload.identification.model import Model
-from guideload.identification.places import place_of
+from guideload.identification.model import Model, parse_place
+from guideload.identification.responses import Deflection, Deflections, FrequencyResponses, ResponseCurve
 from guideload.identification.result import identify
 from guideload.identification.unknowns import UnknownTable
 
@@ -66,10 +64,12 @@ def responses(model: Model, truth: np.ndarray, rng: np.random.Generator, *, know
     for force in ("p0 y", "p4 z"):
         for place in ("p1 y", "p3 y", "p2 z"):
             empty = np.zeros(hertz.size, dtype=np.complex128)
-            curve = Curve(place_of(force, model.machine), place_of(place, model.machine), 2, hertz, empty)
+            curve = ResponseCurve(
+                parse_place(force, model.machine), parse_place(place, model.machine), 2, hertz, empty
+            )
             value = curve.computed(model.at(truth))[0]
             noise = rng.standard_normal((hertz.size, 2)) @ [1.0, 1.0j]
-            curves.append(Curve(curve.force, curve.place, 2, hertz, value * (1.0 + level * noise)))
+            curves.append(ResponseCurve(curve.force, curve.place, 2, hertz, value * (1.0 + level * noise)))
     return FrequencyResponses("responses", tuple(curves), level if known else 0.02, 1e-6, known)
 
 
@@ -77,7 +77,9 @@ def deflections(model: Model, truth: np.ndarray, rng: np.random.Generator) -> Me
     pairs = [
         (a, b) for a in ("p0 y", "p3 y", "p2 z") for b in ("p0 y", "p1 y", "p2 y", "p3 y", "p2 z", "p3 z")
     ]
-    values = [Deflection(place_of(a, model.machine), 1e3, place_of(b, model.machine), 0.0) for a, b in pairs]
+    values = [
+        Deflection(parse_place(a, model.machine), 1e3, parse_place(b, model.machine), 0.0) for a, b in pairs
+    ]
     still = Deflections("static", tuple(values), 1e-7, True)
     moved = still.computed(model.at(truth))[0]
     level = 0.02 * float(abs(moved).max())

@@ -23,12 +23,9 @@ from harness import print_table, share
 from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 
 from guideload import Machine, Motion, PointOfInterest
-from guideload.identification.excitation import Excitation
 from guideload.identification.measured import Measured
-from guideload.identification.model import Model, ModelAt
+from guideload.identification.model import Excitation, Model, ModelAt, parse_load_place, parse_place
 from guideload.identification.motor_force import MotorForce, X
-from guideload.identification.own_estimates import own_estimates
-from guideload.identification.places import load_place_of, place_of
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.identification.unknowns import UnknownTable
@@ -98,9 +95,9 @@ def sensors(
 ) -> tuple[Measured, Truths]:
     """Accelerometers; with cells one along x, a calibrated cell and a strain gauge in place of the others."""
     motion = from_standstill(motion)
-    channels = [Channel(place_of(f"tool {i}", true.machine), gain_spread=0.02 * (i == "y")) for i in "xyz"]
+    channels = [Channel(parse_place(f"tool {i}", true.machine), gain_spread=0.02 * (i == "y")) for i in "xyz"]
     if cells:
-        loads = [load_place_of(text, true.machine) for text in ("a Fy", "b Fz")]
+        loads = [parse_load_place(text, true.machine) for text in ("a Fy", "b Fz")]
         channels[1:] = [Channel(loads[0], "load"), Channel(loads[1], "load", gain_spread=np.inf)]
     time = np.arange(0.2, motion.time[-1] - 0.2, 1.0 / 900.0)
     at = true.run(Excitation.of(true.machine, motion)).at(time)
@@ -134,7 +131,7 @@ def coverage(name: str, seeds: int) -> str:
     machine, tables, length, make = CASES[name]
     unknowns = unknown(machine, *tables)
     inside: list[bool] = []
-    own: list[bool] = []
+    nuisance: list[bool] = []
     seconds = []
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
@@ -144,9 +141,9 @@ def coverage(name: str, seeds: int) -> str:
         found = identify(machine, tables, [data])
         seconds.append(time.process_time() - started)
         inside += [reach.low <= z <= reach.high for reach, z in zip(found.intervals, truth, strict=True)]
-        estimates = {one.unknown.name: one for one in own_estimates(found, found.data[0])}
-        own += [estimates[key].low <= value <= estimates[key].high for key, value in truths.items()]
-    return f"| {name} | {seeds} | {share(inside)} | {share(own)} | {np.median(seconds):.2f} s |"
+        estimates = {one.parameter.name: one for one in found.nuisance_estimates(found.data[0])}
+        nuisance += [estimates[key].low <= value <= estimates[key].high for key, value in truths.items()]
+    return f"| {name} | {seeds} | {share(inside)} | {share(nuisance)} | {np.median(seconds):.2f} s |"
 
 
 if __name__ == "__main__":

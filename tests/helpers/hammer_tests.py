@@ -9,9 +9,8 @@ import numpy as np
 
 from guideload import Machine, PointOfInterest
 from guideload.identification.modal_test import MeasuredMode, ModalTest
-from guideload.identification.model import Model
-from guideload.identification.places import place_of
-from guideload.identification.unknowns import Unknown, UnknownTable, unknowns_of
+from guideload.identification.model import Model, parse_place
+from guideload.identification.unknowns import Unknown, UnknownTable, resolve_unknowns
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameters
 
@@ -26,7 +25,7 @@ def with_corners(machine: Machine) -> Machine:
 
 
 def unknown(machine: Machine, *tables: UnknownTable) -> tuple[Unknown, ...]:
-    return unknowns_of(tables, Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0])))
+    return resolve_unknowns(tables, Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0])))
 
 
 def hammer_test(
@@ -41,7 +40,7 @@ def hammer_test(
 ) -> ModalTest:
     """A modal test of the machine at `truth` (coordinates z), with this noise; levels: what is stated of it."""
     modes = model.at(np.array(truth)).modes
-    places = [place_of(f"p{i} {axis}", model.machine) for i in range(len(CORNERS)) for axis in "yz"]
+    places = [parse_place(f"p{i} {axis}", model.machine) for i in range(len(CORNERS)) for axis in "yz"]
     rows = np.array([place.row for place in places])
     measured = []
     for value, shape in zip(modes.eigenvalue, modes.damped_shape, strict=True):

@@ -11,11 +11,15 @@ from hammer_tests import unknown, with_corners
 from reference import cart, preloaded
 
 from guideload import Machine, frequency_response
-from guideload.identification.deflections import Deflection, Deflections
 from guideload.identification.fit import fit
-from guideload.identification.frequency_responses import Curve, FrequencyResponses, curves_of
-from guideload.identification.model import Model
-from guideload.identification.places import place_of
+from guideload.identification.model import Model, parse_place
+from guideload.identification.responses import (
+    Deflection,
+    Deflections,
+    FrequencyResponses,
+    ResponseCurve,
+    read_curves,
+)
 from guideload.identification.unknowns import UnknownTable
 
 HERTZ = np.linspace(10.0, 200.0, 60)
@@ -41,10 +45,12 @@ def responses(
     for force in ("p0 y", "p4 z"):
         for place in ("p1 y", "p3 y", "p2 z"):
             empty = np.zeros(HERTZ.size, dtype=np.complex128)
-            curve = Curve(place_of(force, model.machine), place_of(place, model.machine), 2, HERTZ, empty)
+            curve = ResponseCurve(
+                parse_place(force, model.machine), parse_place(place, model.machine), 2, HERTZ, empty
+            )
             value = curve.computed(model.at(TRUTH))[0] * (1.03 if calibration else 1.0)
             value = value + noise * abs(value) * (rng.standard_normal((2, HERTZ.size)).T @ [1.0, 1.0j])
-            curves.append(Curve(curve.force, curve.place, 2, HERTZ, value))
+            curves.append(ResponseCurve(curve.force, curve.place, 2, HERTZ, value))
     return FrequencyResponses("responses", tuple(curves), noise or 0.01, 1e-6, True, calibration)
 
 
@@ -53,7 +59,9 @@ def test_responses_are_those_of_the_machine(machine: Machine) -> None:
     """As `frequency_response` gives them, also of preloaded carriages linearised at rest."""
     model = model_of(machine)
     found = frequency_response(model.machine, HERTZ, force_at="p0", direction="y")
-    curve = Curve(place_of("p0 y", model.machine), place_of("p3 -z", model.machine), 0, HERTZ, np.zeros(60))
+    curve = ResponseCurve(
+        parse_place("p0 y", model.machine), parse_place("p3 -z", model.machine), 0, HERTZ, np.zeros(60)
+    )
     assert curve.computed(model.at(np.zeros(6)))[0] == pytest.approx(-found.displacement[:, 3, 2], rel=1e-9)
 
 
@@ -61,17 +69,19 @@ def test_responses_are_those_of_the_machine(machine: Machine) -> None:
 def test_derivatives(kind: str) -> None:
     """Against central differences, whose error here is below 1e-7 of the largest."""
     model = model_of(cart())
-    place = [place_of(f"p{i} {axis}", model.machine) for i, axis in enumerate(HEIGHTS)]
+    place = [parse_place(f"p{i} {axis}", model.machine) for i, axis in enumerate(HEIGHTS)]
     still = Deflections("static", tuple(Deflection(place[0], 500.0, one, 1e-6) for one in place), 1e-7, True)
     data = still if kind == "deflections" else responses(model, np.random.default_rng(0), 0.05, 0.02)
-    here, step, own = 0.7 * TRUTH, 1e-5, np.array([1.01])[: len(data.own)]
-    ends = [[data.residuals(model.at(here + s * step * e), own).values for s in (1, -1)] for e in np.eye(6)]
+    here, step, nuisance = 0.7 * TRUTH, 1e-5, np.array([1.01])[: len(data.nuisance)]
+    ends = [
+        [data.residuals(model.at(here + s * step * e), nuisance).values for s in (1, -1)] for e in np.eye(6)
+    ]
     slopes = np.array([(up - down) / (2.0 * step) for up, down in ends]).T
-    found = data.residuals(model.at(here), own)
+    found = data.residuals(model.at(here), nuisance)
     assert found.by_unknowns == pytest.approx(slopes, abs=1e-7 * abs(slopes).max())
-    if own.size:
-        moved = data.residuals(model.at(here), own + 1e-3).values - found.values
-        assert found.by_own[:, 0] == pytest.approx(moved / 1e-3, abs=1e-9 * abs(moved).max() / 1e-3)
+    if nuisance.size:
+        moved = data.residuals(model.at(here), nuisance + 1e-3).values - found.values
+        assert found.by_nuisance[:, 0] == pytest.approx(moved / 1e-3, abs=1e-9 * abs(moved).max() / 1e-3)
 
 
 @pytest.mark.parametrize("calibration", [0.0, 0.05])
@@ -84,7 +94,9 @@ def test_the_machine_is_found_again(calibration: float) -> None:
     sigma = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
     assert np.all(abs(found.minimum.x[:6] - TRUTH) < 4.0 * sigma[:6]) and sigma[:6].max() < 0.03
     if calibration:
-        assert found.objective.own_of(found.minimum.x)[0] == pytest.approx([1.03], abs=4 * 0.05 * sigma[6])
+        assert found.objective.nuisance_values(found.minimum.x)[0] == pytest.approx(
+            [1.03], abs=4 * 0.05 * sigma[6]
+        )
 
 
 def test_a_table_of_guideload_response_is_read_back(tmp_path: Path) -> None:
@@ -137,7 +149,7 @@ def test_universal_files_hold_the_same_curves(tmp_path: Path) -> None:
             ),
             mode="add",
         )  # fmt: skip
-    read = curves_of(tmp_path / "h.uff", model.machine, None, nodes, 50.0, 100.0)
+    read = read_curves(tmp_path / "h.uff", model.machine, None, nodes, 50.0, 100.0)
     for curve, other in zip(data.curves, read, strict=True):
         inside = (HERTZ >= 50.0) & (HERTZ <= 100.0)
         assert (other.name, other.derivatives) == (curve.name, 2)
@@ -150,7 +162,7 @@ def test_deflections_tell_the_sum_of_stiffnesses_that_carry_a_central_force() ->
     """A force through the middle of equal springs: u = F/(sum of k), whatever else is measured there."""
     machine = with_corners(cart())
     model = Model(machine, unknown(machine, UnknownTable(path="carriages.*.stiffness_z")))
-    at = place_of("p0 z", machine)
+    at = parse_place("p0 z", machine)
     computed = Deflections("", (Deflection(at, 1e3, at, 0.0),), 1e-7, True).computed(
         model.at(np.array([-0.5]))
     )[0]

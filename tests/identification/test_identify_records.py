@@ -12,7 +12,7 @@ from motor_records import MASS, OFFSET, axis, force_of, moves, shown_by
 
 from guideload import PointOfInterest
 from guideload.base.arrays import Array
-from guideload.identification.places import place_of
+from guideload.identification.model import parse_place
 from guideload.identification.sensor_log import Channel
 
 MACHINE = """
@@ -76,7 +76,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     counts = 1e-6 * np.round(position / 1e-6)
     written(folder / "trace.csv", "t [s],x [m],current [A]", motion.time, counts, current)
     time = np.arange(0.2, 2.2, 2e-3)
-    shown = shown_by(true, motion, [Channel(place_of("tool y", true))], time)[:, 0]
+    shown = shown_by(true, motion, [Channel(parse_place("tool y", true))], time)[:, 0]
     shown = shown + 0.1 * shown.std() * rng.standard_normal(time.size)
     written(folder / "log.csv", "t [s],ay [m/s^2]", time + 7.5, shown)
     guideload("identify", folder / "identify.toml", "-o", folder / "out")
@@ -87,9 +87,9 @@ def test_mass_friction_and_delay_are_found(folder: Path) -> None:
     found = json.loads((folder / "out" / "identification.json").read_text(encoding="utf-8"))
     mass = found["estimates"][0]
     assert mass["value"] == pytest.approx(MASS, rel=0.003) and mass["high"] - mass["low"] < 0.01 * MASS
-    own = {one["name"]: one for one in found["own_numbers"]}
-    assert own["friction.seal in motor force"]["value"] == pytest.approx(10.0, rel=0.1)
-    assert own["delay of accelerometer"]["value"] == pytest.approx(7.5, abs=2e-3)
+    nuisance = {one["name"]: one for one in found["own_numbers"]}
+    assert nuisance["friction.seal in motor force"]["value"] == pytest.approx(10.0, rel=0.1)
+    assert nuisance["delay of accelerometer"]["value"] == pytest.approx(7.5, abs=2e-3)
     words = " ".join((folder / "out" / "report.txt").read_text(encoding="utf-8").split())
     assert "Sensors: accelerometer" in words and "the model explains 99" in words
     assert (folder / "out" / "record_2.png").is_file()

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from guideload.base.arrays import Array
-from guideload.identification.fit import Minimum
-from guideload.identification.intervals import interval
-from guideload.identification.objective import End
+from guideload.identification.fit import End, Minimum
+from guideload.identification.uncertainty import interval
 
 NARROW, WIDE, SECOND = 0.01, 0.1, 1.0  # standard deviations in two valleys, and where the second one is
 QUANTILE = 1.959964

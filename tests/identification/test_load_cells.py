@@ -12,10 +12,9 @@ from motor_records import axis, moves, shown_by
 from guideload import Link, Machine, Motion, PointOfInterest, simulate
 from guideload.base.errors import ArgumentError, ConfigError, ValueRefused
 from guideload.identification import UnknownTable, identify
-from guideload.identification.model import Model
-from guideload.identification.places import COMPONENTS, load_place_of, place_of
-from guideload.identification.record_tables import SensorLogTable
+from guideload.identification.model import COMPONENTS, Model, parse_load_place, parse_place
 from guideload.identification.sensor_log import Channel, SensorLog
+from guideload.identification.tables import SensorLogTable
 
 TABLES = (
     UnknownTable(path="carriages.*.stiffness_y"),
@@ -44,7 +43,7 @@ def machine_with(stiffness: float = 1.0, damping: float = 1.0) -> Machine:
 
 
 def cells(machine: Machine, *places: str) -> list[Channel]:
-    return [Channel(load_place_of(place, machine), "load") for place in places]
+    return [Channel(parse_load_place(place, machine), "load") for place in places]
 
 
 @pytest.fixture(scope="module")
@@ -67,20 +66,20 @@ def test_derivatives_are_exact(motion: Motion) -> None:
     machine = machine_with()
     channels = [
         *cells(machine, "a Fy", "b Mz"),
-        Channel(load_place_of("strut", machine), "load", None, np.inf),
+        Channel(parse_load_place("strut", machine), "load", None, np.inf),
     ]
     time, model = np.arange(0.1, 1.9, 2e-3), Model(machine, unknown(machine, *TABLES, *GEOMETRY))
     values = np.random.default_rng(0).standard_normal((time.size, 3))
     data = SensorLog.of(machine, motion, channels, time, values, one_clock=True)
-    z, own = np.array([0.1, -0.2, 0.05, 0.01, 0.3, 0.02]), np.array([0.1, 0.2, 0.3, 2.0])
-    found = data.residuals(model.at(z), own)
+    z, nuisance = np.array([0.1, -0.2, 0.05, 0.01, 0.3, 0.02]), np.array([0.1, 0.2, 0.3, 2.0])
+    found = data.residuals(model.at(z), nuisance)
     for k, derivative in enumerate(found.by_unknowns.T):
         step = 1e-6 * np.eye(z.size)[k]
-        ends = (data.residuals(model.at(z + sign * step), own).values for sign in (1.0, -1.0))
+        ends = (data.residuals(model.at(z + sign * step), nuisance).values for sign in (1.0, -1.0))
         slope = np.subtract(*ends) / 2e-6
         assert derivative == pytest.approx(slope, abs=2e-6 * abs(slope).max())
-    assert found.by_own[:, 3] == pytest.approx(
-        data.residuals(model.at(z), own + [0, 0, 0, 1]).values - found.values,
+    assert found.by_nuisance[:, 3] == pytest.approx(
+        data.residuals(model.at(z), nuisance + [0, 0, 0, 1]).values - found.values,
         abs=1e-9 * abs(found.values).max(),
     )
 
@@ -89,12 +88,12 @@ def test_a_strain_gauge_without_calibration_tells_stiffness_and_damping(motion: 
     """Its gain, with its sign, and the delay are found as well. Alone in another clock it is refused."""
     true, machine = machine_with(1.2, 0.6), machine_with()
     time = np.arange(0.1, 1.9, 1.0 / 870.0)
-    channels = [replace(*cells(machine, "a Fy"), gain_spread=np.inf), Channel(place_of("tool x", machine))]
+    channels = [replace(*cells(machine, "a Fy"), gain_spread=np.inf), Channel(parse_place("tool x", machine))]
     shown = [GAIN, 1.0] * shown_by(true, motion, channels, time) + [OFFSET, 0.0]
     data = SensorLog.of(machine, motion, channels, time + DELAY, shown)
     found = identify(machine, TABLES, [data], starts=1)
     assert [one.value for one in found.estimates] == pytest.approx([1.2e7, 0.6e3], rel=1e-4)
-    assert found.own_of(found.data[0])[[0, 2, 3]] == pytest.approx([OFFSET, GAIN, DELAY], rel=1e-4)
+    assert found.nuisance_values(found.data[0])[[0, 2, 3]] == pytest.approx([OFFSET, GAIN, DELAY], rel=1e-4)
     with pytest.raises(ArgumentError, match="unknown gain alone do not tell the delay"):
         SensorLog.of(machine, motion, channels[:1], time + DELAY, shown[:, :1])
 
@@ -103,7 +102,7 @@ def test_tables_of_load_cells(motion: Motion) -> None:
     """A gauge's column has any unit; places that do not exist, and loads that are always 0, are refused."""
     machine = machine_with()
     with pytest.raises(ValueRefused, match='a carriage and a component of its load, or a link.*"a Fx"'):
-        load_place_of("a Fx", machine)
+        parse_load_place("a Fx", machine)
     plain = {"trace": "none.csv", "channels": [{"column": "e", "place": "a Fy", "kind": "load"}]}
     (cell,) = SensorLogTable(**plain).channels
     assert cell.channel(machine).unit == "N"

@@ -9,9 +9,9 @@ import pytest
 from hammer_tests import unknown
 
 from guideload import Machine
-from guideload.identification import Deflection, Deflections, UnknownTable, identify, place_of
-from guideload.identification.machine_file import machine_text
+from guideload.identification import Deflection, Deflections, UnknownTable, identify, parse_place
 from guideload.identification.model import Model
+from guideload.identification.written_files import machine_text
 
 TEXT = """rails = [{ name = "1", position = ["50 mm", "-350 mm"] }, { name = "2", position = ["50 mm", "350 mm"] }]
 [body]
@@ -59,7 +59,7 @@ def test_the_file_gives_the_identified_machine(tmp_path: Path) -> None:
     machine = Machine.from_toml(source)
     tables = [*TABLES, UnknownTable(path='rails["2"].position.z', spread="5 mm")]
     truth = Model(machine, unknown(machine, *tables)).at(np.array([-0.2, 0.3, 0.0, 0.0, 0.0]))
-    places = [place_of(f"p {axis}", machine) for axis in "yz"]
+    places = [parse_place(f"p {axis}", machine) for axis in "yz"]
     values = [Deflection(one, 1e3, one, 0.0) for one in places]
     moved = Deflections("", tuple(values), 1e-7, True).computed(truth)[0].tolist()
     made = (Deflection(one, 1e3, one, x) for one, x in zip(places, moved, strict=True))

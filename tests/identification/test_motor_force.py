@@ -35,8 +35,8 @@ def test_derivatives_are_exact(motion: Motion) -> None:
     model = Model(machine, unknown(machine, *MASS_OF, UnknownTable(path="carriages.*.stiffness_y")))
     time = motion.time[50:-50] + 0.0003
     data = MotorForce.of(machine, motion, time, np.sin(time), torque=True, delayed=True)
-    z, own, step = np.array([0.1, -0.2]), np.array([9.0, 180.0, 0.2, 0.002]), 1e-6
-    found = data.residuals(model.at(z), own)
+    z, nuisance, step = np.array([0.1, -0.2]), np.array([9.0, 180.0, 0.2, 0.002]), 1e-6
+    found = data.residuals(model.at(z), nuisance)
 
     def slopes(at: object, size: int, units: np.ndarray) -> np.ndarray:
         ends = [[at(side * step * unit) for side in (1, -1)] for unit in np.eye(size) * units]
@@ -44,11 +44,11 @@ def test_derivatives_are_exact(motion: Motion) -> None:
             [(up - down) / (2.0 * step * unit) for (up, down), unit in zip(ends, units, strict=True)]
         ).T
 
-    by_z = slopes(lambda change: data.residuals(model.at(z + change), own).values, 2, np.ones(2))
+    by_z = slopes(lambda change: data.residuals(model.at(z + change), nuisance).values, 2, np.ones(2))
     units = np.array([10.0, 100.0, 1.0, 1e-2])
-    by_own = slopes(lambda change: data.residuals(model.at(z), own + change).values, 4, units)
+    by_nuisance = slopes(lambda change: data.residuals(model.at(z), nuisance + change).values, 4, units)
     assert found.by_unknowns == pytest.approx(by_z, abs=1e-6 * abs(by_z).max())
-    for one, numeric in zip(found.by_own.T, by_own.T, strict=True):
+    for one, numeric in zip(found.by_nuisance.T, by_nuisance.T, strict=True):
         assert one == pytest.approx(numeric, abs=1e-4 * abs(numeric).max())
 
 
@@ -60,8 +60,8 @@ def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> Non
     data = MotorForce.of(nominal, motion, time, force, delayed=True)
     found = identify(nominal, MASS_OF, [data], starts=1)
     assert found.estimates[0].value == pytest.approx(MASS, rel=1e-6)
-    own = found.fit.objective.own_of(found.fit.minimum.x)[0]
-    assert own == pytest.approx([SEAL, VISCOUS, OFFSET, delay], rel=1e-5)
+    nuisance = found.fit.objective.nuisance_values(found.fit.minimum.x)[0]
+    assert nuisance == pytest.approx([SEAL, VISCOUS, OFFSET, delay], rel=1e-5)
 
 
 def test_samples_of_a_coarse_encoder_do_not_pull_the_mass(motion: Motion) -> None:

@@ -11,9 +11,8 @@ from reference import cart_clear
 from guideload import Machine, Motion, PointOfInterest
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, TraceError
-from guideload.identification.model import Model
-from guideload.identification.objective import COARSE, Objective
-from guideload.identification.places import place_of
+from guideload.identification.fit import COARSE, Objective
+from guideload.identification.model import Model, parse_place
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.identification.unknowns import UnknownTable
@@ -44,9 +43,9 @@ def machine_with(stiffness: float = 1.0, damping: float = 1.0) -> Machine:
 
 def channels_on(machine: Machine) -> tuple[Channel, ...]:
     return (
-        Channel(place_of("tool y", machine), gain_spread=0.05),
-        Channel(place_of("tool x", machine)),
-        Channel(place_of("tool -y", machine), "displacement"),
+        Channel(parse_place("tool y", machine), gain_spread=0.05),
+        Channel(parse_place("tool x", machine)),
+        Channel(parse_place("tool -y", machine), "displacement"),
     )
 
 
@@ -69,13 +68,13 @@ def test_derivatives_are_exact(motion: Motion, log: tuple[Array, Array]) -> None
     data = SensorLog.of(machine, motion, channels_on(machine), *log)
     model = Model(machine, unknown(machine, *TABLES))
     z = np.array([0.1, -0.2])
-    own = np.array([0.3, -0.1, 1e-5, 1.01, data.delay + 1e-3])
-    found = data.residuals(model.at(z), own)
+    nuisance = np.array([0.3, -0.1, 1e-5, 1.01, data.delay + 1e-3])
+    found = data.residuals(model.at(z), nuisance)
     for derivative, at, units in (
-        (found.by_unknowns, lambda c: data.residuals(model.at(z + c), own).values, np.full(2, 1e-5)),
+        (found.by_unknowns, lambda c: data.residuals(model.at(z + c), nuisance).values, np.full(2, 1e-5)),
         (
-            found.by_own,
-            lambda c: data.residuals(model.at(z), own + c).values,
+            found.by_nuisance,
+            lambda c: data.residuals(model.at(z), nuisance + c).values,
             np.array([1.0, 1.0, 1e-4, 0.1, 1e-6]),
         ),
     ):
@@ -93,8 +92,8 @@ def test_exact_log_gives_stiffness_damping_and_the_delay_of_the_clocks(
     stiffness, damping = (one.value for one in found.estimates)
     assert stiffness == pytest.approx(1e7 * STIFFER, rel=1e-6)
     assert damping == pytest.approx(1e3 * MORE_DAMPED, rel=1e-5)
-    own = found.fit.objective.own_of(found.fit.minimum.x)[0]
-    assert own[3:] == pytest.approx([GAINS[0], DELAY], rel=1e-6)
+    nuisance = found.fit.objective.nuisance_values(found.fit.minimum.x)[0]
+    assert nuisance[3:] == pytest.approx([GAINS[0], DELAY], rel=1e-6)
 
 
 def test_intervals_cover_in_noise(motion: Motion, log: tuple[Array, Array]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from guideload.identification.serial_errors import inflation, long_run_root
+from guideload.identification.records import inflation, long_run_root
 
 N, MEMORY, SEEDS = 1000, 0.8, 600
 

@@ -12,11 +12,10 @@ from scipy.signal import lfilter
 
 from guideload import Machine, Motion, PointOfInterest
 from guideload.base.arrays import Array
-from guideload.identification import UnknownTable, identify, place_of
+from guideload.identification import UnknownTable, identify, parse_place
 from guideload.identification.model import Model
+from guideload.identification.records import _filtered, _filters, _larger, _levels
 from guideload.identification.sensor_log import Channel, SensorLog
-from guideload.identification.serial_errors import _larger
-from guideload.identification.trace_errors import _filtered, _filters, _levels
 from guideload.smoothing import smooth
 
 QUANTUM = 1e-6  # m, of the encoder
@@ -96,7 +95,7 @@ def test_a_log_beside_an_encoder() -> None:
     )
     parts = tuple(one.model_copy(update=values) for one in machine.carriages)
     true = machine.model_copy(update={"carriages": parts})
-    channels = [Channel(place_of(text, machine)) for text in ("tool x", "tool y")]
+    channels = [Channel(parse_place(text, machine)) for text in ("tool x", "tool y")]
     stamps = np.arange(0.1, 2.2, 1.0 / 870.0)
     exact = shown_by(true, Motion.along_x(time, acceleration, velocity=velocity), channels, stamps)
     noisy = exact + 0.05 * exact.std(axis=0) * rng.standard_normal(exact.shape)
@@ -106,11 +105,11 @@ def test_a_log_beside_an_encoder() -> None:
     sigma = np.sqrt(np.diag(result.covariance))[:2]
     assert np.all(abs(result.fit.minimum.x[:2] - truth) < 4.0 * sigma) and np.all(sigma < 0.1)
     (settled,), model = result.data, Model(machine, unknown(machine, *TABLES))
-    z, own = truth + 0.01, np.array([0.1, 0.2])
-    residuals = settled.residuals(model.at(z), own)
+    z, nuisance = truth + 0.01, np.array([0.1, 0.2])
+    residuals = settled.residuals(model.at(z), nuisance)
     assert settled.whitening is not None and not residuals.values[:20].any()
     for k, derivative in enumerate(residuals.by_unknowns.T):
         step = 1e-5 * np.eye(2)[k]
-        ends = (settled.residuals(model.at(z + sign * step), own).values for sign in (1.0, -1.0))
+        ends = (settled.residuals(model.at(z + sign * step), nuisance).values for sign in (1.0, -1.0))
         slope = np.subtract(*ends) / 2e-5
         assert derivative == pytest.approx(slope, abs=1e-5 * abs(slope).max())

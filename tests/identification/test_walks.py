@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.identification.objective import End
-from guideload.identification.walks import other_valleys
+from guideload.identification.fit import End, other_valleys
 
 SIGMA, SECOND, JUMP = 0.1, 0.8, 0.5
 

@@ -12,23 +12,23 @@ from motor_records import moves
 
 from guideload import Machine, Motion, PointOfInterest, simulate
 from guideload.base.errors import ArgumentError, ConfigError
-from guideload.duty.duty_cycle import LoadCase, duty_cycle
+from guideload.duty import LoadCase
+from guideload.duty.duty_cycle import duty_cycle
 from guideload.identification import (
     Deflection,
     Deflections,
     Identification,
     UnknownTable,
     identify,
-    place_of,
-    ranked,
+    parse_place,
+    rank_measurements,
 )
-from guideload.identification.candidates import CandidateTable
-from guideload.identification.description import IdentifyFile
-from guideload.identification.excitation import Excitation
-from guideload.identification.figure import Figure, FigureTable, Run, figure_of
-from guideload.identification.machine_values import machine_with
+from guideload.identification.description import CandidateTable, IdentifyFile
 from guideload.identification.modal_test import ModalTest
+from guideload.identification.model import Excitation
+from guideload.identification.next_measurement import TargetQuantity, TargetTable, carriage_target
 from guideload.identification.sensor_log import Channel, SensorLog
+from guideload.identification.unknowns import machine_with
 from guideload.parameters.parameters import Parameters
 
 TABLES = (
@@ -51,7 +51,7 @@ def machine() -> Machine:
 def found(machine: Machine) -> Identification:
     """The cart after a few deflections, which its machine file explains exactly."""
     pairs = [("tool y", "tool y"), ("tool z", "tool z"), ("end y", "tool y")]
-    values = tuple(Deflection(place_of(a, machine), 1e3, place_of(b, machine), 0.0) for a, b in pairs)
+    values = tuple(Deflection(parse_place(a, machine), 1e3, parse_place(b, machine), 0.0) for a, b in pairs)
     data = Deflections("static", values, 1e-7, True)
     nominal = identify(machine, TABLES, [data], starts=1).fit.objective.model.at(np.zeros(3))
     shown = (replace(one, moved=float(x)) for one, x in zip(values, data.computed(nominal)[0], strict=True))
@@ -91,10 +91,10 @@ def test_figures_of_runs_and_their_derivatives(
             return np.max([each.peaks()["peak_resultant_N"] for each in results], axis=0)
         return {"mean_load": cycle.mean_loads, "life": cycle.carriage_lives}[quantity]
 
-    runs = [Run(machine, motions[0], 3.0), Run(heavy(machine), motions[1], 40.0)]
-    figure = figure_of(found, quantity, runs)
+    runs = [LoadCase("light", machine, motions[0], 3.0), LoadCase("heavy", heavy(machine), motions[1], 40.0)]
+    figure = carriage_target(found, quantity, runs)
     assert figure.value == pytest.approx({"life": min}.get(quantity, max)(computed(0, 1.0)), rel=1e-9)
-    figure = figure_of(found, quantity, runs, "1b")
+    figure = carriage_target(found, quantity, runs, "1b")
     gradient = []
     for index, one in enumerate(found.estimates):
         ends = (computed(index, np.exp(sign * STEP))[1] for sign in (1.0, -1.0))
@@ -109,20 +109,22 @@ def test_figures_of_runs_and_their_derivatives(
 def test_a_record_narrows_the_figure_as_the_ranking_said(machine: Machine, found: Identification) -> None:
     """The peak load's interval after a record that is as predicted."""
     motion = moves(1.0)
-    channel = Channel(place_of("tool y", machine), level=0.05)
+    channel = Channel(parse_place("tool y", machine), level=0.05)
     record = SensorLog.shown("record", found.model, Excitation.of(machine, motion), channel)
-    before = figure_of(found, "peak_resultant", [Run(machine, motion)])
-    (candidate,) = ranked(found, [record], before.derivatives)
+    before = carriage_target(found, "peak_resultant", [LoadCase("one", machine, motion, 1.0)])
+    (candidate,) = rank_measurements(found, [record], before.derivatives)
     at = found.model.run(record.excitation).at(record.time)
     exact = channel.shown(at, found.model.rest).values
     noise = channel.level * np.random.default_rng(0).standard_normal(exact.size)
     made = replace(record, values=(exact + noise)[:, None])
     after = identify(machine, TABLES, [*found.data, made], starts=1)
 
-    def width(figure: Figure) -> float:
+    def width(figure: TargetQuantity) -> float:
         return float(np.log(figure.high / figure.low))
 
-    narrowed = width(figure_of(after, "peak_resultant", [Run(machine, motion)])) / width(before)
+    narrowed = width(
+        carriage_target(after, "peak_resultant", [LoadCase("one", machine, motion, 1.0)])
+    ) / width(before)
     assert candidate.deviation == pytest.approx(narrowed, rel=0.3) and candidate.deviation < 0.7
 
 
@@ -140,13 +142,13 @@ def test_a_modal_test_shows_the_modes_that_the_hammer_moves(found: Identificatio
     band = CandidateTable(kind="modal test", force=["tool y"], at=places, high=1.01 * lowest)
     (narrow,) = band.measurements(found.model, tmp_path)
     assert [one.frequency for one in narrow.modes] == [lowest]
-    deviations = [one.deviation for one in ranked(found, [everywhere, narrow])]
+    deviations = [one.deviation for one in rank_measurements(found, [everywhere, narrow])]
     assert deviations[0] <= deviations[1] <= 1.0
 
 
 def test_impossible_figures_and_candidates_are_refused(machine: Machine, found: Identification) -> None:
     with pytest.raises(ConfigError, match="expected either motion or duty"):
-        FigureTable(quantity="life")
+        TargetTable(quantity="life")
     for keys, words in (
         ({"kind": "record", "at": ["tool y"]}, "expected accuracy and motion beside kind record"),
         ({"kind": "deflection", "at": ["tool y"]}, "expected force beside kind deflection"),
@@ -168,7 +170,7 @@ def test_impossible_figures_and_candidates_are_refused(machine: Machine, found: 
         with pytest.raises(ConfigError, match=words):
             IdentifyFile(**file, figure=figure)
     with pytest.raises(ArgumentError, match="figure.carriage: expected one of 1a, 1b, 2a and 2b, got '3'"):
-        figure_of(found, "life", [Run(machine, moves(0.2))], "3")
+        carriage_target(found, "life", [LoadCase("one", machine, moves(0.2), 1.0)], "3")
     still = Motion.along_x([0.0, 0.1, 0.2], [0.0, 0.0, 0.0], velocity=[0.0, 0.0, 0.0])
     with pytest.raises(ArgumentError, match="expected a motion that travels"):
-        figure_of(found, "life", [Run(machine, still)])
+        carriage_target(found, "life", [LoadCase("one", machine, still, 1.0)])

@@ -18,13 +18,13 @@ from guideload.identification import (
     UnknownTable,
     compare,
     identify,
-    place_of,
-    ranked,
+    parse_place,
+    rank_measurements,
 )
-from guideload.identification.cross_validation import _scores
 from guideload.identification.description import identify_file
 from guideload.identification.fit import fit
 from guideload.identification.model import Model
+from guideload.identification.model_comparison import _scores
 
 EXAMPLES = Path(str(files("guideload"))) / "examples"
 MACHINE = with_corners(cart())
@@ -40,7 +40,7 @@ def still(
 ) -> Deflections:
     """Displacements under 1 kN of the cart with these stiffnesses, with noise relative to the largest."""
     model = Model(MACHINE, unknown(MACHINE, *TABLES))
-    values = tuple(Deflection(place_of(a, MACHINE), 1e3, place_of(b, MACHINE), 0.0) for a, b in pairs)
+    values = tuple(Deflection(parse_place(a, MACHINE), 1e3, parse_place(b, MACHINE), 0.0) for a, b in pairs)
     moved = Deflections("", values, 1e-6, True).computed(model.at(truth))[0]
     level = noise * float(abs(moved).max())
     noisy = moved + level * np.random.default_rng(seed).standard_normal(moved.size)
@@ -121,7 +121,7 @@ def test_a_measurement_narrows_as_the_ranking_said() -> None:
     before = identify(MACHINE, TABLES, [still(TRUTH, 0.02)], starts=1)
     second = still(before.fit.minimum.x, 0.005, pairs=[("p1 z", "p3 z"), ("p2 y", "p2 y")])
     name = before.unknowns[2].name
-    (candidate,) = ranked(before, [second], {name: 1.0})
+    (candidate,) = rank_measurements(before, [second], {name: 1.0})
     after = identify(MACHINE, TABLES, [still(TRUTH, 0.02), second], starts=1)
     narrowed = np.sqrt(after.covariance[2, 2] / before.covariance[2, 2])
     assert candidate.deviation == pytest.approx(narrowed, rel=0.02) and candidate.deviation < 0.5
@@ -129,7 +129,7 @@ def test_a_measurement_narrows_as_the_ranking_said() -> None:
 
 def test_the_ranking_says_what_would_be_identified() -> None:
     before = identify(MACHINE, TABLES, [still(TRUTH, 0.02, pairs=PAIRS[:3])], starts=1)
-    (candidate,) = ranked(before, [still(TRUTH, 0.01, pairs=[("p1 z", "p3 z")])])
+    (candidate,) = rank_measurements(before, [still(TRUTH, 0.01, pairs=[("p1 z", "p3 z")])])
     assert not before.estimates[2].is_identified and candidate.identified == (before.unknowns[2].name,)
 
 

@@ -23,7 +23,7 @@ from reference import (
 from guideload import Machine, Motion, life_of, sensitivities, simulate
 from guideload.base.errors import ArgumentError
 from guideload.sensitivity import VariedMachine
-from guideload.sensitivity.figures import Figures
+from guideload.sensitivity.figures import CarriageQuantities
 
 Array = NDArray[Any]
 DIGITS_ASKED = 1e-12  # relative to the largest entry of each history; 1.2e-14 are found
@@ -155,11 +155,13 @@ def test_mean_load_and_life_follow_the_loads() -> None:
     machine = Machine(**machine.model_dump() | {"products": [PRODUCT], "carriages": rated(machine)})
     to = ["body.mass", "carriages[1a].stiffness_y", "body.center_of_mass.z"]
     varied = VariedMachine(machine, to)
-    figures = Figures(varied.run(motion))
+    figures = CarriageQuantities(varied.run(motion))
     (mean, d_mean), (life, d_life) = figures.mean_load(), figures.life()
     for k, column in enumerate(varied.columns):
         step = 1e-5 * column.value * np.eye(len(to))[k]
-        high, low = (Figures(varied.run(motion, varied.values + side * step)) for side in (1.0, -1.0))
+        high, low = (
+            CarriageQuantities(varied.run(motion, varied.values + side * step)) for side in (1.0, -1.0)
+        )
         for mine, name in ((d_mean, "mean_load"), (d_life, "life")):
             difference = (getattr(high, name)()[0] - getattr(low, name)()[0]) / (2.0 * step[k])
             assert np.allclose(mine[k], difference, rtol=2e-6)

@@ -17,7 +17,7 @@ from guideload.cli.terminal import print_report, print_text, status
 if TYPE_CHECKING:
     from guideload.identification.description import IdentifyFile
     from guideload.identification.measured import Measured
-    from guideload.identification.next_measurement import Candidate
+    from guideload.identification.next_measurement import RankedMeasurement
     from guideload.identification.result import Identification
     from guideload.machine.machine import Machine
     from guideload.reports.report import Report
@@ -27,7 +27,7 @@ class Answer(NamedTuple):
     """What the command found: the identification, candidates ranked by a figure, and the report."""
 
     found: Identification
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[RankedMeasurement, ...]
     figure: str
     report: Report
 
@@ -62,22 +62,22 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
 
 def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]) -> Answer:
     """The identification and its report, with comparison of models and ranking of candidates if the file has some."""
-    from guideload.identification.cross_validation import compare
     from guideload.identification.description import (
-        candidates_of,
-        figure_that_matters,
+        candidate_measurements,
         identified_alternatives,
+        target_quantity,
     )
-    from guideload.identification.next_measurement import ranked
+    from guideload.identification.model_comparison import compare
+    from guideload.identification.next_measurement import rank_measurements
     from guideload.identification.result import identify as identified
     from guideload.reports.identification import identification_report
 
     with status("searching"):
         found = identified(machine, described.unknown, data)
         levels = compare(identified_alternatives(described, file, found)) if described.alternatives else ()
-        figure = figure_that_matters(described, file, found)
+        figure = target_quantity(described, file, found)
         derivatives = None if figure is None else figure.derivatives
-        candidates = ranked(found, candidates_of(described, file, found), derivatives)
+        candidates = rank_measurements(found, candidate_measurements(described, file, found), derivatives)
     report = identification_report(found, levels, candidates, figure)
     return Answer(found, candidates, "all unknowns" if figure is None else figure.name, report)
 
@@ -86,9 +86,8 @@ def _write(
     answer: Answer, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
 ) -> PictureError | None:
     """Write all files into the draft folder; output: the folder that it becomes."""
-    from guideload.identification.json_file import json_text
-    from guideload.identification.machine_file import machine_text
-    from guideload.identification.study_file import study_text
+    from guideload.identification.result import json_text
+    from guideload.identification.written_files import machine_text, study_text
 
     found = answer.found
     texts = {

@@ -41,6 +41,17 @@ class LoadCase:
     cycles: float
 
 
+def load_cases(file: str | PathLike[str]) -> tuple[tuple[LoadCase, ...], float]:
+    """The load cases of a duty file, and its period [s]. Raises ConfigError, TraceError."""
+    described, machines = read_duty(file)
+    folder = Path(file).parent
+    cases = tuple(
+        LoadCase(case.name, machine, case.reading.motion(folder / case.motion, machine), case.cycles)
+        for case, machine in zip(described.cases, machines, strict=True)
+    )
+    return cases, described.period
+
+
 @dataclass(frozen=True, eq=False)
 class DutyCycle:
     """Life and static safety under several load cases together.
@@ -57,13 +68,7 @@ class DutyCycle:
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> DutyCycle:
         """The duty cycle of a TOML file, simulated. Raises ConfigError, TraceError, and what `duty_cycle` raises."""
-        described, machines = read_duty(file)
-        folder = Path(file).parent
-        cases = [
-            LoadCase(case.name, machine, case.reading.motion(folder / case.motion, machine), case.cycles)
-            for case, machine in zip(described.cases, machines, strict=True)
-        ]
-        return duty_cycle(cases, described.period)
+        return duty_cycle(*load_cases(file))
 
     @property
     def conditions(self) -> LifeConditions:

@@ -1,39 +1,161 @@
-"""An identify file: what is unknown of a machine, and the measured data, one list of tables for each kind."""
+"""An identify file: what is unknown of a machine, the measured data, and measurements that could be made next."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, StrictStr, model_validator
 
-from guideload.base.config import ConfigModel
+from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
+from guideload.base.number_text import joined
+from guideload.base.ranges import DEFLECTION, FORCE, noise_in
 from guideload.base.toml import located, read_toml
-from guideload.identification.candidates import CandidateTable
-from guideload.identification.figure import Figure, FigureTable, figure_of_unknown
-from guideload.identification.record_tables import MotorForceTable, SensorLogTable
+from guideload.identification.measured import Measured
+from guideload.identification.modal_test import ModalTest
+from guideload.identification.model import Excitation, ModelAt, parse_load_place, parse_place
+from guideload.identification.next_measurement import TargetQuantity, TargetTable, unknown_target
+from guideload.identification.responses import Deflection, Deflections, FrequencyResponses, ResponseCurve
 from guideload.identification.result import Identification, identify
+from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.identification.tables import (
     DeflectionsTable,
-    FileName,
+    Frequency,
     FrequencyResponsesTable,
     ModalTestTable,
+    MotorForceTable,
+    SensorLogTable,
+    Share,
+    Text,
 )
-from guideload.identification.unknowns import UnknownTable, parameters_of, unknowns_of
+from guideload.identification.unknowns import UnknownTable, machine_parameters, resolve_unknowns
 from guideload.machine.machine import Machine
+from guideload.study.options import TraceOptions
+from guideload.study.varied_parameters import NumberOrText
 
-if TYPE_CHECKING:
-    from guideload.identification.measured import Measured
+# ---- measurements that could be made next, and what each would show of the fitted machine
+
+
+Keys = frozenset[str]
+BAND: Keys = frozenset({"force", "low", "high"})
+LEVELS = ("frequency_noise", "damping_noise", "shape_noise")
+
+
+class CandidateTable(ConfigModel):
+    """Measurements that could be made next, one for each pair of a force or motion and a place."""
+
+    kind: Literal["frequency response", "deflection", "modal test", "record"] = Field(
+        description='"frequency response" to a hammer; "deflection" under a constant force; "modal test" with a hammer '
+        'and sensors at all places; "record" of a sensor under a motion'
+    )
+    force: tuple[StrictStr, ...] = Field(
+        default=(), description='where a force may act, e.g. ["tool y", "tool z"]; not of a record'
+    )
+    at: tuple[StrictStr, ...] = Field(
+        min_length=1, description='where a sensor may be, e.g. ["tool y"]; of a load cell "1a Fy"'
+    )
+    low: Frequency = Field(default=5.0, description="lowest frequency of a response or of a mode")
+    high: Frequency = Field(default=500.0, description="highest frequency")
+    noise: Share = Field(
+        default=0.05, description="of a response: standard deviation of real and imaginary part over the size"
+    )
+    frequency_noise: Share = Field(
+        default=ModalTestTable.TYPICAL[0], description="of a modal test, relative to the frequency"
+    )
+    damping_noise: Share = Field(
+        default=ModalTestTable.TYPICAL[1], description="of a modal test, relative to the damping ratio"
+    )
+    shape_noise: Share = Field(
+        default=ModalTestTable.TYPICAL[2], description="of a modal test, relative to the largest component"
+    )
+    load: Annotated[float, in_range(FORCE, above=0.0)] = Field(
+        default=1000.0, description="force of a deflection"
+    )
+    motion: Text | None = Field(
+        default=None, description='of a record: planned moves or a trace, e.g. "moves.toml"'
+    )
+    reading: TraceOptions = Field(default=TraceOptions(), description="how the trace is read, as in a study")
+    sensor: Kind = Field(
+        default="acceleration",
+        description='of a record: "acceleration", "velocity", "displacement" or "load"',
+    )
+    accuracy: NumberOrText | None = Field(
+        default=None,
+        description='standard deviation of a deflection (default "1 um") or of one value of a record, e.g. "0.1 m/s^2"',
+    )
+
+    OF_KIND: ClassVar[dict[str, Keys]] = {
+        "frequency response": BAND | {"noise"},
+        "deflection": frozenset({"force", "load", "accuracy"}),
+        "modal test": BAND | set(LEVELS),
+        "record": frozenset({"motion", "reading", "sensor", "accuracy"}),
+    }
+    NEEDED: ClassVar[dict[str, tuple[str, ...]]] = {"record": ("motion", "accuracy")}
+    COUNT: ClassVar[int] = 60  # frequencies of a response
+
+    @model_validator(mode="after")
+    def _keys_of_its_kind(self) -> CandidateTable:
+        known = self.OF_KIND[self.kind] | {"kind", "at"}
+        if strange := self.model_fields_set - known:
+            raise ValueRefused(f"no {joined(sorted(strange))} beside kind {self.kind}", self.kind)
+        if missing := set(self.NEEDED.get(self.kind, ("force",))) - self.model_fields_set:
+            raise ValueRefused(f"{joined(sorted(missing))} beside kind {self.kind}", self.kind)
+        return self
+
+    def measurements(self, model: ModelAt, folder: Path) -> Iterator[Measured]:
+        """Every measurement, with the values that the machine would show.
+
+        Raises ValueRefused, and for a record TraceError and ArgumentError.
+        """
+        if self.kind == "record":
+            yield from self._records(model, folder)
+            return
+        places = [parse_place(text, model.machine) for text in self.at]
+        hertz = np.geomspace(self.low, max(self.high, self.low * 1.01), self.COUNT)
+        for force in (parse_place(text, model.machine) for text in self.force):
+            if self.kind == "modal test":
+                levels = self.frequency_noise, self.damping_noise, self.shape_noise
+                where = joined([place.name for place in places])
+                name = f"modal test at {where} with a hammer at {force.name}"
+                yield ModalTest.shown(name, model, places, levels, force, (self.low, self.high))
+                continue
+            for at in places:
+                name = f"{self.kind} of {at.name} to a force at {force.name}"
+                if self.kind == "deflection":
+                    given = "1 um" if self.accuracy is None else self.accuracy
+                    accuracy = number(given, "m", above=0.0, within=DEFLECTION)
+                    yield Deflections(name, (Deflection(force, self.load, at, 0.0),), accuracy, True)
+                    continue
+                curve = ResponseCurve(force, at, 2, hertz, np.zeros(hertz.size, dtype=np.complex128))
+                shown = replace(curve, value=curve.computed(model)[0])
+                yield FrequencyResponses(name, (shown,), self.noise, 0.005, True)
+
+    def _records(self, model: ModelAt, folder: Path) -> Iterator[Measured]:
+        assert self.motion is not None and self.accuracy is not None
+        motion = self.reading.motion(folder / self.motion, model.machine)
+        excitation = Excitation.of(model.machine, motion)
+        place = partial(parse_load_place if self.sensor == "load" else parse_place, machine=model.machine)
+        for text in self.at:
+            channel = Channel(place(text), self.sensor)
+            within = noise_in(channel.unit)
+            channel = replace(channel, level=number(self.accuracy, channel.unit, above=0.0, within=within))
+            yield SensorLog.shown(f"{channel.name} under {self.motion}", model, excitation, channel)
+
+
+# ---- the file
 
 
 class AlternativeTable(ConfigModel):
     """Another model of the same machine and data, for a comparison."""
 
     name: StrictStr = Field(min_length=1, description='a title, e.g. "all carriages alike"')
-    machine: FileName | None = Field(
+    machine: Text | None = Field(
         default=None,
         description="another machine file, as with preload or structure in series; by default the same",
     )
@@ -42,10 +164,10 @@ class AlternativeTable(ConfigModel):
     )
 
 
-def _figure(value: object) -> str | FigureTable:
+def _figure(value: object) -> str | TargetTable:
     """The name of an unknown, or a figure of a run. Raises ValueRefused, or ValidationError for `FigureTable`."""
-    if isinstance(value, dict | FigureTable):
-        return FigureTable.model_validate(value)
+    if isinstance(value, dict | TargetTable):
+        return TargetTable.model_validate(value)
     if not isinstance(value, str):
         raise ValueRefused("the name of an unknown, or a table [figure]", value)
     return value
@@ -54,8 +176,8 @@ def _figure(value: object) -> str | FigureTable:
 class IdentifyFile(ConfigModel):
     """An identify file. Raises ConfigError with all problems at once."""
 
-    machine: FileName = Field(description='the machine file with nominal values, e.g. "machine.toml"')
-    trace: FileName | None = Field(
+    machine: Text = Field(description='the machine file with nominal values, e.g. "machine.toml"')
+    trace: Text | None = Field(
         default=None,
         description="a trace or planned moves for the study file that is written; none without it",
     )
@@ -84,7 +206,7 @@ class IdentifyFile(ConfigModel):
         description="one [[candidates]] table for each group of measurements that could be made next",
     )
 
-    figure: Annotated[StrictStr | FigureTable, BeforeValidator(_figure)] | None = Field(
+    figure: Annotated[StrictStr | TargetTable, BeforeValidator(_figure)] | None = Field(
         default=None,
         description="what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
         "a peak load, mean load or life; by default all unknowns",
@@ -110,7 +232,7 @@ class IdentifyFile(ConfigModel):
         files = [self.machine, self.trace, *(one.machine for one in self.alternatives)]
         files += [table.file for table in self.frequency_responses]
         files += [one.motion for one in self.candidates]
-        files += [self.figure.motion, self.figure.duty] if isinstance(self.figure, FigureTable) else []
+        files += [self.figure.motion, self.figure.duty] if isinstance(self.figure, TargetTable) else []
         for record in (*self.motor_forces, *self.sensor_logs):
             files += [record.trace, record.file]
         return tuple(dict.fromkeys(name for name in files if name is not None))
@@ -121,7 +243,7 @@ class IdentifyFile(ConfigModel):
 
         def check(machine: Machine, tables: tuple[UnknownTable, ...], where: KeyPath, *, own: bool) -> None:
             try:
-                unknowns_of(tables, parameters_of(machine))
+                resolve_unknowns(tables, machine_parameters(machine))
             except ConfigError as error:
                 problems.extend(
                     replace(one, path=(*where, *(one.path if own else ()))) for one in error.problems
@@ -165,7 +287,7 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
         files: dict[KeyPath, str | None] = {("machine",): described.machine, ("trace",): described.trace}
         files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(described.alternatives)}
         files |= {("candidates", i, "motion"): one.motion for i, one in enumerate(described.candidates)}
-        if isinstance(described.figure, FigureTable):
+        if isinstance(described.figure, TargetTable):
             files |= {("figure", key): getattr(described.figure, key) for key in ("motion", "duty")}
         for key, name in files.items():
             if name is not None and not (folder / name).is_file():
@@ -199,7 +321,7 @@ def identified_alternatives(
     return models
 
 
-def candidates_of(
+def candidate_measurements(
     described: IdentifyFile, file: str | PathLike[str], found: Identification
 ) -> list[Measured]:
     """The measurements that could be made next. Raises ConfigError naming file and key."""
@@ -214,10 +336,10 @@ def candidates_of(
     return measurements
 
 
-def figure_that_matters(
+def target_quantity(
     described: IdentifyFile, file: str | PathLike[str], found: Identification
-) -> Figure | None:
+) -> TargetQuantity | None:
     """The figure by which candidates are ranked; None for all unknowns. Raises as `FigureTable.of`."""
-    if isinstance(described.figure, FigureTable):
+    if isinstance(described.figure, TargetTable):
         return described.figure.of(found, Path(file).parent)
-    return None if described.figure is None else figure_of_unknown(found, described.figure)
+    return None if described.figure is None else unknown_target(found, described.figure)

@@ -1,21 +1,169 @@
-"""The fit: the most probable machine under all measured data, from several starts."""
+"""The fit: the most probable machine under all measured data, from several starts.
+
+It minimises the residuals of all data and of what was known before, with exact derivatives. The stiffness of a
+nonlinear machine jumps where a contact opens or a row carries no load, so the sum of squares has several valleys,
+some narrower than the distance of the starts. A walk from a minimum holds one unknown at growing distances and fits
+the others; where the sum of squares falls, or grows much less than that of a linear fit, another valley is near.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, SceneError
 from guideload.base.number_text import counted
-from guideload.identification.measured import Measured, Noise
+from guideload.identification.measured import Measured, Noise, NuisanceParameter
 from guideload.identification.model import Model
-from guideload.identification.objective import COARSE, FAR, End, Objective
-from guideload.identification.serial_errors import inflation, root_of
-from guideload.identification.walks import other_valleys
+from guideload.identification.records import inflation, score_root
+from guideload.identification.unknowns import Unknown
+
+# ---- the function that a fit minimises
+
+
+FINE = 1e-10  # relative change of the sum of squares and of the coordinates at which a search ends
+COARSE = 1e-4  # the same of a search that only finds which minimum a start leads to
+FEW_STEPS = 25  # of such a search
+MOST_STEPS = 100
+FAR = 1e6  # residual of an impossible machine: far beyond any noise
+
+
+class End(NamedTuple):
+    """Where a search ended, the sum of squares there, and whether it had converged."""
+
+    x: Array
+    squares: float
+    converged: bool
+
+
+class Objective:
+    """Half the sum of squares is minus the logarithm of the posterior density, but for a constant.
+
+    Its coordinates x (p + q,): z of the p unknowns, then the q nuisance parameters of the data in their scales.
+
+    factors   (groups,) on the stated noise of each group of values
+    set_of    (n,) index of the data set of each value of the data; noise_index: of its group of noise
+    expected  (p + q,) before the data; weights: 1 over the standard deviations before the data
+    """
+
+    def __init__(self, model: Model, data: Sequence[Measured], factors: Array) -> None:
+        self.model, self.data, self.factors = model, tuple(data), factors
+        nuisance = [one for each in data for one in each.nuisance]
+        self.p = len(model.unknowns)
+        self.units = np.concatenate([np.ones(self.p), [one.scale for one in nuisance]])
+        known: list[Unknown | NuisanceParameter] = [*model.unknowns, *nuisance]
+        self.bounds = np.array([one.bounds for one in known]).T / self.units
+        self.expected = np.array([one.expected for one in known]) / self.units
+        self.weights = self.units / np.array([one.spread for one in known])
+        first = np.cumsum([0, *(len(each.noise) for each in data)])[:-1]
+        groups = [each.noise_index + start for each, start in zip(data, first, strict=True)]
+        self.noise_index = np.concatenate(groups)
+        self.set_of = np.repeat(np.arange(len(data)), [group.size for group in groups])
+        self._last: tuple[Array, Array, Array] | None = None
+
+    def nuisance_values(self, x: Array) -> list[Array]:
+        """The nuisance parameters of each data set, in SI."""
+        counts = np.cumsum([len(each.nuisance) for each in self.data])[:-1]
+        return list(np.split((x * self.units)[self.p :], counts))
+
+    def of_data(self, x: Array) -> tuple[Array, Array]:
+        """Residuals (n,) of the data alone, and their derivatives (n, p + q) by x."""
+        if self._last is None or not np.array_equal(self._last[0], x):
+            self._last = x.copy(), *self._computed(x)
+        return self._last[1], self._last[2]
+
+    def _computed(self, x: Array) -> tuple[Array, Array]:
+        values, slopes = np.full(self.noise_index.size, FAR), np.zeros((self.noise_index.size, x.size))
+        try:
+            model = self.model.at(x[: self.p])
+        except SceneError:  # a machine that nobody measured: the search turns back
+            return values, slopes
+        row, column = 0, self.p
+        for each, nuisance in zip(self.data, self.nuisance_values(x), strict=True):
+            part = each.residuals(model, nuisance)
+            rows, columns = slice(row, row + part.values.size), slice(column, column + nuisance.size)
+            values[rows], slopes[rows, : self.p] = part.values, part.by_unknowns
+            slopes[rows, columns] = part.by_nuisance * self.units[columns]
+            row, column = rows.stop, columns.stop
+        scale = self.factors[self.noise_index]
+        return values / scale, slopes / scale[:, None]
+
+    def search(self, start: Array, held: Sequence[int] = (), tolerance: float = FINE) -> End:
+        """The minimum that a search from `start` reaches; coordinates with an index in `held` keep their value.
+
+        SciPy takes its first step and its tolerance from the size of what it varies: so that they do not depend on the
+        zero of a clock, the moving coordinates are counted from a point one unit below the start.
+        """
+        moving = np.setdiff1d(np.arange(start.size), held)
+        x: Array = np.clip(start, *self.bounds)
+        unit = 1.0 / np.maximum(self.weights, 1.0)[moving]
+        origin = x[moving] - unit
+        low, high = self.bounds[:, moving] - origin
+
+        def placed(part: Array) -> Array:
+            x[moving] = origin + part
+            return x
+
+        def residuals(part: Array) -> Array:
+            x = placed(part)
+            before: Array = self.weights * (x - self.expected)
+            return np.concatenate([self.of_data(x)[0], before])
+
+        def jacobian(part: Array) -> Array:
+            return np.asarray(np.vstack([self.of_data(placed(part))[1], np.diag(self.weights)])[:, moving])
+
+        found = least_squares(
+            residuals,
+            np.clip(unit, low, high),  # by rounding a start at a bound may be beyond it
+            jacobian,
+            (low, high),
+            x_scale="jac",
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+            max_nfev=MOST_STEPS if tolerance < COARSE else FEW_STEPS,
+        )
+        return End(placed(found.x).copy(), 2.0 * float(found.cost), bool(found.status > 0))
+
+
+# ---- walks into other valleys
+
+
+STEPS = (1.0, 2.0, *(3.0 * 1.5**k for k in range(16)))  # standard deviations of the linear fit
+FURTHEST = 1.0  # spreads before the data at which a walk ends; at a kink the standard deviation says little
+LOWER = 0.5  # of the increase of a linear fit, below which the walk is in another valley
+
+
+def other_valleys(objective: Objective, best: Array, squares: float) -> Iterator[Array]:
+    """Starts of searches in other valleys, around a minimum with this sum of squares."""
+    slopes = np.vstack([objective.of_data(best)[1], np.diag(objective.weights)])
+    covariance = np.linalg.inv(slopes.T @ slopes)
+    for index in range(objective.p):
+        sigma = float(np.sqrt(covariance[index, index]))
+        furthest = FURTHEST / float(objective.weights[index])
+        for side in (-1.0, 1.0):
+            x, before, last = best, squares, 0.0
+            for step in STEPS:
+                held = best[index] + side * step * sigma
+                inside = objective.bounds[0, index] < held < objective.bounds[1, index]
+                if not inside or step * sigma > furthest:
+                    break
+                start = x + side * (step - last) / sigma * covariance[:, index]
+                start[index] = held
+                end = objective.search(start, held=[index], tolerance=COARSE)
+                if step > 1.0 and (end.squares < before or end.squares - squares < LOWER * step**2):
+                    yield end.x
+                x, before, last = end.x, end.squares, step
+
+
+# ---- the fit
+
 
 STARTS = 8
 MORE = 4  # times as many for a nonlinear machine: its stiffness jumps where a contact opens, which stops a search
@@ -81,7 +229,7 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
         raise ArgumentError("identify: expected measured data, got none")
     starts *= 1 if model.machine.model_level == "linear" else MORE
     expected = model.at(np.array([one.expected for one in model.unknowns]))
-    data = [each.settled(expected, np.array([one.expected for one in each.own])) for each in data]
+    data = [each.settled(expected, np.array([one.expected for one in each.nuisance])) for each in data]
     messages: list[str] = []
     objective = Objective(model, data, np.ones(sum(len(each.noise) for each in data)))
     begin = [(start, 1) for start in _starts(objective, starts)]
@@ -91,9 +239,10 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
         if model.machine.model_level != "linear":
             minima = _with_valleys(objective, minima, messages)
         x = minima[0].x
-        owns = objective.own_of(x)
+        owns = objective.nuisance_values(x)
         settled = [
-            each.settled(model.at(x[: objective.p]), own) for each, own in zip(data, owns, strict=True)
+            each.settled(model.at(x[: objective.p]), nuisance)
+            for each, nuisance in zip(data, owns, strict=True)
         ]
         if all(new is old for new, old in zip(settled, data, strict=True)):
             break
@@ -191,7 +340,7 @@ def _free_values(objective: Objective, x: Array) -> Array:
     slopes = objective.of_data(x)[1]
     root = np.linalg.qr(np.vstack([slopes, np.diag(objective.weights)]))[0][: len(slopes)]
     left = 1.0 - (root**2).sum(axis=1)
-    return np.bincount(objective.noise_of, left, minlength=objective.factors.size).astype(np.float64)
+    return np.bincount(objective.noise_index, left, minlength=objective.factors.size).astype(np.float64)
 
 
 def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
@@ -203,16 +352,16 @@ def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
     """
     values, free = objective.of_data(x)[0], _free_values(objective, x)
     squares = np.bincount(
-        objective.noise_of, (objective.factors[objective.noise_of] * values) ** 2, minlength=free.size
+        objective.noise_index, (objective.factors[objective.noise_index] * values) ** 2, minlength=free.size
     )
     estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
     factors = np.where([one.known for one in noise], 1.0, estimated)
     slopes = objective.of_data(x)[1]
-    scale = objective.factors[objective.noise_of] / factors[objective.noise_of]
+    scale = objective.factors[objective.noise_index] / factors[objective.noise_index]
     for i, each in enumerate(objective.data):
         if each.instants is not None:
             here = objective.set_of == i
             of_set, by = values[here] * scale[here], slopes[here] * scale[here, None]
-            raised = inflation(by.T @ by, root_of(each, of_set, by, factors[objective.noise_of[here]]))
-            factors[np.unique(objective.noise_of[here])] *= np.sqrt(max(1.0, raised))
+            raised = inflation(by.T @ by, score_root(each, of_set, by, factors[objective.noise_index[here]]))
+            factors[np.unique(objective.noise_index[here])] *= np.sqrt(max(1.0, raised))
     return factors

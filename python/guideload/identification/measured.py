@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class OwnUnknown:
+class NuisanceParameter:
     """An unknown number of one set of data alone, such as an offset, a delay or a scale; it is fitted with the rest.
 
     name      in words: "offset of sensor tool y"
@@ -37,7 +38,7 @@ class OwnUnknown:
     key: str = ""
 
 
-# Spread before the data of an own unknown of which nothing is known, in largest measured values: far beyond any.
+# Spread before the data of a nuisance parameter of which nothing is known, in largest measured values: far beyond any.
 WIDE = 100.0
 
 
@@ -59,35 +60,40 @@ class Residuals:
 
     values       (m,) 1; m does not change with the unknowns
     by_unknowns  (m, p) by the coordinates z of the machine's unknowns
-    by_own       (m, q) by the own unknowns of the data
+    by_nuisance       (m, q) by the nuisance parameters of the data
     """
 
     values: Array
     by_unknowns: Array
-    by_own: Array
+    by_nuisance: Array
 
 
-class Measured(Protocol):
-    """One set of measured data of one kind, checked and in SI."""
+class Measured(ABC):
+    """One set of measured data of one kind, checked and in SI.
 
-    @property
-    def name(self) -> str:
-        """In words, as in reports: "hammer test"."""
+    name  in words, as in reports: "hammer test"
+    """
 
-    @property
-    def own(self) -> Sequence[OwnUnknown]:
-        """Its own unknowns, often none."""
+    name: str
 
     @property
+    def nuisance(self) -> Sequence[NuisanceParameter]:
+        """Its nuisance parameters, often none."""
+        return ()
+
+    @property
+    @abstractmethod
     def noise(self) -> Sequence[Noise]:
         """Its groups of values that share a noise level."""
 
     @property
+    @abstractmethod
     def labels(self) -> Sequence[str]:
         """(m,) what each value is: "frequency of mode 2"; long records give one label for all their samples."""
 
     @property
-    def noise_of(self) -> NDArray[np.intp]:
+    @abstractmethod
+    def noise_index(self) -> NDArray[np.intp]:
         """(m,) index of the noise group of each value."""
 
     @property
@@ -96,16 +102,20 @@ class Measured(Protocol):
 
         None for values with independent errors.
         """
+        return None
 
     @property
     def error_draws(self) -> Array | None:
         """(count, m) draws of the errors of the residuals of a record, by a model of them; None without one."""
+        return None
 
-    def residuals(self, model: ModelAt, own: Array) -> Residuals:
-        """The residuals at one machine and own unknowns (q,)."""
+    @abstractmethod
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
+        """The residuals at one machine and nuisance parameters (q,)."""
 
-    def settled(self, model: ModelAt, own: Array) -> Measured:
+    def settled(self, model: ModelAt, nuisance: Array) -> Measured:
         """The same data as they are to be fitted near this machine, such as modes paired with its modes; often itself.
 
         The fit calls it at its start and at its end, and goes on until nothing changes.
         """
+        return self

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,8 @@ from scipy.linalg import null_space
 from scipy.optimize import linear_sum_assignment
 
 from guideload.base.arrays import Array
-from guideload.identification.measured import Noise, OwnUnknown, Residuals
-from guideload.identification.model import ModelAt
-from guideload.identification.places import Place
+from guideload.identification.measured import Measured, Noise, Residuals
+from guideload.identification.model import ModelAt, SensorPlace
 from guideload.sensitivity.modes import Complex
 
 # The smallest MAC of a pair: below it the shapes have less than half of their motion in common.
@@ -46,7 +44,7 @@ class MeasuredMode:
 
 
 @dataclass(frozen=True)
-class Pair:
+class ModePair:
     """A measured mode and the computed one that it is paired with; `computed` and the rest are None without one.
 
     mac  modal assurance criterion of the shapes (0 to 1), None without a measured shape
@@ -61,7 +59,7 @@ class Pair:
 
 
 @dataclass(frozen=True, eq=False)
-class ModalTest:
+class ModalTest(Measured):
     """A modal test.
 
     places    of the shapes' components
@@ -74,24 +72,20 @@ class ModalTest:
 
     name: str
     modes: tuple[MeasuredMode, ...]
-    places: tuple[Place, ...]
+    places: tuple[SensorPlace, ...]
     levels: tuple[float, float, float]
     known: tuple[bool, bool, bool]
     damped: bool = False
     rejected: tuple[tuple[int, str], ...] = ()
-
-    own: tuple[OwnUnknown, ...] = ()
-    instants: ClassVar[None] = None
-    error_draws: ClassVar[None] = None
 
     @classmethod
     def shown(
         cls,
         name: str,
         model: ModelAt,
-        places: Sequence[Place],
+        places: Sequence[SensorPlace],
         levels: tuple[float, float, float],
-        hammer: Place,
+        hammer: SensorPlace,
         band: tuple[float, float],
     ) -> ModalTest:
         """What a test would show of a machine: its modes within a band [Hz] that move where the hammer strikes."""
@@ -137,7 +131,7 @@ class ModalTest:
         return tuple(Noise(f"{KINDS[kind]} of {self.name}", self.known[kind]) for kind in self._used)
 
     @property
-    def noise_of(self) -> NDArray[np.intp]:
+    def noise_index(self) -> NDArray[np.intp]:
         return np.array([self._used.index(kind) for _, kind in self._rows], dtype=np.intp)
 
     @property
@@ -145,7 +139,7 @@ class ModalTest:
         words = ("frequency", "damping", "shape")
         return tuple(f"{words[kind]} of mode {i + 1}" for i, kind in self._rows)
 
-    def residuals(self, model: ModelAt, own: Array) -> Residuals:
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         values, slopes = np.full(len(self._rows), LOST), np.zeros((model.z.size, len(self._rows)))
         computed, at = _Computed.of(self, model), 0
         pairs, fits = self._paired(computed)
@@ -156,7 +150,7 @@ class ModalTest:
             at = rows.stop
         return Residuals(values, model.by_z(slopes).T, np.zeros((values.size, 0)))
 
-    def pairs(self, model: ModelAt) -> tuple[Pair, ...]:
+    def pairs(self, model: ModelAt) -> tuple[ModePair, ...]:
         """Every measured mode with its computed one at this machine."""
         computed = _Computed.of(self, model)
         found, reasons = dict(self._paired(computed)[0]), dict(self.rejected)
@@ -164,18 +158,18 @@ class ModalTest:
         for i, mode in enumerate(self.modes):
             k = found.get(i)
             if k is None:
-                pairs.append(Pair(i, None, reason=reasons.get(i, "the machine has no mode left for it")))
+                pairs.append(ModePair(i, None, reason=reasons.get(i, "the machine has no mode left for it")))
                 continue
             mac = None if mode.shape is None else _mac(mode.shape, computed.shapes[k])
             frequency, damping = math.exp(computed.log_frequency[k]), float(computed.damping[k])
-            pairs.append(Pair(i, k, frequency, damping, mac))
+            pairs.append(ModePair(i, k, frequency, damping, mac))
         return tuple(pairs)
 
     def computed_shapes(self, model: ModelAt) -> Array:
         """(n, places) shapes of the computed modes."""
         return _real_shapes(model, self.places)[0]
 
-    def settled(self, model: ModelAt, own: Array) -> ModalTest:
+    def settled(self, model: ModelAt, nuisance: Array) -> ModalTest:
         """The test without measured modes that no computed mode resembles, or that are too many."""
         computed, rejected = _Computed.of(self, model), {}
         for i, mode in enumerate(self.modes):
@@ -275,7 +269,7 @@ class _Computed:
         return cls(log, log_by, damping, -by.real / size - damping * size_by, shapes, shapes_by)
 
 
-def _real_shapes(model: ModelAt, places: Sequence[Place]) -> tuple[Array, Array]:
+def _real_shapes(model: ModelAt, places: Sequence[SensorPlace]) -> tuple[Array, Array]:
     """Shapes (n, places) of the damped modes, as real as a phase makes them, and derivatives (p, n, places)."""
     rows = np.array([place.row for place in places]).reshape(-1, 6).T
     vibrates = model.modes.eigenvalue.imag > 0.0

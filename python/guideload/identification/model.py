@@ -1,23 +1,166 @@
-"""The machine as a function of its unknown numbers."""
+"""The machine as measured data see it: a function of its unknown numbers, under a motion, at places of sensors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError
-from guideload.identification.excitation import Excitation
-from guideload.identification.places import Place
+from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.number_text import joined
 from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
+from guideload.machine.response import AXES
+from guideload.motion.motion import Motion
+from guideload.sensitivity.instants import History, Instants
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import Complex, ModeDerivatives
 from guideload.sensitivity.run import RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
+from guideload.simulation.start import StartState, start_of
+
+# ---- places of sensors: a point of the machine and a direction, "tool y", or a load, "1a Fy" or the name of a link
+
+
+COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")  # of the load of a carriage; Fx is the drive's
+
+
+@dataclass(frozen=True, eq=False)
+class SensorPlace:
+    """A point of the machine and a direction.
+
+    name       "tool y"
+    at         (3,) m from L
+    direction  (3,) unit vector
+    """
+
+    name: str
+    at: Array
+    direction: Array
+
+    @cached_property
+    def row(self) -> Array:
+        """(6,) the displacement along the direction is row @ q, for q = (u, phi) of L; a force F acts on q as F row."""
+        return np.concatenate([self.direction, np.cross(self.at, self.direction)])
+
+
+def parse_place(text: str, machine: Machine) -> SensorPlace:
+    """The place "tool y" or "tool -y": a point of [[points]], and x, y or z of the machine. Raises ValueRefused."""
+    name, _, axis = text.strip().rpartition(" ")
+    points = {point.name: point for point in machine.points}
+    if axis.lstrip("+-") not in AXES or name.strip() not in points:
+        known = (
+            joined([f'"{one}"' for one in points])
+            if points
+            else "none: add [[points]] tables to the machine file"
+        )
+        raise ValueRefused('a point and an axis, as "tool y"', text, f"the points of the machine are {known}")
+    direction = np.array(AXES[axis.lstrip("+-")]) * (-1.0 if axis.startswith("-") else 1.0)
+    return SensorPlace(f"{name.strip()} {axis}", np.array(points[name.strip()].at), direction)
+
+
+@dataclass(frozen=True)
+class LoadPlace:
+    """A load that a cell or a strain gauge measures.
+
+    name       "1a Fy", or that of a link
+    unit       N or N m
+    part       index of the carriage or of the link
+    component  of the load of the carriage, an index into `COMPONENTS`; None for a link
+    """
+
+    name: str
+    unit: str
+    part: int
+    component: int | None
+
+    def shown(self, at: Instants, rest: Linearised) -> History:
+        """The change of the load from that at rest."""
+        if self.component is None:
+            quantity, still, by = "link_loads", rest.static_link_loads, rest.d_static_link_loads
+            place: tuple[int, ...] = (self.part,)
+        else:
+            quantity, still, by = "carriage_loads", rest.static_carriage_loads, rest.d_static_carriage_loads
+            place = self.part, self.component
+        one = np.zeros(still.shape)
+        one[place] = 1.0
+        return at.history(quantity, one).from_rest(float(still[place]), by.reshape(len(by), -1) @ one.ravel())
+
+
+def parse_load_place(text: str, machine: Machine) -> LoadPlace:
+    """A component of the load of a carriage, "1a Fy" or "1a Mz", or the name of a link. Raises ValueRefused."""
+    names = [one.name for one in machine.links]
+    if text.strip() in names:
+        first = len(machine.link_table().names) - len(names)  # the extra links come last
+        return LoadPlace(text.strip(), "N", first + names.index(text.strip()), None)
+    name, _, component = text.strip().rpartition(" ")
+    carriages = [one.name for one in machine.carriages]
+    if name.strip() not in carriages or component not in COMPONENTS[1:]:
+        loads = [f"{one} {component}" for one in carriages[:1] for component in COMPONENTS[1:]]
+        known = joined([f'"{one}"' for one in (*carriages, *names)])
+        expected = "a carriage and a component of its load, or a link"
+        raise ValueRefused(expected, text, f"as {joined(loads)}; carriages and links are {known}")
+    unit = "N" if component.startswith("F") else "N m"
+    return LoadPlace(
+        f"{name.strip()} {component}", unit, carriages.index(name.strip()), COMPONENTS.index(component)
+    )
+
+
+# ---- the motion under which a record in time was taken
+
+
+UNEVEN = 1e-3  # steps: stamps closer than this to an even grid are those of the grid, whose propagators recur
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """A motion, and the state in which its runs start."""
+
+    motion: Motion
+    start: StartState
+
+    @classmethod
+    def of(cls, machine: Machine, motion: Motion) -> Excitation:
+        """Raises ArgumentError for a machine whose motion is not linear in this excitation."""
+        _require_linear(machine)
+        time, start = motion.time, start_of(machine, motion, "auto")
+        grid, step = np.linspace(time[0], time[-1], time.size, retstep=True)
+        even = bool(np.abs(grid - time).max() < UNEVEN * step)
+        return cls(replace(motion, time=grid) if even else motion, start)
+
+    def within(self, instants: Array) -> Array:
+        """The instants (n,) without the rounding by which some may lie outside the motion."""
+        return np.asarray(np.clip(instants, self.motion.time[0], self.motion.time[-1]))
+
+
+def _require_linear(machine: Machine) -> None:
+    for what, way_out, there in (
+        (
+            f"links of the level {machine.model_level}",
+            "give its stiffness as one number",
+            machine.model_level != "linear",
+        ),
+        ("riders", "make them part of its body", machine.riders),
+        ("payloads", "make them part of its body", machine.payloads),
+        ("rails that are not straight", "leave out their profiles", not machine.has_straight_rails),
+        ("a base", "leave out [base]", machine.base),
+        (
+            "a rack that pushes its body",
+            "leave out pressure_angle, helix_angle and push_direction",
+            machine.drive is not None and machine.drive.push_direction is not None,
+        ),
+    ):
+        if there:
+            raise ArgumentError(
+                f"{machine.name}: records in time identify a linear machine, and this one has {what}; {way_out}"
+            )
+
+
+# ---- the machine as a function of its unknown numbers
+
 
 BESIDE = (0.0, 1e-9, 1e-7, 1e-5)  # relative changes of all values that are tried where there is no derivative
 
@@ -53,7 +196,7 @@ class ModelAt:
             self._runs[id(excitation)] = run
         return self._runs[id(excitation)]
 
-    def response(self, frequency: Array, force: Place) -> tuple[Complex, Complex]:
+    def response(self, frequency: Array, force: SensorPlace) -> tuple[Complex, Complex]:
         """Amplitudes (n, 6) of L per newton at frequencies (n,) [Hz], and derivatives (n, p, 6) by the values."""
         key = force.name, frequency.tobytes()
         if key not in self._responses:

@@ -14,17 +14,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.excitation import Excitation
-from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
-from guideload.identification.model import ModelAt
-from guideload.identification.windows import Windows
+from guideload.identification.measured import WIDE, Measured, Noise, NuisanceParameter, Residuals
+from guideload.identification.model import Excitation, ModelAt
+from guideload.identification.records import Windows
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import require_held_x
@@ -38,7 +36,7 @@ X = DOFS.index("x")
 
 
 @dataclass(frozen=True, eq=False)
-class MotorForce:
+class MotorForce(Measured):
     """A measured force [N] of the drive on the cart, or a torque [N m] of the motor.
 
     excitation  the motion, with the velocity of the cart
@@ -60,7 +58,6 @@ class MotorForce:
     machine: Machine
     torque: bool = False
     delayed: bool = False
-    error_draws: ClassVar[None] = None
 
     @classmethod
     def of(
@@ -101,7 +98,7 @@ class MotorForce:
     # ---- as the fit sees it
 
     @cached_property
-    def own(self) -> tuple[OwnUnknown, ...]:
+    def nuisance(self) -> tuple[NuisanceParameter, ...]:
         largest = float(abs(self.values[self.windows.samples]).max()) or 1.0
         force = largest / (abs(self._lever) if self.torque else 1.0)
         scales = {"seal": force / len(self.machine.carriages), "viscous": force / abs(self._speed).max()}
@@ -110,12 +107,12 @@ class MotorForce:
             name, expected, scale = f"friction.{key}", self._known(key), scales[key]
             bounds = (0.0, np.inf)
             title = f"{name} in {self.name}"
-            found.append(OwnUnknown(title, FRICTION[key], expected, WIDE * scale, scale, bounds, name))
+            found.append(NuisanceParameter(title, FRICTION[key], expected, WIDE * scale, scale, bounds, name))
         unit = "N m" if self.torque else "N"
-        found.append(OwnUnknown(f"offset of {self.name}", unit, 0.0, WIDE * largest, largest))
+        found.append(NuisanceParameter(f"offset of {self.name}", unit, 0.0, WIDE * largest, largest))
         if self.delayed:
             bounds = (-LONGEST_DELAY, LONGEST_DELAY)
-            found.append(OwnUnknown(f"delay of {self.name}", "s", 0.0, LONGEST_DELAY, 1e-3, bounds))
+            found.append(NuisanceParameter(f"delay of {self.name}", "s", 0.0, LONGEST_DELAY, 1e-3, bounds))
         return tuple(found)
 
     @property
@@ -127,7 +124,7 @@ class MotorForce:
         return (self.name,) * self.windows.first.size
 
     @cached_property
-    def noise_of(self) -> NDArray[np.intp]:
+    def noise_index(self) -> NDArray[np.intp]:
         return np.zeros(self.windows.first.size, dtype=np.intp)
 
     @cached_property
@@ -144,44 +141,41 @@ class MotorForce:
         """(m,) measured values, means over the windows."""
         return self.windows.mean(self.values[self.windows.samples])
 
-    def residuals(self, model: ModelAt, own: Array) -> Residuals:
-        predicted, by_unknowns, by_own = self._predicted(model, own)
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
+        predicted, by_unknowns, by_nuisance = self._predicted(model, nuisance)
         scale = np.sqrt(self.windows.counts) / self.level
         values = (predicted - self.measured) * scale
-        return Residuals(values, (by_unknowns * scale).T, (by_own * scale).T)
+        return Residuals(values, (by_unknowns * scale).T, (by_nuisance * scale).T)
 
-    def settled(self, model: ModelAt, own: Array) -> MotorForce:
-        return self
-
-    def predicted(self, model: ModelAt, own: Array) -> Array:
+    def predicted(self, model: ModelAt, nuisance: Array) -> Array:
         """(m,) what the machine predicts for the measured values."""
-        return self._predicted(model, own)[0]
+        return self._predicted(model, nuisance)[0]
 
     # ---- the prediction
 
-    def _predicted(self, model: ModelAt, own: Array) -> tuple[Array, Array, Array]:
+    def _predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
         """Means over the windows (m,), and their derivatives (p, m) by the unknowns and (q, m) by the own ones."""
         k, motion, speed = len(self.friction), self.excitation.motion, self._speed
-        instants = self.time[self.windows.samples] - (own[k + 1] if self.delayed else 0.0)
+        instants = self.time[self.windows.samples] - (nuisance[k + 1] if self.delayed else 0.0)
         instants = self.excitation.within(instants)
         at, velocity = model.run(self.excitation).at(instants), np.interp(instants, motion.time, speed)
         reaction = at.history("reaction", np.eye(len(DOFS))[X])
         acceleration, jerk = at.inputs[:, X], at.input_slopes[:, X]
         of_friction = self._friction_per_unit(velocity)
         unknown = np.array([of_friction[key] for key in self.friction]).reshape(-1, velocity.size)
-        force = reaction.values + own[:k] @ unknown + self._known_friction(of_friction)
+        force = reaction.values + nuisance[:k] @ unknown + self._known_friction(of_friction)
         gain, inertia = self._as_measured(force, velocity)
-        by_own = [self.windows.mean(gain * unknown), np.ones((1, self.windows.first.size))]
+        by_nuisance = [self.windows.mean(gain * unknown), np.ones((1, self.windows.first.size))]
         if self.delayed:
-            viscous = dict(zip(self.friction, own[:k].tolist(), strict=True)).get(
+            viscous = dict(zip(self.friction, nuisance[:k].tolist(), strict=True)).get(
                 "viscous", self._known("viscous")
             )
             steps = np.searchsorted(motion.time, instants, "right").clip(1, speed.size - 1)
             faster = np.diff(speed)[steps - 1] / np.diff(motion.time)[steps - 1]
             rate = gain * (reaction.slope + viscous * faster) + inertia * jerk
-            by_own.append(-self.windows.mean(rate)[None])
-        predicted = self.windows.mean(gain * force + inertia * acceleration) + own[k]
-        return predicted, model.by_z(self.windows.mean(gain * reaction.by)), np.vstack(by_own)
+            by_nuisance.append(-self.windows.mean(rate)[None])
+        predicted = self.windows.mean(gain * force + inertia * acceleration) + nuisance[k]
+        return predicted, model.by_z(self.windows.mean(gain * reaction.by)), np.vstack(by_nuisance)
 
     def _as_measured(self, force: Array, velocity: Array) -> tuple[Array | float, float]:
         """The measured quantity per force on the cart (n,), and per acceleration of the cart."""

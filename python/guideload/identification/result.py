@@ -3,34 +3,136 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import islice
 
 import numpy as np
+from scipy.stats import chi2, norm
+from scipy.stats import t as student
 
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.identification.covariance import (
+from guideload.base.finite import finite_json
+from guideload.identification.fit import STARTS, Fit, fit
+from guideload.identification.measured import Measured, NuisanceParameter
+from guideload.identification.modal_test import ModalTest
+from guideload.identification.model import Model, ModelAt
+from guideload.identification.uncertainty import (
+    LEVEL,
+    Interval,
+    Undetermined,
     covariance,
     curvature,
     degrees_of_freedom,
     information,
+    interval,
+    undetermined,
 )
-from guideload.identification.directions import Undetermined, undetermined
-from guideload.identification.fit import STARTS, Fit, fit
-from guideload.identification.intervals import Interval, interval
-from guideload.identification.machine_values import machine_with
-from guideload.identification.measured import Measured, OwnUnknown
-from guideload.identification.model import Model, ModelAt
-from guideload.identification.residual_tests import ResidualTest, residual_tests
-from guideload.identification.unknowns import Unknown, UnknownTable, parameters_of, unknowns_of
+from guideload.identification.unknowns import (
+    Unknown,
+    UnknownTable,
+    machine_parameters,
+    machine_with,
+    resolve_unknowns,
+)
 from guideload.machine.machine import Machine
 from guideload.parameters.parameters import Parameter
 
+# ---- tests of the residuals: is their size that of the noise, are they white, do they have a trend?
+
+
+RARE = 0.01  # probability below which a test says that something is wrong
+FEWEST_IN_SERIES = 8  # values of which a series can be judged
+OUTLIER = 4.0  # standard deviations: one of 16 000 values is further out by chance
+
 
 @dataclass(frozen=True)
-class Estimate:
+class ResidualTest:
+    """The residuals of one group of values that share a noise level.
+
+    name      the group
+    count     its values
+    rms       root mean square of the residuals, in standard deviations of the noise as stated
+    factor    estimated noise over stated noise; None where it is known
+    doubts    in words
+    """
+
+    name: str
+    count: int
+    rms: float
+    factor: float | None
+    doubts: tuple[str, ...]
+
+
+def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:
+    """A test of each group of values."""
+    labels = [label for each in fit.objective.data for label in each.labels]
+    in_time = [each.instants is not None for each in fit.objective.data for _ in each.noise]
+    tests = []
+    for i, noise in enumerate(fit.noise):
+        here = np.flatnonzero(fit.objective.noise_index == i)
+        values, factor = fit.residuals[here], float(fit.objective.factors[i])
+        doubts = _size(factor * values, float(fit.free_values[i])) if noise.known else []
+        if not in_time[i]:
+            doubts += _series(values)
+        elif alike := _likeness(values):
+            doubts.append(
+                f"neighbouring differences are alike (correlation {alike:.2f}): the model lacks something, such as a "
+                "law of friction or of a link; the intervals are widened for it"
+            )
+        doubts += [
+            f"the {labels[here[k]]} is {abs(values[k]):.1f} standard deviations off"
+            for k in np.flatnonzero(abs(values) > OUTLIER).tolist()[:3]
+        ]
+        rms = factor * float(np.sqrt(np.mean(values**2))) if here.size else 0.0
+        tests.append(ResidualTest(noise.name, here.size, rms, None if noise.known else factor, tuple(doubts)))
+    return tuple(tests)
+
+
+def _size(values: Array, free: float) -> list[str]:
+    if free < 1.0:
+        return []
+    squares = float(values @ values)
+    ratio = float(np.sqrt(squares / free))
+    if chi2.sf(squares, free) < RARE:
+        return [
+            f"the differences are {ratio:.2g} times the stated noise: the noise is larger, or the model lacks something"
+        ]
+    if chi2.cdf(squares, free) < RARE:
+        return [f"the differences are only {ratio:.2g} times the stated noise: it is stated too large"]
+    return []
+
+
+def _series(values: Array) -> list[str]:
+    """Doubts about values in the order of frequency or time: neighbours alike, or a trend."""
+    n = values.size
+    if n < FEWEST_IN_SERIES or not values.any():
+        return []
+    doubts = []
+    if likeness := _likeness(values):
+        doubts.append(
+            f"neighbouring differences are alike (correlation {likeness:.2f}): they are not noise alone, the model "
+            "lacks something, and the intervals are too narrow"
+        )
+    order = np.linspace(-1.0, 1.0, n)
+    trend = float(order @ values / np.sqrt(order @ order) / np.sqrt(np.mean(values**2)))
+    if 2.0 * norm.sf(abs(trend)) < RARE:
+        doubts.append("the differences have a trend from the first value to the last")
+    return doubts
+
+
+def _likeness(values: Array) -> float:
+    """Correlation of neighbours; 0 if it may be chance."""
+    likeness = float(values[1:] @ values[:-1]) / max(float(values @ values), np.finfo(float).tiny)
+    return likeness if norm.sf(likeness * np.sqrt(values.size)) < 0.5 * RARE else 0.0
+
+
+# ---- the result
+
+
+@dataclass(frozen=True)
+class UnknownEstimate:
     """An identified number of the machine.
 
     name       its name in the description; unit: of value and ends, SI
@@ -51,6 +153,16 @@ class Estimate:
     profile: bool
 
 
+@dataclass(frozen=True)
+class NuisanceEstimate:
+    """The most probable value of a nuisance parameter, and its interval with a probability of 95 %, in SI."""
+
+    parameter: NuisanceParameter
+    value: float
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, eq=False)
 class Identification:
     """The numbers of a machine under measured data.
@@ -58,7 +170,7 @@ class Identification:
     nominal       the machine before
     unknowns      what was unknown of it
     fit           the best fit
-    covariance    (p + q, p + q) of the coordinates: logarithms of positive parameters, own unknowns of the data
+    covariance    (p + q, p + q) of the coordinates: logarithms of positive parameters, nuisance parameters of the data
     intervals     of the p unknowns of the machine
     undetermined  groups of unknowns that the data do not separate
     residuals     tests of the residuals
@@ -73,10 +185,10 @@ class Identification:
     residuals: tuple[ResidualTest, ...]
 
     @cached_property
-    def estimates(self) -> tuple[Estimate, ...]:
+    def estimates(self) -> tuple[UnknownEstimate, ...]:
         """The identified numbers of the machine."""
         return tuple(
-            Estimate(
+            UnknownEstimate(
                 one.name,
                 one.unit,
                 one.value(z),
@@ -97,9 +209,9 @@ class Identification:
         return np.asarray(block / np.outer(sigma, sigma))
 
     @cached_property
-    def identified(self) -> tuple[tuple[Parameter, float, Estimate], ...]:
+    def identified(self) -> tuple[tuple[Parameter, float, UnknownEstimate], ...]:
         """Each parameter of the machine that was unknown, its most probable value, and the estimate that it is from."""
-        parameters = parameters_of(self.nominal)
+        parameters = machine_parameters(self.nominal)
         return tuple(
             (parameters.at(path)[0], estimate.value * (nominal if one.is_factor else 1.0), estimate)
             for one, estimate in zip(self.unknowns, self.estimates, strict=True)
@@ -111,18 +223,22 @@ class Identification:
         """The machine with the most probable values."""
         return machine_with(self.nominal, ((parameter, value) for parameter, value, _ in self.identified))
 
-    @property
-    def own_values(self) -> tuple[tuple[OwnUnknown, float, float], ...]:
-        """The own unknowns of all data with their most probable values and standard deviations, SI."""
-        objective, p = self.fit.objective, len(self.unknowns)
-        own = [one for each in self.data for one in each.own]
-        values = (self.fit.minimum.x * objective.units)[p:].tolist()
-        sigmas = (np.sqrt(np.diag(self.covariance)) * objective.units)[p:].tolist()
-        return tuple(zip(own, values, sigmas, strict=True))
+    def nuisance_estimates(self, data: Measured) -> tuple[NuisanceEstimate, ...]:
+        """Estimates of the nuisance parameters of one of the data sets."""
+        objective, index = self.fit.objective, self.data.index(data)
+        values = self.nuisance_values(data)
+        first = objective.p + sum(len(each.nuisance) for each in self.data[:index])
+        here = slice(first, first + values.size)
+        degrees = degrees_of_freedom(self.fit, self.covariance)[here]
+        sigma = np.sqrt(np.diag(self.covariance)[here]) * objective.units[here]
+        reach = student.ppf(0.5 + 0.5 * LEVEL, degrees) * sigma
+        ends = np.clip([values - reach, values + reach], *np.array([one.bounds for one in data.nuisance]).T)
+        rows = zip(data.nuisance, values.tolist(), *ends.tolist(), strict=True)
+        return tuple(NuisanceEstimate(*row) for row in rows)
 
-    def own_of(self, data: Measured) -> Array:
-        """The own unknowns of a data set, in SI."""
-        return self.fit.objective.own_of(self.fit.minimum.x)[self.data.index(data)]
+    def nuisance_values(self, data: Measured) -> Array:
+        """The nuisance parameters of a data set, in SI."""
+        return self.fit.objective.nuisance_values(self.fit.minimum.x)[self.data.index(data)]
 
     @property
     def model(self) -> ModelAt:
@@ -154,7 +270,7 @@ def identify(
 
     Raises ConfigError for unknowns that the machine does not have, ArgumentError without unknowns or data.
     """
-    unknowns = unknowns_of(unknown, parameters_of(machine))
+    unknowns = resolve_unknowns(unknown, machine_parameters(machine))
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
@@ -163,3 +279,33 @@ def identify(
     intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
+
+
+# ---- as JSON
+
+
+def json_text(found: Identification) -> str:
+    """Estimates, their correlation, and what the report says; a number that the data do not determine is null."""
+    modal_tests = [each for each in found.data if isinstance(each, ModalTest)]
+    estimates = []
+    for one in found.estimates:
+        values = asdict(one)
+        if not one.is_identified:
+            values |= {"value": None, "low": None, "high": None}
+        estimates.append(values)
+    content = {
+        "machine": found.nominal.name,
+        "estimates": estimates,
+        "correlation": found.correlation.tolist(),
+        "own_numbers": [
+            {"name": one.parameter.name, "unit": one.parameter.unit}
+            | {name: getattr(one, name) for name in ("value", "low", "high")}
+            for data in found.data
+            for one in found.nuisance_estimates(data)
+        ],
+        "undetermined": [asdict(one) for one in found.undetermined],
+        "modes": {test.name: [asdict(pair) for pair in test.pairs(found.model)] for test in modal_tests},
+        "differences": [asdict(one) for one in found.residuals],
+        "messages": list(found.messages),
+    }
+    return finite_json(content, indent=1, ascii_only=False) + "\n"

@@ -20,12 +20,9 @@ from scipy.signal import correlate, correlation_lags
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, TraceError
-from guideload.identification.excitation import Excitation
-from guideload.identification.measured import WIDE, Noise, OwnUnknown, Residuals
-from guideload.identification.model import ModelAt
-from guideload.identification.places import LoadPlace, Place
-from guideload.identification.trace_errors import Whitening, deviations_of
-from guideload.identification.windows import Windows
+from guideload.identification.measured import WIDE, Measured, Noise, NuisanceParameter, Residuals
+from guideload.identification.model import Excitation, LoadPlace, ModelAt, SensorPlace
+from guideload.identification.records import Whitening, Windows, draw_deviations
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
@@ -54,7 +51,7 @@ class Channel:
     gain_spread  relative standard deviation of its gain; 0 if the gain is known, inf if nothing is known of it
     """
 
-    place: Place | LoadPlace
+    place: SensorPlace | LoadPlace
     kind: Kind = "acceleration"
     level: float | None = None
     gain_spread: float = 0.0
@@ -85,7 +82,7 @@ class Channel:
 
 
 @dataclass(frozen=True, eq=False)
-class SensorLog:
+class SensorLog(Measured):
     """Channels (n, k) with common stamps (n,) [s].
 
     levels      (k,) standard deviation of the noise of one value
@@ -158,7 +155,7 @@ class SensorLog:
         for i in [i for i, one in enumerate(channels) if one.gain_spread == np.inf]:
             there = np.interp(place[windows.samples], stamps, expected[:, i])
             gains[i] = np.cov(there, values[windows.samples, i])[0, 1] / there.var(ddof=1)
-        from_trace, all_channels = deviations_of(motion, stamps), tuple(channels)
+        from_trace, all_channels = draw_deviations(motion, stamps), tuple(channels)
         return cls(
             name, excitation, all_channels, time, values, windows, levels, gains, delay, reach, from_trace
         )
@@ -177,10 +174,10 @@ class SensorLog:
     # ---- as the fit sees it
 
     @cached_property
-    def own(self) -> tuple[OwnUnknown, ...]:
+    def nuisance(self) -> tuple[NuisanceParameter, ...]:
         sizes = abs(self.values[self.windows.samples]).max(axis=0)
         found = [
-            OwnUnknown(f"offset of {one.name} in {self.name}", one.unit, 0.0, WIDE * size, size)
+            NuisanceParameter(f"offset of {one.name} in {self.name}", one.unit, 0.0, WIDE * size, size)
             for one, size in zip(self.channels, sizes.tolist(), strict=True)
         ]
         for one, gain in zip(self.channels, self.gains.tolist(), strict=True):
@@ -189,11 +186,15 @@ class SensorLog:
                 spread, scale = (
                     (WIDE * abs(gain), abs(gain)) if unknown else (one.gain_spread, one.gain_spread)
                 )
-                found.append(OwnUnknown(f"gain of {one.name} in {self.name}", "1", gain, spread, scale))
+                found.append(
+                    NuisanceParameter(f"gain of {one.name} in {self.name}", "1", gain, spread, scale)
+                )
         if self.reach:
             bounds = self.delay - self.reach, self.delay + self.reach
             name = f"delay of {self.name}"
-            found.append(OwnUnknown(name, "s", self.delay, WIDE * self.reach, 0.1 * self.reach, bounds))
+            found.append(
+                NuisanceParameter(name, "s", self.delay, WIDE * self.reach, 0.1 * self.reach, bounds)
+            )
         return tuple(found)
 
     @property
@@ -212,7 +213,7 @@ class SensorLog:
         return tuple(one.name for one in self.channels for _ in self.windows.first)
 
     @cached_property
-    def noise_of(self) -> NDArray[np.intp]:
+    def noise_index(self) -> NDArray[np.intp]:
         return np.repeat(np.arange(len(self.channels)), self.windows.first.size)
 
     @cached_property
@@ -229,15 +230,15 @@ class SensorLog:
         """(k, m) measured values, means over the windows."""
         return self.windows.mean(self.values[self.windows.samples].T)
 
-    def residuals(self, model: ModelAt, own: Array) -> Residuals:
-        predicted, by_unknowns, by_own = self._predicted(model, own)
-        plain = (predicted - self.measured)[None], by_unknowns, by_own
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
+        predicted, by_unknowns, by_nuisance = self._predicted(model, nuisance)
+        plain = (predicted - self.measured)[None], by_unknowns, by_nuisance
         whitened = (
             scaled if self.whitening is None else self.whitening(scaled)
             for scaled in (one * self._scale for one in plain)
         )
-        values, by_unknowns, by_own = (one.reshape(len(one), -1).T for one in whitened)
-        return Residuals(values[:, 0], by_unknowns, by_own)
+        values, by_unknowns, by_nuisance = (one.reshape(len(one), -1).T for one in whitened)
+        return Residuals(values[:, 0], by_unknowns, by_nuisance)
 
     @property
     def error_draws(self) -> Array | None:
@@ -248,7 +249,7 @@ class SensorLog:
         """(k, m) 1 over the standard deviation of the noise of each mean."""
         return np.asarray(np.sqrt(self.windows.counts) / self.levels[:, None])
 
-    def settled(self, model: ModelAt, own: Array) -> SensorLog:
+    def settled(self, model: ModelAt, nuisance: Array) -> SensorLog:
         """The log with its residuals whitened for the errors of the trace, near this machine."""
         if not self.deviations:
             return self
@@ -258,46 +259,46 @@ class SensorLog:
             return self
         errors = np.array(
             [
-                self._predicted(model, own, _run(model, one))[0] - own[: len(self.channels), None]
+                self._predicted(model, nuisance, _run(model, one))[0] - nuisance[: len(self.channels), None]
                 for one in self.deviations
             ]
         )
-        residuals = (self._predicted(model, own)[0] - self.measured) * self._scale
+        residuals = (self._predicted(model, nuisance)[0] - self.measured) * self._scale
         return replace(self, whitening=Whitening.of(model.z, errors * self._scale, residuals))
 
-    def predicted(self, model: ModelAt, own: Array) -> Array:
+    def predicted(self, model: ModelAt, nuisance: Array) -> Array:
         """(k, m) what the machine predicts for the measured values."""
-        return self._predicted(model, own)[0]
+        return self._predicted(model, nuisance)[0]
 
     def _predicted(
-        self, model: ModelAt, own: Array, run: RunDerivatives | None = None
+        self, model: ModelAt, nuisance: Array, run: RunDerivatives | None = None
     ) -> tuple[Array, Array, Array]:
         """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones.
 
         run: by default that under the motion.
         """
         k, m = len(self.channels), self.windows.first.size
-        instants = self.time[self.windows.samples] - (own[-1] if self.reach else 0.0)
+        instants = self.time[self.windows.samples] - (nuisance[-1] if self.reach else 0.0)
         at = (run or model.run(self.excitation)).at(self.excitation.within(instants))
-        predicted, by_unknowns, by_own = (
+        predicted, by_unknowns, by_nuisance = (
             np.empty((k, m)),
             np.empty((model.z.size, k, m)),
-            np.zeros((own.size, k, m)),
+            np.zeros((nuisance.size, k, m)),
         )
         scaled = self._scaled
         for i, channel in enumerate(self.channels):
             history = channel.shown(at, model.rest)
             plain, by_values, by_time = map(self.windows.mean, (history.values, history.by, history.slope))
             place = k + scaled.index(channel) if channel in scaled else None
-            gain = 1.0 if place is None else own[place]
-            predicted[i] = gain * plain + own[i]
+            gain = 1.0 if place is None else nuisance[place]
+            predicted[i] = gain * plain + nuisance[i]
             by_unknowns[:, i] = gain * model.by_z(by_values)
-            by_own[i, i] = 1.0
+            by_nuisance[i, i] = 1.0
             if place is not None:
-                by_own[place, i] = plain
+                by_nuisance[place, i] = plain
             if self.reach:
-                by_own[-1, i] = -gain * by_time
-        return predicted, by_unknowns, by_own
+                by_nuisance[-1, i] = -gain * by_time
+        return predicted, by_unknowns, by_nuisance
 
 
 def _run(model: ModelAt, excitation: Excitation) -> RunDerivatives:

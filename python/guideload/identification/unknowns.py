@@ -1,17 +1,20 @@
-"""The unknown numbers of a machine: one [[unknown]] table each, and what each number sets in the machine."""
+"""The unknown numbers of a machine: one [[unknown]] table each, what each number sets in the machine, and its names."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, KeyRefused, Problem, ValueRefused, problem_at
+from guideload.base.number_text import joined
 from guideload.base.ranges import FACTOR
 from guideload.base.units import quantity
 from guideload.machine.machine import Machine
@@ -19,6 +22,39 @@ from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameter, Parameters
 from guideload.study.factors import draws_of
 from guideload.study.varied_parameters import NumberOrText, ParameterPaths, optional
+
+# ---- names and units, as reports and comments show them
+
+
+USUAL = {"N/m": ("N/um", 1e-6), "N s/m": ("kN s/m", 1e-3), "m": ("mm", 1e3)}
+OF_PART = re.compile(r'(\w+)\["?([^\]"]+)"?\]\.(.+)')
+
+
+def usual_unit(unit: str) -> tuple[str, float]:
+    """The unit in which machine files state a quantity, and the factor from SI to it."""
+    return USUAL.get(unit, (unit, 1.0))
+
+
+def short_name(name: str) -> str:
+    """`1a stiffness_y` from "carriages[1a].stiffness_y"; other names as they are."""
+    part = OF_PART.fullmatch(name)
+    return f"{part[2]} {part[3]}" if part else name
+
+
+def grouped_names(names: Sequence[str]) -> str:
+    """`stiffness_y of carriages 1a and 1b` from "carriages[1a].stiffness_y" and "carriages[1b].stiffness_y"."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for name in names:
+        part = OF_PART.fullmatch(name)
+        groups.setdefault((part[1], part[3]) if part else ("", name), []).append(part[2] if part else name)
+    return joined(
+        f"{key} of {kind if len(parts) > 1 else kind.removesuffix('s')} {joined(parts)}" if kind else key
+        for (kind, key), parts in groups.items()
+    )
+
+
+# ---- the unknown numbers
+
 
 # Spread of the logarithm before the data if none is given: a value within a factor of 7 to either side with 95 %.
 VAGUE = 1.0
@@ -87,12 +123,12 @@ class Unknown:
         return value - self.start if self.additive else math.log(value) - math.log(self.start)
 
 
-def parameters_of(machine: Machine) -> Parameters:
+def machine_parameters(machine: Machine) -> Parameters:
     """The parameters of a machine, beside a motion that stands still."""
     return Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0]))
 
 
-def unknowns_of(tables: Sequence[UnknownTable], parameters: Parameters) -> tuple[Unknown, ...]:
+def resolve_unknowns(tables: Sequence[UnknownTable], parameters: Parameters) -> tuple[Unknown, ...]:
     """The unknown numbers of these tables. Raises ConfigError with all problems; their keys begin with "unknown"."""
     problems: list[Problem] = []
     found: list[Unknown] = []
@@ -168,3 +204,55 @@ def _number(table: UnknownTable, key: str, unit: str) -> float:
         return quantity(getattr(table, key), unit)
     except ValueRefused as refused:
         raise KeyRefused(key, refused.expected, refused.value, refused.hint) from None
+
+
+# ---- the machine with other values of its parameters
+
+
+AXES = "xyz"
+CROSS = ("position", "mounting_error")  # their first component is y
+KINDS = {"carriage": "carriages", "link": "links", "rail": "rails"}
+
+
+def machine_with(machine: Machine, values: Iterable[tuple[Parameter, float]]) -> Machine:
+    """The machine with these values of its parameters, in SI. Raises ConfigError for an impossible one."""
+    parts: dict[str, Any] = {
+        kind: {part.name: part for part in getattr(machine, kind)} for kind in KINDS.values()
+    }
+    parts |= {"body": machine.body, "gravity": machine.gravity}
+    for parameter, value in values:
+        key = parameter.path.rpartition("].")[2]
+        kind = next((KINDS[owner] for owner in KINDS if owner in parameter.owners), None)
+        if kind is not None:
+            name = parameter.owners[kind.removesuffix("s")]
+            parts[kind][name] = _changed(parts[kind][name], key.split("."), value)
+        elif key.startswith("gravity."):
+            parts["gravity"] = _replaced(parts["gravity"], AXES.index(key[-1]), value)
+        else:
+            parts["body"] = _changed(parts["body"], key.split(".")[1:], value)
+    update = {key: tuple(part.values()) if isinstance(part, dict) else part for key, part in parts.items()}
+    return machine.model_copy(update=update)
+
+
+def _changed(part: Any, keys: list[str], value: float) -> Any:
+    """A part of the machine with another value: of ["stiffness_y"], ["stiffness_y", "positive"], ["position", "z"]."""
+    key, *inner = keys
+    before = getattr(part, key)
+    if not inner:
+        after: Any = value
+    elif key == "inertia":
+        i, j = map(AXES.index, inner[0])
+        rows = [list(row) for row in before]
+        rows[i][j] = rows[j][i] = value
+        after = rows
+    elif inner[0] == "scale":
+        after = tuple((deflection, value * force) for deflection, force in before)
+    elif inner[0] in AXES:
+        after = _replaced(before, AXES.index(inner[0]) - (key in CROSS), value)
+    else:
+        after = before.model_copy(update={inner[0]: value})
+    return part.model_copy(update={key: after})
+
+
+def _replaced(vector: tuple[float, ...], index: int, value: float) -> tuple[float, ...]:
+    return (*vector[:index], value, *vector[index + 1 :])

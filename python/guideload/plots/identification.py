@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.identification.frequency_responses import UNITS, FrequencyResponses
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.motor_force import MotorForce
-from guideload.identification.names import short, usual_unit
+from guideload.identification.responses import UNITS, FrequencyResponses
 from guideload.identification.sensor_log import SensorLog
+from guideload.identification.unknowns import short_name, usual_unit
 from guideload.plots.identification_records import RECORD_PICTURES, records
 from guideload.plots.saving import save_each
 from guideload.plots.style import (
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from guideload.identification.next_measurement import Candidate
+    from guideload.identification.next_measurement import RankedMeasurement
     from guideload.identification.result import Identification
 
 MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
@@ -74,7 +74,7 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
                 va="center",
                 color=INK if one.is_identified else GREY,
             )
-        ax.set_yticks(range(count), [plain(short(one.name)) for one in found.estimates])
+        ax.set_yticks(range(count), [plain(short_name(one.name)) for one in found.estimates])
         ends = [v for one in found.estimates if one.is_identified for v in (one.low, one.high)]
         shown = [
             100.0 * v / u.start
@@ -95,7 +95,7 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
 @checked
 def correlation(found: Identification, ax: Axes | None = None) -> Axes:
     """Correlation of the identified numbers: what the data determine only together is dark."""
-    names = [plain(short(one.name)) for one in found.estimates]
+    names = [plain(short_name(one.name)) for one in found.estimates]
     count = len(names)
     with look():
         ax = axes_or_new(ax, 3.2 + 0.5 * count, 2.4 + 0.45 * count)
@@ -192,7 +192,7 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
     """
     data = data or next(one for one in found.data if isinstance(one, FrequencyResponses))
     curves = data.curves[:MOST_CURVES]
-    gain = found.own_of(data)[0] if data.own else 1.0
+    gain = found.nuisance_values(data)[0] if data.nuisance else 1.0
     with look():
         figure = new_figure(10.0, 0.8 + 2.6 * ((len(curves) + 1) // 2))
         axes: list[Axes] = []
@@ -213,7 +213,7 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
 
 @checked
 def next_measurements(
-    candidates: Sequence[Candidate], ax: Axes | None = None, *, figure: str = "all unknowns"
+    candidates: Sequence[RankedMeasurement], ax: Axes | None = None, *, figure: str = "all unknowns"
 ) -> Axes:
     """What each candidate for the next measurement leaves of the interval of the figure that matters, best first.
 
@@ -240,7 +240,7 @@ def next_measurements(
 def save_identification(
     found: Identification,
     folder: str | Path,
-    candidates: Sequence[Candidate] = (),
+    candidates: Sequence[RankedMeasurement] = (),
     figure: str = "all unknowns",
 ) -> list[Path]:
     """Save every picture of an identification as PNG in a folder; returns their paths. Raises PictureError.

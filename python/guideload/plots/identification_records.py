@@ -28,8 +28,8 @@ def records(found: Identification, data: MotorForce | SensorLog) -> list[Axes]:
 
     data: one of the data of the identification. Returns the axes.
     """
-    own = found.fit.objective.own_of(found.fit.minimum.x)[found.data.index(data)]
-    measured, predicted = np.atleast_2d(data.measured), np.atleast_2d(data.predicted(found.model, own))
+    nuisance = found.nuisance_values(data)
+    measured, predicted = np.atleast_2d(data.measured), np.atleast_2d(data.predicted(found.model, nuisance))
     if isinstance(data, MotorForce):
         titles = [f"{data.name} [{'N m' if data.torque else 'N'}]"]
     else:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from guideload.base.number_text import capitalised, counted, digits, joined, percent
-from guideload.identification.cross_validation import Level
-from guideload.identification.deflections import Deflections
-from guideload.identification.figure import Figure
 from guideload.identification.modal_test import ModalTest
-from guideload.identification.names import short, together, usual_unit
-from guideload.identification.next_measurement import Candidate
-from guideload.identification.result import Estimate, Identification
+from guideload.identification.model_comparison import ComparedModel
+from guideload.identification.next_measurement import RankedMeasurement, TargetQuantity
+from guideload.identification.responses import Deflections
+from guideload.identification.result import Identification, UnknownEstimate
+from guideload.identification.unknowns import grouped_names, short_name, usual_unit
 from guideload.reports.identification_records import record_sections
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value, free_dofs
 
@@ -40,9 +39,9 @@ LEVELS = (
 
 def identification_report(
     found: Identification,
-    levels: Sequence[Level] = (),
-    candidates: Sequence[Candidate] = (),
-    figure: Figure | None = None,
+    levels: Sequence[ComparedModel] = (),
+    candidates: Sequence[RankedMeasurement] = (),
+    figure: TargetQuantity | None = None,
 ) -> Report:
     """The whole report.
 
@@ -83,7 +82,7 @@ def _answer(found: Identification) -> str:
     return f"{words}. {unsure}"
 
 
-def _relative(one: Estimate) -> float:
+def _relative(one: UnknownEstimate) -> float:
     return abs(one.high - one.low) / 2.0 / abs(one.value) if one.value else float("inf")
 
 
@@ -98,7 +97,9 @@ def _estimates_table(found: Identification) -> Table:
             within = 100.0 * _relative(one) if unknown.start else None
             numbers = [scale * one.value, scale * one.low, scale * one.high, within]
         profile = "p" if one.profile and one.is_identified else ""
-        rows.append([short(one.name), unit, scale * unknown.start, *numbers, 1.0 / one.narrowed, profile])
+        rows.append(
+            [short_name(one.name), unit, scale * unknown.start, *numbers, 1.0 / one.narrowed, profile]
+        )
     return Table.by_rows([*headings, ("narrowed", "", "3 digits"), ("p",)], rows)
 
 
@@ -161,7 +162,7 @@ def _differences_table(found: Identification) -> Table:
     )
 
 
-def _levels_table(levels: Sequence[Level]) -> Table:
+def _levels_table(levels: Sequence[ComparedModel]) -> Table:
     headings = [("model",), ("unknowns", "", "count"), ("score", "", "1 decimal")]
     headings += [("below best", "", "1 decimal"), ("+-", "", "1 decimal"), ("",)]
     rows = (
@@ -171,15 +172,15 @@ def _levels_table(levels: Sequence[Level]) -> Table:
     return Table.by_rows(headings, rows)
 
 
-def _candidates_table(candidates: Sequence[Candidate]) -> Table:
+def _candidates_table(candidates: Sequence[RankedMeasurement]) -> Table:
     rows = (
-        (one.name, 100.0 * one.deviation, together(one.identified) if one.identified else "")
+        (one.name, 100.0 * one.deviation, grouped_names(one.identified) if one.identified else "")
         for one in candidates[:MOST_CANDIDATES]
     )
     return Table.by_rows([("measurement",), ("interval", "%", "3 digits"), ("identifies",)], rows)
 
 
-def _figure_lines(figure: Figure | None, candidates: Sequence[Candidate]) -> list[Part]:
+def _figure_lines(figure: TargetQuantity | None, candidates: Sequence[RankedMeasurement]) -> list[Part]:
     """What the intervals of the candidates are of."""
     if not candidates:
         return []

@@ -6,10 +6,9 @@ import numpy as np
 
 from guideload.base.number_text import capitalised, digits
 from guideload.identification.motor_force import MotorForce
-from guideload.identification.names import usual_unit
-from guideload.identification.own_estimates import own_estimates
 from guideload.identification.result import Identification
 from guideload.identification.sensor_log import SensorLog
+from guideload.identification.unknowns import usual_unit
 from guideload.reports.report import Definitions, Section, Table
 
 INTERVALS = (
@@ -35,11 +34,11 @@ def record_sections(found: Identification) -> list[Section]:
 
 def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
     rows: list[tuple[str, ...]] = []
-    for one in own_estimates(found, data):
-        unit, scale = ("ms", 1e3) if one.unknown.unit == "s" else usual_unit(one.unknown.unit)
+    for one in found.nuisance_estimates(data):
+        unit, scale = ("ms", 1e3) if one.parameter.unit == "s" else usual_unit(one.parameter.unit)
         count = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
         values = (digits(scale * value, count) for value in (one.value, one.low, one.high))
-        name = one.unknown.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
+        name = one.parameter.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
         rows.append((name, *values, "" if unit == "1" else unit))
     return Table.by_rows(
         [("number",), *((end, "", "number") for end in ("now", "from", "to")), ("unit",)], rows
@@ -48,8 +47,8 @@ def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
 
 def _differences(found: Identification, data: MotorForce | SensorLog) -> list[str]:
     """How far prediction and measurement differ, in words."""
-    own = found.fit.objective.own_of(found.fit.minimum.x)[found.data.index(data)]
-    measured, predicted = np.atleast_2d(data.measured), np.atleast_2d(data.predicted(found.model, own))
+    nuisance = found.nuisance_values(data)
+    measured, predicted = np.atleast_2d(data.measured), np.atleast_2d(data.predicted(found.model, nuisance))
     if isinstance(data, MotorForce):
         names, units = [data.name], ["N m" if data.torque else "N"]
     else:

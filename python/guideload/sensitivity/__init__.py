@@ -1,7 +1,7 @@
 """Exact derivatives of what the program computes by the numbers of a machine."""
 
 from guideload.sensitivity.columns import Column
-from guideload.sensitivity.figures import Figures
+from guideload.sensitivity.figures import CarriageQuantities
 from guideload.sensitivity.influence import Influence, influence_of
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import ModeDerivatives
@@ -11,7 +11,7 @@ from guideload.sensitivity.varied import VariedMachine
 
 __all__ = [
     "Column",
-    "Figures",
+    "CarriageQuantities",
     "Influence",
     "Linearised",
     "ModeDerivatives",

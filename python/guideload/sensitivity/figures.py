@@ -1,4 +1,4 @@
-"""Figures of a run with one number per carriage, and their derivatives backwards in time: peak, mean load, life."""
+"""Quantities of a run with one number per carriage, and their derivatives backwards in time: peak, mean load, life."""
 
 from __future__ import annotations
 
@@ -13,12 +13,18 @@ from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.mean_load import Travel, integrals, mean_load
 from guideload.sensitivity.run import RunDerivatives
 
+UNITS = {"peak_resultant": "N", "mean_load": "N", "life": "m"}
 TIE = 1e-9  # relative distance of a second peak that counts as equal
 MOST_TIES = 32  # instants that share a peak at which derivatives are taken, each at the cost of some runs
 
 
-class Figures:
-    """Figures of a run by carriage. Each method returns values (carriage,) and derivatives (p, carriage).
+def most_critical(quantity: str, values: Array) -> int:
+    """Index of the carriage with the largest load or the shortest life, of values (carriage,), some of them nan."""
+    return int(np.nanargmin(values) if quantity == "life" else np.nanargmax(values))
+
+
+class CarriageQuantities:
+    """Quantities of a run by carriage. Each method returns values (carriage,) and derivatives (p, carriage).
 
     notes  in words, why a derivative is nan
     """
@@ -92,23 +98,19 @@ class Figures:
 
     def mean_load(self) -> tuple[Array, Array]:
         """The mean load over distance [N] of the carriages with ratings; nan for the others. Raises LifeError."""
-        values, derivatives = (
-            np.full(len(self.names), np.nan),
-            np.full((self.columns, len(self.names)), np.nan),
-        )
+        values = np.full(len(self.names), np.nan)
+        derivatives = np.full((self.columns, len(self.names)), np.nan)
         for one, mean, by in self._means():
             values[one.index], derivatives[:, one.index] = mean, by
         return values, derivatives
 
     def life(self) -> tuple[Array, Array]:
         """The rating life [m] of the carriages with ratings; nan for the others. Raises LifeError."""
-        values, derivatives = (
-            np.full(len(self.names), np.nan),
-            np.full((self.columns, len(self.names)), np.nan),
-        )
-        for one, mean, by in self._means():
+        values, derivatives = self.mean_load()
+        for one in criteria_of(self.run.machine, self.run.machine.life):
+            mean = values[one.index]
             values[one.index] = one.life_under(mean)
-            derivatives[:, one.index] = -one.rating.exponent * values[one.index] / mean * by
+            derivatives[:, one.index] *= -one.rating.exponent * values[one.index] / mean
         return values, derivatives
 
     def _means(self) -> Iterator[tuple[Criteria, float, Array]]:

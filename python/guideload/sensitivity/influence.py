@@ -15,11 +15,10 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameter, Parameters
 from guideload.sensitivity.columns import Column
-from guideload.sensitivity.figures import Figures
+from guideload.sensitivity.figures import UNITS, CarriageQuantities, most_critical
 from guideload.sensitivity.varied import VariedMachine
 from guideload.simulation.start import Start
 
-UNITS = {"peak_resultant": "N", "mean_load": "N", "life": "m"}
 SHARE, SHIFT, ERROR = 0.01, 1e-3, 1e-5  # of a value; of a place [m], which may be 0; of a mounting error [m]
 
 
@@ -64,7 +63,7 @@ def influence_of(
     parameters = Parameters(machine, motion)
     paths = tuple(to) or [one.path for one in parameters if one.floor != ">= 0" or one.value > 0.0]
     varied = VariedMachine(machine, paths, motion)
-    figures = Figures(varied.run(motion, start=start))
+    figures = CarriageQuantities(varied.run(motion, start=start))
     names = [one.name for one in machine.carriages]
     if carriage is not None and carriage not in names:
         raise ArgumentError(f"carriage: expected one of {joined(names)}, got {carriage!r}")
@@ -77,8 +76,7 @@ def influence_of(
         value, changes = figures.peak_changes(index, sizes)
     else:
         values, derivatives = getattr(figures, figure)()
-        worst = np.nanargmin(values) if figure == "life" else np.nanargmax(values)
-        index = int(worst) if carriage is None else names.index(carriage)
+        index = most_critical(figure, values) if carriage is None else names.index(carriage)
         value, changes = float(values[index]), derivatives[:, index] * sizes
     if not np.isfinite([value, *changes]).all():
         raise LifeError(

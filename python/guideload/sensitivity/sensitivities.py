@@ -14,7 +14,7 @@ from guideload.base.number_text import joined
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.sensitivity.columns import To
-from guideload.sensitivity.figures import Figures
+from guideload.sensitivity.figures import UNITS, CarriageQuantities
 from guideload.sensitivity.run import RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 from guideload.simulation.start import Start
@@ -36,7 +36,7 @@ class _Wanted:
         self.varied, self.motion, self.start = varied, motion, start
         self.at_rest = varied.at()
         self._run: RunDerivatives | None = None
-        self._figures: Figures | None = None
+        self._figures: CarriageQuantities | None = None
 
     @property
     def run(self) -> RunDerivatives:
@@ -45,9 +45,9 @@ class _Wanted:
         return self._run
 
     @property
-    def figures(self) -> Figures:
+    def figures(self) -> CarriageQuantities:
         if self._figures is None:
-            self._figures = Figures(self.run)
+            self._figures = CarriageQuantities(self.run)
         return self._figures
 
     def resultant(self) -> Array:
@@ -91,8 +91,7 @@ AT_REST: dict[str, tuple[Callable[[_Wanted], Array], str, tuple[str, ...]]] = {
     "static_displacement": (lambda w: w.at_rest.d_static_position, POSITIONS, ("dof",)),
 }
 MODES = {"frequency": "Hz", "damping_ratio": "1"}
-FIGURES = {"peak_resultant": "N", "mean_load": "N", "life": "m"}
-NAMES = (*HISTORIES, *AT_REST, *MODES, *FIGURES)
+NAMES = (*HISTORIES, *AT_REST, *MODES, *UNITS)
 
 
 @checked
@@ -155,10 +154,10 @@ def _values(
 ) -> Iterator[tuple[str, Array, str, tuple[str, ...]]]:
     """Name, values, unit and dimensions of every variable."""
     for name in names:
-        if name in FIGURES:
+        if name in UNITS:
             values, derivatives = getattr(wanted.figures, name)()
-            yield name, values, FIGURES[name], ("carriage",)
-            yield f"d_{name}", derivatives, FIGURES[name], ("carriage",)
+            yield name, values, UNITS[name], ("carriage",)
+            yield f"d_{name}", derivatives, UNITS[name], ("carriage",)
         elif name in MODES:
             modes = wanted.at_rest.modes()
             yield name, getattr(modes, name), MODES[name], ("mode",)

@@ -1,4 +1,4 @@
-"""Measured frequency response functions: motion of places per newton at another place, over the frequency."""
+"""Measured responses to known forces: frequency response functions, and static deflections."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,8 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.number_text import joined
 from guideload.base.units import factor
-from guideload.identification.measured import Noise, OwnUnknown, Residuals
-from guideload.identification.model import ModelAt
-from guideload.identification.places import Place, place_of
+from guideload.identification.measured import Measured, Noise, NuisanceParameter, Residuals
+from guideload.identification.model import ModelAt, SensorPlace, parse_place
 from guideload.machine.machine import Machine
 from guideload.study.varied_parameters import name_and_unit, numbers_of
 from guideload.traces.format.sources import load_table
@@ -33,7 +32,7 @@ FREQUENCY_RESPONSE = 4  # function type of UFF58
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ResponseCurve:
     """One measured response.
 
     force, place  where the force acts, and where and along what the response is measured
@@ -42,8 +41,8 @@ class Curve:
     value         (n,) complex, per N in SI; convention exp(i 2 pi f t)
     """
 
-    force: Place
-    place: Place
+    force: SensorPlace
+    place: SensorPlace
     derivatives: int
     frequency: Array
     value: Complex
@@ -61,7 +60,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyResponses:
+class FrequencyResponses(Measured):
     """Measured frequency responses.
 
     level        standard deviation of real and imaginary part, relative to the size of the response
@@ -72,28 +71,27 @@ class FrequencyResponses:
     """
 
     name: str
-    curves: tuple[Curve, ...]
+    curves: tuple[ResponseCurve, ...]
     level: float
     floor: float
     known: bool
     calibration: float = 0.0
     sizes: tuple[Array, ...] = ()
 
-    instants: ClassVar[None] = None
-    error_draws: ClassVar[None] = None
-
     @property
-    def own(self) -> tuple[OwnUnknown, ...]:
+    def nuisance(self) -> tuple[NuisanceParameter, ...]:
         if self.calibration == 0.0:
             return ()
-        return (OwnUnknown(f"calibration of {self.name}", "1", 1.0, self.calibration, self.calibration),)
+        return (
+            NuisanceParameter(f"calibration of {self.name}", "1", 1.0, self.calibration, self.calibration),
+        )
 
     @property
     def noise(self) -> tuple[Noise, ...]:
         return (Noise(f"curves of {self.name}", self.known),)
 
     @cached_property
-    def noise_of(self) -> NDArray[np.intp]:
+    def noise_index(self) -> NDArray[np.intp]:
         return np.zeros(2 * sum(curve.frequency.size for curve in self.curves), dtype=np.intp)
 
     @cached_property
@@ -111,23 +109,25 @@ class FrequencyResponses:
         sizes = self.sizes or [abs(curve.value) for curve in self.curves]
         return [np.hypot(self.level * size, self.floor * size.max()) for size in sizes]
 
-    def residuals(self, model: ModelAt, own: Array) -> Residuals:
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         values, slopes, scales = [], [], []
-        gain = float(own[0]) if own.size else 1.0
+        gain = float(nuisance[0]) if nuisance.size else 1.0
         for curve, scale in zip(self.curves, self._scales, strict=True):
             found, by = curve.computed(model)
             rest = (gain * found - curve.value) / scale
-            by, own_by = gain * by / scale[:, None], found / scale
+            by, by_gain = gain * by / scale[:, None], found / scale
             values += [rest.real, rest.imag]
             slopes += [by.real, by.imag]
-            scales += [own_by.real, own_by.imag]
-        by_own = np.concatenate(scales)[:, None] if own.size else np.zeros((self.noise_of.size, 0))
+            scales += [by_gain.real, by_gain.imag]
+        by_nuisance = (
+            np.concatenate(scales)[:, None] if nuisance.size else np.zeros((self.noise_index.size, 0))
+        )
         by_values = np.concatenate(slopes)
-        return Residuals(np.concatenate(values), by_values * model.slopes, by_own)
+        return Residuals(np.concatenate(values), by_values * model.slopes, by_nuisance)
 
-    def settled(self, model: ModelAt, own: Array) -> FrequencyResponses:
+    def settled(self, model: ModelAt, nuisance: Array) -> FrequencyResponses:
         """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
-        gain = float(own[0]) if own.size else 1.0
+        gain = float(nuisance[0]) if nuisance.size else 1.0
         found = [gain * curve.computed(model)[0] for curve in self.curves]
         near = [_distance(one, curve.value) for one, curve in zip(found, self.curves, strict=True)]
         sizes = tuple(np.asarray(abs(one), dtype=np.float64) for one in found)
@@ -148,9 +148,9 @@ def is_universal(file: str | Path) -> bool:
     return Path(file).suffix.lower() in (".uff", ".unv", ".uf")
 
 
-def curves_of(
+def read_curves(
     file: Path, machine: Machine, force: str | None, nodes: dict[str, str], low: float, high: float
-) -> tuple[Curve, ...]:
+) -> tuple[ResponseCurve, ...]:
     """The responses in a file, from `low` to `high` [Hz]. Raises ValueRefused, TraceError."""
     read = list(_of_uff(file, machine, nodes) if is_universal(file) else _of_table(file, machine, force))
     curves = []
@@ -158,7 +158,7 @@ def curves_of(
         inside = (curve.frequency >= low) & (curve.frequency <= high) & (curve.frequency > 0.0)
         if inside.any():
             curves.append(
-                Curve(
+                ResponseCurve(
                     curve.force, curve.place, curve.derivatives, curve.frequency[inside], curve.value[inside]
                 )
             )
@@ -167,11 +167,11 @@ def curves_of(
     return tuple(curves)
 
 
-def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[Curve]:
+def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[ResponseCurve]:
     """Curves of a table with columns "frequency [Hz]", "tool y re [m/N]" and "tool y im [m/N]"."""
     if force is None:
         raise ValueRefused("the place of the force", None, 'add force = "tool y"')
-    hit, table = place_of(force, machine), load_table(file)
+    hit, table = parse_place(force, machine), load_table(file)
     names = {name_and_unit(header)[0]: header for header in table.names}
     if "frequency" not in names:
         raise ValueRefused('a column "frequency [Hz]"', table.names[:4], f"{table.source} lacks it")
@@ -184,7 +184,7 @@ def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[Curve
         header = names[f"{place} re"]
         derivatives = _derivatives(name_and_unit(header)[1], header)
         re, im = (numbers_of(table, names[f"{place} {part}"], UNITS[derivatives])[0] for part in ("re", "im"))
-        yield Curve(hit, place_of(place, machine), derivatives, frequency, re + 1j * im)
+        yield ResponseCurve(hit, parse_place(place, machine), derivatives, frequency, re + 1j * im)
 
 
 def _derivatives(unit: str, header: str) -> int:
@@ -198,7 +198,7 @@ def _derivatives(unit: str, header: str) -> int:
     raise ValueRefused(f"a response in {joined(UNITS)}", header)
 
 
-def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Curve]:
+def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[ResponseCurve]:
     """Curves of a universal file; nodes: names of points by the number of the node, where they differ."""
     try:
         import pyuff
@@ -216,7 +216,7 @@ def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Cur
             raise ValueRefused("responses in displacement, velocity or acceleration", f"ordinate type {kind}")
         hit, place = (_uff_place(one, which, machine, nodes) for which in ("ref", "rsp"))
         value = np.asarray(one["data"], dtype=np.complex128)
-        yield Curve(hit, place, UFF_RESPONSES[kind], np.asarray(one["x"], dtype=np.float64), value)
+        yield ResponseCurve(hit, place, UFF_RESPONSES[kind], np.asarray(one["x"], dtype=np.float64), value)
 
 
 def _sets(file: Any) -> Sequence[dict[str, Any]]:
@@ -224,10 +224,64 @@ def _sets(file: Any) -> Sequence[dict[str, Any]]:
     return found if isinstance(found, list) else [found]
 
 
-def _uff_place(one: dict[str, Any], which: str, machine: Machine, nodes: dict[str, str]) -> Place:
+def _uff_place(one: dict[str, Any], which: str, machine: Machine, nodes: dict[str, str]) -> SensorPlace:
     node, direction = str(int(one[f"{which}_node"])), int(one[f"{which}_dir"])
     if abs(direction) not in UFF_AXES:
         raise ValueRefused("directions 1 to 3, x to z", direction, f"of node {node}")
-    return place_of(
+    return parse_place(
         f"{nodes.get(node, node)} {'-' if direction < 0 else ''}{UFF_AXES[abs(direction)]}", machine
     )
+
+
+# ---- static deflections
+
+
+@dataclass(frozen=True, eq=False)
+class Deflection:
+    """A displacement [m] along a place, under a force [N] along another one."""
+
+    force_at: SensorPlace
+    force: float
+    at: SensorPlace
+    moved: float
+
+
+@dataclass(frozen=True, eq=False)
+class Deflections(Measured):
+    """Static deflections of a machine with linear links, from its place at rest.
+
+    level  standard deviation [m]
+    known  whether it is known, or a start only
+    """
+
+    name: str
+    values: tuple[Deflection, ...]
+    level: float
+    known: bool
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        return (Noise(f"displacements of {self.name}", self.known),)
+
+    @property
+    def noise_index(self) -> NDArray[np.intp]:
+        return np.zeros(len(self.values), dtype=np.intp)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(f"displacement {one.at.name} by a force at {one.force_at.name}" for one in self.values)
+
+    def computed(self, model: ModelAt) -> tuple[Array, Array]:
+        """The displacements (n,) [m] of the machine, and their derivatives (n, p) by the values."""
+        free = model.rest.free
+        forces = np.array([one.force * one.force_at.row[free] for one in self.values]).T
+        rows = np.array([one.at.row[free] for one in self.values])
+        stiffness = model.rest.stiffness[np.ix_(free, free)]
+        change = model.rest.d_stiffness[:, free][:, :, free]
+        q, back = np.linalg.solve(stiffness, forces), np.linalg.solve(stiffness, rows.T)
+        return np.einsum("nk,kn->n", rows, q), -np.einsum("kn,pkl,ln->np", back, change, q)
+
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
+        found, by = self.computed(model)
+        rest = (found - np.array([one.moved for one in self.values])) / self.level
+        return Residuals(rest, by * model.slopes / self.level, np.zeros((rest.size, 0)))

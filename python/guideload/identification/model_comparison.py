@@ -9,8 +9,8 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.covariance import curvature
 from guideload.identification.result import Identification
+from guideload.identification.uncertainty import curvature
 
 BLOCKS = 10  # of each data set; each is left out once
 CERTAIN = 2.0  # standard deviations from which on a difference counts
@@ -18,7 +18,7 @@ OVERWHELMING = 10.0  # difference of scores that counts in any case: odds of 20 
 
 
 @dataclass(frozen=True)
-class Level:
+class ComparedModel:
     """A model in a comparison.
 
     name         its title
@@ -37,7 +37,7 @@ class Level:
     is_best: bool
 
 
-def compare(candidates: Mapping[str, Identification]) -> tuple[Level, ...]:
+def compare(candidates: Mapping[str, Identification]) -> tuple[ComparedModel, ...]:
     """The models, fitted to the same data, the best first. Raises ArgumentError if they do not use the same values."""
     scores = {name: _scores(one) for name, one in candidates.items()}
     sizes = {name: one.fit.residuals.size for name, one in candidates.items()}
@@ -56,7 +56,7 @@ def compare(candidates: Mapping[str, Identification]) -> tuple[Level, ...]:
     close = [row for row in levels if row[3] <= min(CERTAIN * row[4], OVERWHELMING)]
     simplest = min(close, key=lambda row: (row[1], row[3]))[0]
     ranked = sorted(levels, key=lambda row: row[3])
-    return tuple(Level(*row, is_best=row[0] == simplest) for row in ranked)
+    return tuple(ComparedModel(*row, is_best=row[0] == simplest) for row in ranked)
 
 
 def _scores(found: Identification) -> Array:
@@ -73,7 +73,7 @@ def _scores(found: Identification) -> Array:
         for block in np.array_split(rows, min(BLOCKS, rows.size)):
             left = np.eye(block.size) - hat[block] @ fit.jacobian[block].T
             r = fit.residuals[block]
-            level = np.log(objective.factors[objective.noise_of[block]]).sum()
+            level = np.log(objective.factors[objective.noise_index[block]]).sum()
             density = -0.5 * r @ np.linalg.solve(left, r) + 0.5 * np.linalg.slogdet(left)[1]
             scores.append(density - level - 0.5 * block.size * np.log(2.0 * np.pi))
     return np.array(scores)

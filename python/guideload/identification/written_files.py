@@ -1,4 +1,7 @@
-"""The machine file with identified values: the user's own text, in which only numbers change and comments are added."""
+"""Files with identified values: the machine file, and a study file whose distributions are what is known now.
+
+The machine file is the user's own text, in which only numbers change and comments are added.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,23 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from guideload.base.arrays import Array
 from guideload.base.errors import KeyPath, RunError, ValueRefused
 from guideload.base.toml import Place, read_toml
 from guideload.base.units import factor
-from guideload.identification.intervals import NORMAL_QUANTILE
-from guideload.identification.machine_values import AXES, CROSS, KINDS
-from guideload.identification.measured import OwnUnknown
-from guideload.identification.names import usual_unit
-from guideload.identification.result import Estimate, Identification
+from guideload.identification.result import Identification, NuisanceEstimate, UnknownEstimate
+from guideload.identification.uncertainty import NORMAL_QUANTILE
+from guideload.identification.unknowns import AXES, CROSS, KINDS, usual_unit
 from guideload.parameters.parameters import Parameter
+
+# ---- the machine file
+
 
 DIGITS = 6  # of a value: more than any measurement has
 ROUNDING = 1e-5  # relative difference that these digits may make
@@ -43,9 +51,9 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
     edits = [*_of_files(places, text, source, folder)]
     for parameter, value, estimate in found.identified:
         edits += _of_value(found, parameter, value, estimate, places, text)
-    for own, value, sigma in found.own_values:
-        if own.key:
-            edits.append(_of_key(own, value, sigma, places, text, found))
+    for one in (one for data in found.data if data.nuisance for one in found.nuisance_estimates(data)):
+        if one.parameter.key:
+            edits.append(_of_key(one, places, text, found))
     for edit in sorted(edits, reverse=True):
         text = _with_comment(text[: edit.first] + edit.text + text[edit.last :], edit)
     return text.replace("\r\n", "\n").replace("\n", "\r\n") if "\r\n" in text else text
@@ -61,7 +69,7 @@ def _of_value(
     found: Identification,
     parameter: Parameter,
     value: float,
-    estimate: Estimate,
+    estimate: UnknownEstimate,
     places: dict[KeyPath, Place],
     text: str,
 ) -> Iterator[_Edit]:
@@ -70,14 +78,14 @@ def _of_value(
     mirrored = (*path[:2], path[3], path[2]) if path[:2] == ("body", "inertia") else path
     for one in dict.fromkeys((path, mirrored)):
         if (place := places.get(one)) is not None and place.text:
-            written = _in_unit_of(text[place.first : place.last], value, parameter.unit)
+            written = _in_unit_as_written(text[place.first : place.last], value, parameter.unit)
             yield _Edit(place.first, place.last, written, comment if one == path else "")
         elif len(one) == 3 and one[0] in KINDS.values() and (header := places.get(one[:2])) is not None:
             if text[header.first] != "[":  # a table within braces
-                written = f" {one[2]} = {_in_unit_of('', value, parameter.unit)},"
+                written = f" {one[2]} = {_in_unit_as_written('', value, parameter.unit)},"
                 yield _Edit(header.first + 1, header.first + 1, written, comment)
             else:
-                written = f"\n{one[2]} = {_in_unit_of('', value, parameter.unit)}"
+                written = f"\n{one[2]} = {_in_unit_as_written('', value, parameter.unit)}"
                 yield _Edit(header.last, header.last, written, comment)
         else:
             way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
@@ -87,26 +95,27 @@ def _of_value(
 
 
 def _of_key(
-    own: OwnUnknown,
-    value: float,
-    sigma: float,
-    places: dict[KeyPath, Place],
-    text: str,
-    found: Identification,
+    estimate: NuisanceEstimate, places: dict[KeyPath, Place], text: str, found: Identification
 ) -> _Edit:
     """The change that sets a key such as "friction.coefficient", which a table of the file must have."""
-    path = tuple(own.key.split("."))
-    written = _in_unit_of("", value, own.unit)
-    reach = f"95 % interval {value - NORMAL_QUANTILE * sigma:.4g} to {value + NORMAL_QUANTILE * sigma:.4g} {own.unit}"
+    nuisance, value = estimate.parameter, estimate.value
+    path = tuple(nuisance.key.split("."))
+    written = _in_unit_as_written("", value, nuisance.unit)
+    reach = f"95 % interval {estimate.low:.4g} to {estimate.high:.4g} {nuisance.unit}"
     comment = f"{reach}, from {', '.join(each.name for each in found.data)}"
     if (place := places.get(path)) is not None and place.text:
         return _Edit(
-            place.first, place.last, _in_unit_of(text[place.first : place.last], value, own.unit), comment
+            place.first,
+            place.last,
+            _in_unit_as_written(text[place.first : place.last], value, nuisance.unit),
+            comment,
         )
     if (header := places.get(path[:-1])) is not None and text[header.first] == "[":
         return _Edit(header.last, header.last, f"\n{path[-1]} = {written}", comment)
     table = ".".join(path[:-1])
-    raise RunError(f"{own.key}: the machine file has no table [{table}] for the identified value: add one")
+    raise RunError(
+        f"{nuisance.key}: the machine file has no table [{table}] for the identified value: add one"
+    )
 
 
 def _key_path(found: Identification, parameter: Parameter) -> KeyPath:
@@ -126,7 +135,7 @@ def _key_path(found: Identification, parameter: Parameter) -> KeyPath:
     return (kind, parts.index(owner), *keys)
 
 
-def _in_unit_of(written: str, value: float, unit: str) -> str:
+def _in_unit_as_written(written: str, value: float, unit: str) -> str:
     """The value in the unit in which the old one is written; a plain number is in SI."""
     match = re.fullmatch(r"""["']\s*[-+\d.eE]+\s*(\S.*?)\s*["']""", written)
     if match is None:
@@ -137,7 +146,7 @@ def _in_unit_of(written: str, value: float, unit: str) -> str:
         return f"{value:.{DIGITS}g}"
 
 
-def _comment(estimate: Estimate, found: Identification) -> str:
+def _comment(estimate: UnknownEstimate, found: Identification) -> str:
     """Interval and source of an identified value."""
     source = ", ".join(each.name for each in found.data)
     if not estimate.is_identified:
@@ -157,3 +166,62 @@ def _of_files(places: dict[KeyPath, Place], text: str, source: Path, folder: Pat
             name = text[place.first : place.last].strip("\"'")
             new = os.path.relpath(source.parent / name, folder)
             yield _Edit(place.first, place.last, json.dumps(new.replace(os.sep, "/"), ensure_ascii=False), "")
+
+
+# ---- the study file
+
+
+SMALLEST = (5e-3, 1e-3, 1e-4, 0.0)  # correlations below are left out if the others are possible without them
+INSIDE = 1.0 - 1e-6  # factor on all correlations: rounding must not make their matrix singular
+
+
+def study_text(found: Identification, machine: str, trace: str, samples: int = 1024) -> str:
+    """The study file; machine: the file with the identified values, which are the medians."""
+    rows = [
+        "# Loads of the machine as identified: the distributions are what is known of it after the measurement.",
+        f"machine = {_quoted(machine)}",
+        f"trace = {_quoted(trace)}",
+        f"samples = {samples}",
+        "seed = 1",
+        vary_text(found),
+    ]
+    return "\n".join(rows)
+
+
+def vary_text(found: Identification) -> str:
+    """The tables [[vary]] and [[correlation]] of a study."""
+    rows: list[str] = []
+    for one, reach in zip(found.unknowns, found.intervals, strict=True):
+        sigma = (reach.high - reach.low) / (2.0 * NORMAL_QUANTILE)
+        kind, width = (
+            ("normal", f'"{sigma:.6g} {one.unit}"') if one.additive else ("lognormal", f"{sigma:.6g}")
+        )
+        rows += [
+            "",
+            "[[vary]]",
+            f"name = {_quoted(one.name)}",
+            f"path = [{', '.join(map(_quoted, one.targets))}]",
+            f"distribution = {_quoted(kind)}",
+            f"sigma = {width}",
+        ]
+    correlation = _written(found.correlation)
+    for i, j in combinations(range(len(found.unknowns)), 2):
+        if value := float(correlation[i, j]):
+            names = ", ".join(_quoted(found.unknowns[k].name) for k in (i, j))
+            rows += ["", "[[correlation]]", f"between = [{names}]", f"value = {value!r}"]
+    return "\n".join(rows) + "\n"
+
+
+def _written(correlation: Array) -> Array:
+    """The correlations that are written, 0 for those that are left out; the matrix stays positive definite."""
+    inside = correlation * INSIDE
+    for smallest in SMALLEST:
+        written = np.where(abs(inside) >= smallest, inside, 0.0)
+        np.fill_diagonal(written, 1.0)
+        if np.linalg.eigvalsh(written)[0] > 0.1 * (1.0 - INSIDE):
+            break
+    return written
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)

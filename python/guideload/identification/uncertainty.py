@@ -1,0 +1,299 @@
+"""Uncertainty of the unknowns: covariance, intervals, and combinations that the data cannot determine.
+
+Intervals are from the covariance where the fit is nearly linear, else from the likelihood profile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import t as student
+
+from guideload.base.arrays import Array
+from guideload.identification.fit import COARSE, Fit, Minimum
+from guideload.identification.records import score_root
+from guideload.identification.unknowns import Unknown, grouped_names, usual_unit
+
+# ---- covariance
+
+
+def covariance(fit: Fit) -> Array:
+    """(p + q, p + q) of the coordinates after the data.
+
+    H^-1 with H = J'J + W^2, W^2 from what was known before; with records in time H^-1 B H^-1, where B has the long-run
+    covariance of their scores in place of their part of J'J.
+    """
+    inverse = curvature(fit)
+    objective = fit.objective
+    if all(each.instants is None for each in objective.data):
+        return inverse
+    rows = [np.diag(objective.weights)]
+    for i, each in enumerate(objective.data):
+        here = objective.set_of == i
+        values, slopes = fit.residuals[here], fit.jacobian[here]
+        level = objective.factors[objective.noise_index[here]]
+        rows.append(slopes if each.instants is None else score_root(each, values, slopes, level))
+    spread = np.vstack(rows) @ inverse
+    return np.asarray(spread.T @ spread)
+
+
+def curvature(fit: Fit) -> Array:
+    """(p + q, p + q) inverse of H, half the second derivative of the sum of squares: the covariance without records."""
+    triangle = np.linalg.qr(np.vstack([fit.jacobian, np.diag(fit.objective.weights)]), mode="r")
+    inverse = np.linalg.inv(triangle)
+    return np.asarray(inverse @ inverse.T)
+
+
+def information(fit: Fit) -> Array:
+    """(p, p) of the machine's unknowns from the data alone, whatever the nuisance parameters of the data are.
+
+    In units of what was known before: an eigenvalue of 3 halves the spread in its direction, 1/sqrt(1 + 3).
+    """
+    p, weights = fit.objective.p, fit.objective.weights
+    return marginal_information(fit.jacobian[:, :p] / weights[:p], fit.jacobian[:, p:], weights[p:])
+
+
+def marginal_information(by_unknowns: Array, by_nuisance: Array, weights: Array) -> Array:
+    """Information (p, p) of data on the unknowns, whatever their nuisance parameters are.
+
+    Parameters
+    ----------
+    by_unknowns : (n, p) derivatives of the residuals by the unknowns
+    by_nuisance : (n, q) derivatives by the nuisance parameters
+    weights : (q,) 1 over the standard deviations of the nuisance parameters before the data
+    """
+    found = by_unknowns.T @ by_unknowns
+    if by_nuisance.shape[1]:
+        known = by_nuisance.T @ by_nuisance + np.diag(weights**2)
+        mixed = by_unknowns.T @ by_nuisance
+        found = found - mixed @ np.linalg.pinv(known) @ mixed.T
+    return np.asarray(0.5 * (found + found.T))
+
+
+def degrees_of_freedom(fit: Fit, covariance: Array) -> Array:
+    """(p + q) of the t distribution of each coordinate; inf where all noise is known (Satterthwaite's formula)."""
+    shares = np.zeros((len(fit.noise), covariance.shape[0]))
+    for i, noise in enumerate(fit.noise):
+        if not noise.known:
+            rows = fit.jacobian[fit.objective.noise_index == i] @ covariance
+            shares[i] = (rows**2).sum(axis=0)
+    certain = fit.free_values + fit.stated_values
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.diag(covariance) ** 2 / (shares**2 / certain[:, None]).sum(axis=0))
+
+
+# ---- intervals
+
+
+LEVEL = 0.95
+NORMAL_QUANTILE = (
+    1.959964  # standard deviations of a normal distribution to either side that have this probability
+)
+CURVED = 0.15  # relative difference of the profile from a parabola's width above which the profile gives the interval
+IDENTIFIED = 0.5  # spread after the data over the one before, above which the data do not determine a number
+FURTHEST = 4.0  # of the linear half-widths at which the search for the end of a profile interval ends
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """The interval of one coordinate with a probability of 95 %.
+
+    low, high  its ends; the coordinate may reach its bounds
+    narrowed   spread after the data over the one before: 1 if they say nothing about it
+    profile    whether it is from the likelihood profile, because the one from the covariance is not good
+    degrees    of freedom of its t distribution; inf where all noise is known
+    """
+
+    low: float
+    high: float
+    narrowed: float
+    profile: bool
+    degrees: float
+
+    @property
+    def is_identified(self) -> bool:
+        """Whether the data determine this coordinate: its spread is at most half of the one before."""
+        return self.narrowed <= IDENTIFIED
+
+
+def student_quantile(degrees: float) -> float:
+    """Standard deviations to either side that hold 95 % of a t distribution."""
+    return float(student.ppf(0.5 + 0.5 * LEVEL, degrees))
+
+
+def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float = 1.0) -> Interval:
+    """The interval of a coordinate whose standard deviation is sigma.
+
+    widening: sigma over that of independent errors, by which serial errors of records widen the profile as well.
+    Around every other minimum that explains the data as well it holds what the sum of squares there allows.
+    """
+    best, objective = fit.minimum, fit.objective
+    center, quantile = float(best.x[index]), student_quantile(degrees)
+    bounds = objective.bounds[:, index]
+    before = 1.0 / float(objective.weights[index])
+    if sigma > IDENTIFIED * before:  # unless the profile is far steeper than the covariance says
+        least = IDENTIFIED * quantile * before
+        if not all(_Root(fit, best, index, side, widening)(least) > quantile for side in (-1.0, 1.0)):
+            low, high = np.clip([center - quantile * sigma, center + quantile * sigma], *bounds).tolist()
+            return Interval(low, high, sigma / before, False, degrees)
+    low, high, profile = _ends(fit, best, index, sigma, quantile, widening)
+    for other in fit.others:
+        if other.squares - best.squares < (quantile * widening) ** 2:
+            here = widening * _independent_sigma(fit, other, index)
+            ends = _ends(fit, other, index, here, quantile, widening)
+            low, high, profile = min(low, ends[0]), max(high, ends[1]), True
+    spread = 0.5 * (high - low) / quantile if profile else sigma
+    return Interval(low, high, spread / before, profile, degrees)
+
+
+def _ends(
+    fit: Fit, minimum: Minimum, index: int, sigma: float, quantile: float, widening: float
+) -> tuple[float, float, bool]:
+    """Ends of the interval around a minimum, and whether one of them is from the profile.
+
+    They are where the sum of squares exceeds that of the best fit by the square of the quantile.
+    """
+    center, bounds = float(minimum.x[index]), fit.objective.bounds[:, index]
+    excess = (minimum.squares - fit.minimum.squares) / widening**2
+    linear = sigma * float(np.sqrt(quantile**2 - excess))
+    ends, profile = [center - linear, center + linear], False
+    for i, side in enumerate((-1.0, 1.0)):
+        root = _Root(fit, minimum, index, side, widening)
+        reach = abs(float(np.clip(ends[i], *bounds)) - center)
+        if reach == 0.0 or abs(root(reach) / np.hypot(reach / sigma, np.sqrt(excess)) - 1.0) <= CURVED:
+            continue
+        profile = True
+        furthest = min(abs(bounds[i] - center), FURTHEST * quantile * sigma)
+        if root(furthest) <= quantile:
+            ends[i] = center + side * furthest
+        else:
+            ends[i] = center + side * _crossing(root, quantile, furthest, sigma)
+    low, high = np.clip(ends, *bounds).tolist()
+    return low, high, profile
+
+
+def _independent_sigma(fit: Fit, minimum: Minimum, index: int) -> float:
+    """Standard deviation of a coordinate at a minimum, for independent errors."""
+    slopes = np.vstack([fit.objective.of_data(minimum.x)[1], np.diag(fit.objective.weights)])
+    return float(np.sqrt(np.linalg.inv(slopes.T @ slopes)[index, index]))
+
+
+def _crossing(root: _Root, quantile: float, furthest: float, sigma: float) -> float:
+    """The distance at which the root reaches the quantile, to a hundredth of sigma."""
+    return float(brentq(lambda distance: root(distance) - quantile, 0.0, furthest, xtol=0.01 * sigma))
+
+
+class _Root:
+    """Square root of the excess of the sum of squares over the best fit's, at a distance from one of the minima.
+
+    One coordinate is held there, and the others are fitted. Divided by what serial errors widen.
+    """
+
+    def __init__(self, fit: Fit, minimum: Minimum, index: int, side: float, widening: float) -> None:
+        self.fit, self.index, self.side, self.widening = fit, index, side, widening
+        self.center = float(minimum.x[index])
+        self.known: dict[float, tuple[float, Array]] = {0.0: (self._root(minimum.squares), minimum.x)}
+
+    def __call__(self, distance: float) -> float:
+        if distance not in self.known:
+            near = min(self.known, key=lambda d: abs(d - distance))
+            start = self.known[near][1].copy()
+            start[self.index] = self.center + self.side * distance
+            end = self.fit.objective.search(start, held=[self.index], tolerance=COARSE)
+            self.known[distance] = self._root(end.squares), end.x
+        return self.known[distance][0]
+
+    def _root(self, squares: float) -> float:
+        return float(np.sqrt(max(squares - self.fit.minimum.squares, 0.0))) / self.widening
+
+
+# ---- directions that the data cannot determine, in words such as "k_y of 1 and 2: only their sum"
+
+
+LEAST_INFORMATION = 3.0  # of a determined direction: it halves what was uncertain before
+LINKED = 0.1  # share of an undetermined direction from which on unknowns belong together
+SUM = "only their sum"
+EQUAL = 0.1  # relative difference of coefficients that are called equal
+
+
+@dataclass(frozen=True)
+class Undetermined:
+    """Unknowns of which the data determine fewer combinations than there are.
+
+    names         of the unknowns
+    combinations  how many the data determine
+    words         in words
+    """
+
+    names: tuple[str, ...]
+    combinations: int
+    words: str
+
+
+def undetermined(
+    unknowns: Sequence[Unknown], z: Array, information: Array, covariance: Array
+) -> tuple[Undetermined, ...]:
+    """The groups of unknowns that the data do not separate; information, covariance: see the file of that name."""
+    sizes, vectors = np.linalg.eigh(information)
+    weak = vectors[:, sizes < LEAST_INFORMATION]
+    shares = weak @ weak.T
+    found = []
+    for group in _connected(abs(shares) > LINKED):
+        if shares[group, group].max() <= LINKED:
+            continue
+        inside = np.linalg.eigvalsh(shares[np.ix_(group, group)])
+        determined = len(group) - int((inside > 0.5).sum())
+        words = _words(unknowns, z, group, determined, shares)
+        if words.endswith(SUM):
+            words += _sum(unknowns, z, group, covariance)
+        found.append(Undetermined(tuple(unknowns[i].name for i in group), determined, words))
+    return tuple(found)
+
+
+def _connected(linked: Array) -> list[list[int]]:
+    """Groups of indices that are linked directly or through others."""
+    from scipy.sparse.csgraph import connected_components
+
+    label = connected_components(linked, directed=False)[1]
+    return [np.flatnonzero(label == i).tolist() for i in range(label.max() + 1)]
+
+
+def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: int, shares: Array) -> str:
+    names = grouped_names([unknowns[i].name for i in group])
+    if determined == 0:
+        return f"{names}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
+    if determined > 1:
+        return f"{names}: only {determined} combinations of these {len(group)} numbers"
+    block = np.eye(len(group)) - shares[np.ix_(group, group)]
+    along = np.linalg.eigh(block)[1][:, -1] / [unknowns[i].spread for i in group]  # of the coordinates z
+    by_value = along / [unknowns[i].slope(z[i]) for i in group]
+    one_unit = len({unknowns[i].unit for i in group}) == 1
+    if one_unit and _equal(by_value):
+        return f"{names}: {SUM}"
+    if len(group) == 2 and one_unit and _equal(by_value * [1.0, -1.0]):
+        return f"{names}: only their difference"
+    if _equal(along):
+        return f"{names}: only their product"
+    if len(group) == 2 and _equal(along * [1.0, -1.0]):
+        return f"{names}: only their ratio"
+    if one_unit:
+        factors = by_value / by_value[np.argmax(abs(by_value))]
+        terms = (f"{f:+.2g} {grouped_names([unknowns[i].name])}" for f, i in zip(factors, group, strict=True))
+        return f"{names}: only {' '.join(terms).removeprefix('+')}"
+    return f"{names}: only one combination of these {len(group)} numbers"
+
+
+def _sum(unknowns: Sequence[Unknown], z: Array, group: list[int], covariance: Array) -> str:
+    """Value of the sum and its 95 % interval."""
+    value = sum(unknowns[i].value(z[i]) for i in group)
+    slopes = np.array([unknowns[i].slope(z[i]) for i in group])
+    half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance[np.ix_(group, group)] @ slopes))
+    unit, scale = usual_unit(unknowns[group[0]].unit)
+    return f", {scale * value:.4g} {unit} ({scale * (value - half):.4g} to {scale * (value + half):.4g})"
+
+
+def _equal(numbers: Array) -> bool:
+    return bool(np.ptp(numbers) <= EQUAL * abs(numbers).max())
