@@ -1,13 +1,13 @@
 """Units: exact factors, the spellings that people use, and refusals that say what was expected."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from guideload.base import units
 from guideload.base.errors import GuideloadError, ValueRefused
-from guideload.base.units import COMMON, DIMENSIONS, factor, quantity
+from guideload.base.units import DIMENSIONS, PREFIXES, UNITS, _parsed, factor, quantity
 
 
 @pytest.mark.parametrize(
@@ -118,18 +118,13 @@ def test_factor_refuses_other_dimensions() -> None:
         factor("rpm", "m/s")
 
 
-def test_common_ratios_and_refusals_are_those_of_pint(monkeypatch: pytest.MonkeyPatch) -> None:
-    def outcomes() -> list[float | str]:
-        units._ratio.cache_clear()
-        found: list[float | str] = []
-        for unit in COMMON:
-            for target in COMMON:
-                try:
-                    found.append(factor(unit, target))
-                except ValueRefused as error:
-                    found.append(str(error))
-        return found
-
-    table = outcomes()
-    monkeypatch.setattr(units, "COMMON", {})
-    assert table == outcomes()
+def test_any_factor_of_a_product_may_have_a_prefix_a_power_or_a_plural() -> None:
+    """A unit is the product of its factors from left to right, as it is read aloud."""
+    for prefix, power in PREFIXES.items():
+        for name, unit in UNITS.items():
+            assert _parsed(f"{prefix}{name}^2 s/rad") == _parsed(f"s {prefix}{name} * {prefix}{name} / rad")
+            if not prefix or prefix + name not in UNITS:  # "min" is a minute, "ft" a foot
+                assert _parsed(prefix + name).ratio == unit.ratio * Fraction(10) ** power
+            if len(name) > 1 and name != "g_0":
+                assert _parsed(f"{name}s").powers == unit.powers
+    assert _parsed("kg/m s") == _parsed("kg s/m") != _parsed("kg/m/s")

@@ -279,7 +279,7 @@ def modules_after(code: str) -> set[str]:
 
 
 def test_help_is_in_the_order_of_use_and_loads_no_heavy_module() -> None:
-    heavy = {"numpy", "pydantic", "pint", "xarray", "pandas", "scipy", "matplotlib", "pyarrow", "rich"}
+    heavy = {"numpy", "pydantic", "xarray", "pandas", "scipy", "matplotlib", "pyarrow", "rich"}
     assert not heavy & modules_after(
         "from guideload.cli.main import main\nmain(['-h'], standalone_mode=False)"
     )
@@ -291,7 +291,7 @@ def test_help_is_in_the_order_of_use_and_loads_no_heavy_module() -> None:
 def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path: Path, trace: str) -> None:
     arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
     loaded = modules_after(f"from guideload.cli.main import main\nmain({arguments!r}, standalone_mode=False)")
-    assert "numpy" in loaded and not loaded & {"matplotlib", "dask", "xarray", "pandas", "pint"}
+    assert "numpy" in loaded and not loaded & {"matplotlib", "dask", "xarray", "pandas"}
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])

@@ -12,8 +12,7 @@ from motor_records import moves
 
 from guideload import Machine, Motion, PointOfInterest, simulate
 from guideload.base.errors import ArgumentError, ConfigError
-from guideload.duty import LoadCase
-from guideload.duty.duty_cycle import duty_cycle
+from guideload.duty.duty_cycle import LoadCase, duty_cycle
 from guideload.identification import (
     Deflection,
     Deflections,

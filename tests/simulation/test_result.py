@@ -12,6 +12,7 @@ from collections.abc import Callable
 from functools import cache
 from io import BytesIO
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import h5netcdf
@@ -474,7 +475,6 @@ def test_import_loads_nothing_heavy() -> None:
         "xarray",
         "scipy",
         "matplotlib",
-        "pint",
         "pydantic",
         "pyarrow",
         "h5netcdf",
@@ -487,10 +487,11 @@ def test_import_loads_nothing_heavy() -> None:
 def test_every_public_name_resolves() -> None:
     assert guideload.__all__ == sorted(guideload.__all__)
     for name in guideload.__all__:
-        assert getattr(guideload, name).__module__.startswith("guideload."), name
-        assert getattr(guideload, name).__doc__, name
+        public = getattr(guideload, name)
+        home = public.__name__ if isinstance(public, ModuleType) else public.__module__
+        assert home.startswith("guideload.") and public.__doc__, name
     assert set(guideload.__all__) <= set(dir(guideload))
-    with pytest.raises(AttributeError, match="no attribute 'Simulate'"):
+    with pytest.raises(AttributeError, match="Simulate"):
         guideload.Simulate  # noqa: B018
 
 
