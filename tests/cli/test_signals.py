@@ -61,7 +61,7 @@ COMMANDS = {
     "version": (["--version"], START),
     "check": (["check", MACHINE], START),
     "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], [*START, *np.linspace(0.4, 4.0, 8)]),
-    "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 8)),
+    "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 6)),
 }
 
 
