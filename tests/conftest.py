@@ -24,6 +24,25 @@ settings.register_profile(
 settings.register_profile("long", settings.get_profile("guideload"), derandomize=False, max_examples=1000)
 settings.load_profile("guideload")
 
+# Files in which all tests start, kill or interrupt processes, or run for long; other tests have the marker themselves.
+SLOW = (
+    "cli/test_cli_interrupt.py",
+    "cli/test_open_files.py",
+    "cli/test_signals.py",
+    "damage/test_damage.py",
+    "docs/test_documents.py",
+    "simulation/test_interrupt.py",
+    "study/test_dask.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of `SLOW` files."""
+    folder = Path(__file__).parent
+    for item in items:
+        if item.path.is_relative_to(folder) and item.path.relative_to(folder).as_posix() in SLOW:
+            item.add_marker("slow")
+
 
 @pytest.fixture
 def shared_data() -> Path:

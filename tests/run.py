@@ -1,8 +1,11 @@
-"""Everything that must hold, on a machine with nothing but Rust and Python: `python3 tests/run.py`.
+"""Everything that must hold, on a machine with nothing but Rust and Python: `python3 tests/run.py [--quick]`.
 
 Makes a virtual environment in .venv, builds and installs the package there, and runs formatting, lints, Rust tests, the
-build without std and allocator, type checks, Python tests, and the documentation. The package is built while the Rust
-steps run. Ends at the first failure.
+build without std and allocator, type checks, Python tests, and the documentation. What needs Rust alone runs beside.
+Ends at the first failure.
+
+--quick: for the developer's loop, after one whole run. The compiled module is built without optimisation across crates
+into the source tree, which the tests import; unit tests of the core, and Python tests that are not marked slow.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 ENVIRONMENT = ROOT / ".venv"
 SCRIPTS = ENVIRONMENT / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 EMBEDDED = ROOT / "rust" / "embedded"
 PRINTING = threading.Lock()
 FAILED = threading.Event()
@@ -28,27 +32,51 @@ FAILED = threading.Event()
 
 def main() -> None:
     """Run all steps."""
-    python = str(SCRIPTS / "python")
     if shutil.which("cargo") is None:
         sys.exit("cargo is not on the path: install Rust from https://rustup.rs")
-    if not (SCRIPTS / ("python.exe" if os.name == "nt" else "python")).exists():
+    quick = sys.argv[1:] == ["--quick"]
+    if sys.argv[1:] and not quick:
+        sys.exit(f"expected --quick or nothing, got {' '.join(sys.argv[1:])}")
+    if quick and not PYTHON.exists():
+        sys.exit("--quick needs the environment that `python3 tests/run.py` makes: run that once")
+    if not PYTHON.exists():
         step("virtual environment", lambda: venv.create(ENVIRONMENT, with_pip=True))
     with ThreadPoolExecutor(1) as beside:
-        rust = beside.submit(rust_steps)
-        run("build and install", python, "-m", "pip", "install", "--quiet", ".[test,docs]")
-        run("licences and known vulnerabilities", python, "tests/advisories.py")
-        run("Python lints", python, "-m", "ruff", "check", ".")
-        run("Python formatting", python, "-m", "ruff", "format", "--check", ".")
-        run("Python types", python, "-m", "mypy")
+        rust = beside.submit(rust_lints_and_tests, quick)
+        python_lints()
+        if quick:
+            step("build for the tests", build_module)
+        else:
+            run("build and install", str(PYTHON), "-m", "pip", "install", "--quiet", ".[test,docs]")
+            run("licences and known vulnerabilities", str(PYTHON), "tests/advisories.py")
+        run("Python types", str(PYTHON), "-m", "mypy")
         rust.result()
-    run("load monitor on controllers", python, "tests/firmware.py")
-    run("Python tests", python, "-m", "pytest", "-q", "-n", "auto")
-    site = ["-W", "--keep-going", "-q", "-b", "html", "docs", "docs/_build/html"]
-    run("documentation, warnings as errors", python, "-m", "sphinx", *site)
+    tests = (
+        str(PYTHON),
+        "-m",
+        "pytest",
+        "-q",
+        "-n",
+        "auto",
+        "--dist",
+        "worksteal",
+    )  # neighbours share fixtures
+    if quick:
+        run("quick Python tests", *tests, "-m", "not slow", PYTHONPATH=str(ROOT / "python"))
+    else:
+        with ThreadPoolExecutor(1) as beside:
+            others = beside.submit(controllers_and_documentation)
+            run("Python tests", *tests)
+            others.result()
     print("\nall passed")
 
 
-def rust_steps() -> None:
+def python_lints() -> None:
+    run("Python lints", str(PYTHON), "-m", "ruff", "check", ".")
+    run("Python formatting", str(PYTHON), "-m", "ruff", "format", "--check", ".")
+
+
+def rust_lints_and_tests(quick: bool) -> None:
     """The steps that need Rust alone."""
     if component("rustfmt"):
         run("Rust formatting", "cargo", "fmt", "--all", "--check")
@@ -57,7 +85,11 @@ def rust_steps() -> None:
     if component("clippy"):
         deny = ("--", "-D", "warnings")
         run("Rust lints", "cargo", "clippy", "--workspace", "--all-targets", *deny)
-        run("Rust lints, no std", "cargo", "clippy", "-p", "guideload", "--no-default-features", *deny)
+        if not quick:
+            run("Rust lints, no std", "cargo", "clippy", "-p", "guideload", "--no-default-features", *deny)
+    if quick:
+        run("Rust unit tests and layers", "cargo", "test", "-p", "guideload", "--lib", "--test", "layers")
+        return
     run("Rust tests", "cargo", "test", "-p", "guideload")
     run("Rust tests, monitor", "cargo", "test", "-p", "guideload-monitor", "--features", "prepare")
     if sys.platform == "linux":
@@ -68,6 +100,35 @@ def rust_steps() -> None:
         say(f"    program of {size}: the core, three methods, one scene")
         if shutil.which("size"):
             run("no std, no allocator: sizes", "size", str(program))
+
+
+def controllers_and_documentation() -> None:
+    """What needs the installed package, but neither all cores nor the Python tests."""
+    run("load monitor on controllers", str(PYTHON), "tests/firmware.py")
+    site = ["-W", "--keep-going", "-q", "-b", "html", "docs", "docs/_build/html"]
+    run("documentation, warnings as errors", str(PYTHON), "-m", "sphinx", *site)
+
+
+def build_module() -> None:
+    """The compiled module of the package in the source tree, where Python finds it by PYTHONPATH."""
+    folder = ROOT / "target" / "quick"
+    settings = {"LTO": "off", "CODEGEN_UNITS": "16", "INCREMENTAL": "true"}
+    run(
+        "compiled module",
+        *("cargo", "build", "--release", "--quiet", "-p", "guideload-py", "--target-dir", str(folder)),
+        PYO3_PYTHON=str(PYTHON),
+        **{f"CARGO_PROFILE_RELEASE_{name}": value for name, value in settings.items()},
+        **(
+            {"RUSTFLAGS": "-C link-arg=-undefined -C link-arg=dynamic_lookup"}
+            if sys.platform == "darwin"
+            else {}
+        ),
+    )
+    made, name = {
+        "win32": ("_core.dll", "_core.pyd"),
+        "darwin": ("lib_core.dylib", "_core.abi3.so"),
+    }.get(sys.platform, ("lib_core.so", "_core.abi3.so"))
+    shutil.copy(folder / "release" / made, ROOT / "python" / "guideload" / name)
 
 
 def component(name: str) -> bool:
@@ -87,13 +148,22 @@ def quiet(*command: str) -> bool:
     return done.returncode == 0
 
 
-def run(name: str, *command: str, cwd: Path = ROOT) -> None:
-    """A step that is a command. In a thread beside the main one its output is printed when it ends, else at once."""
+def run(name: str, *command: str, cwd: Path = ROOT, **environment: str) -> None:
+    """A step that is a command, with these environment variables.
+
+    In a thread beside the main one its output is printed when it ends, else at once.
+    """
     beside = threading.current_thread() is not threading.main_thread()
     pipe = subprocess.PIPE if beside else None
 
     def call() -> None:
-        done = subprocess.run(command, cwd=cwd, stdout=pipe, stderr=subprocess.STDOUT if beside else None)
+        done = subprocess.run(
+            command,
+            cwd=cwd,
+            env=os.environ | environment,
+            stdout=pipe,
+            stderr=subprocess.STDOUT if beside else None,
+        )
         if beside:
             say(f"\n==> {name}\n{done.stdout.decode(errors='replace').rstrip()}")
         if done.returncode:

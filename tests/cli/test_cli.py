@@ -33,6 +33,7 @@ def refused_after_output(*arguments: object) -> str:
     return guideload(*arguments, code=2).stderr
 
 
+@pytest.mark.slow
 def test_run_writes_loads_report_and_pictures(tmp_path: Path, trace: str) -> None:
     out = tmp_path / "neue Läufe" / "eins"
     ended = guideload("run", MACHINE, trace, "-o", out)
@@ -51,6 +52,7 @@ def test_formats_read_back(tmp_path: Path, trace: str, file_format: str) -> None
     assert Result.load(out / FORMATS[file_format]).data.sizes["time"] == 1200
 
 
+@pytest.mark.slow
 def test_options_reach_the_run(tmp_path: Path, trace: str) -> None:
     def attrs(*options: str) -> dict[str, object]:
         guideload("run", MACHINE, trace, "--no-pictures", "-o", tmp_path, "--overwrite", *options)
@@ -234,6 +236,7 @@ def test_modes_prints_and_draws(tmp_path: Path) -> None:
     assert names(tmp_path) == {"modes.svg"}
 
 
+@pytest.mark.slow
 def test_demo_shows_that_the_papers_dofs_hide_the_weight(tmp_path: Path, trace: str) -> None:
     """And leaves the files of a run in its folder."""
     out = tmp_path / "demo"

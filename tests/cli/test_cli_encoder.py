@@ -106,6 +106,7 @@ def test_a_motor_without_a_machine_is_shown_in_motor_units() -> None:
     assert f"largest speed {top:.4g} m/s" in with_machine and "Modes against the trace's band" in with_machine
 
 
+@pytest.mark.slow
 def test_a_machine_without_a_drive_is_no_reason_to_fail(tmp_path: Path) -> None:
     bare = tmp_path / "bare.toml"
     machine = Path(MACHINE).read_text(encoding="utf-8")
@@ -149,6 +150,7 @@ def test_damage_is_refused_with_its_rows_and_the_way_out(tmp_path: Path) -> None
     assert "702" in output_of("encoder", path, "--repair", "outliers")
 
 
+@pytest.mark.slow
 def test_the_picture_is_written_where_it_is_asked(tmp_path: Path, trace: Path) -> None:
     picture = tmp_path / "a.svg"
     assert f"Wrote {picture}" in "".join(guideload("encoder", trace, "-o", picture).stdout.split("\n"))
