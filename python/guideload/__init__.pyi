@@ -47,7 +47,6 @@ from .motion import Motion as Motion
 from .motion import Move as Move
 from .motion import MoveLimits as MoveLimits
 from .motion import Moves as Moves
-from .sensitivity import VariedMachine as VariedMachine
 from .sensitivity import sensitivities as sensitivities
 from .simulation import Result as Result
 from .simulation import peak_loads as peak_loads

@@ -160,7 +160,7 @@ def against_jax(varied: VariedMachine, motion: Any) -> None:
     zero = jnp.zeros(len(one.columns))
     plain, forward = jax.jit(states), jax.jit(jax.jacfwd(states))
     theirs = np.asarray(forward(zero).block_until_ready())
-    rates = varied.run(motion, start="rest").velocity()[:, 1:, f].transpose(1, 2, 0)
+    rates = varied.run(motion, start="rest").history("velocity")[:, 1:, f].transpose(1, 2, 0)
     size = np.abs(rates).max(axis=(0, 1))
     error = (np.abs(theirs[:, n:] - rates).max(axis=(0, 1))[size > 0.0] / size[size > 0.0]).max()
 

@@ -40,13 +40,13 @@ def with_value(machine: Machine, path: str, value: Any) -> Machine:
 def histories_of(run: RunDerivatives) -> dict[str, NDArray[np.float64]]:
     """The derivatives (p, ...) of a run, by the names of the histories of `differences`."""
     return {
-        "link_load": run.link_loads(),
+        "link_load": run.history("link_loads"),
         "link_load_damping": run.link_loads("damping"),
-        "carriage": run.carriage_loads(),
-        "reaction": run.reaction(),
-        "displacement": run.displacement(),
-        "velocity": run.velocity(),
-        "acceleration": run.acceleration(),
+        "carriage": run.history("carriage_loads"),
+        "reaction": run.history("reaction"),
+        "displacement": run.history("displacement"),
+        "velocity": run.history("velocity"),
+        "acceleration": run.history("acceleration"),
     }
 
 

@@ -109,7 +109,7 @@ def test_a_mass_that_lifts_off_in_closed_form() -> None:
     with mpmath.workdps(30):
         for k in range(3):
             order = tuple(int(i == k) for i in range(3))
-            for part, mine in enumerate((run.displacement(), run.velocity())):
+            for part, mine in enumerate((run.history("displacement"), run.history("velocity"))):
                 wanted = float(mpmath.diff(lambda *x, part=part: flight(*x)[part], values, order))
                 assert mine[k, -1, 1] == pytest.approx(wanted, rel=1e-10)
 
@@ -129,7 +129,7 @@ def test_a_contact_that_grazes_its_edge_has_a_derivative() -> None:
         run = VariedMachine(machine, ["links[y].damping", "links[y].clearance"]).run(
             pushed(time, push), start="rest"
         )
-        found.append((run.displacement()[:, :, 1], run.velocity()[:, :, 1]))
+        found.append((run.history("displacement")[:, :, 1], run.history("velocity")[:, :, 1]))
     for before, after in zip(*found, strict=True):
         # The flight lasts some 4e-5 of a period.
         assert np.abs(after - before).max() <= 1e-3 * np.abs(before).max()
@@ -161,7 +161,7 @@ def test_contacts_that_change_at_one_instant() -> None:
             for side in (1.0, -1.0)
         )
         wanted = (high - low) / (2.0 * step)
-        assert np.abs(run.velocity()[k] - wanted).max() <= 1e-5 * np.abs(wanted).max()
+        assert np.abs(run.history("velocity")[k] - wanted).max() <= 1e-5 * np.abs(wanted).max()
 
 
 # ---- figures, and what is refused
@@ -176,7 +176,7 @@ def test_figures_follow_the_histories() -> None:
     peaks = np.hypot(loads[:, :, 1], loads[:, :, 2]).argmax(axis=0)
     for i, k in enumerate(peaks):
         assert np.allclose(data["d_peak_resultant"][:, i], data["d_resultant"][:, k, i], rtol=1e-9)
-    forward = (run.carriage_loads() * 2.0 * loads).sum(axis=(1, 2, 3))
+    forward = (run.history("carriage_loads") * 2.0 * loads).sum(axis=(1, 2, 3))
     assert np.allclose(run.gradient(2.0 * loads), forward, rtol=1e-9)
     found = influence_of(machine, motion, "peak_resultant")
     assert np.isfinite(found.changes).all()
@@ -188,7 +188,7 @@ def test_either_start_by_differences(start: Any) -> None:
     machine, motion = two_carriages(**CLEAR, damping_in_contact=True), shaken(6, 4.0, 200)
     to = ["carriages[1a].clearance_y", "carriages[1a].stiffness_y", "body.mass", "motion.scale"]
     varied = VariedMachine(machine, to, motion)
-    mine = varied.run(motion, start=start).displacement()
+    mine = varied.run(motion, start=start).history("displacement")
     for k, value in enumerate(varied.values):
         step = 1e-6 * value * np.eye(len(to))[k]
         high, low = (

@@ -105,7 +105,7 @@ def test_quasi_static_start_and_factors_by_differences() -> None:
     to = ["body.mass", "carriages[1a].stiffness_y", "carriages[2a].x", "motion.scale", "motion.force_scale"]
     varied = VariedMachine(machine, to, motion)
     run = varied.run(motion, start="quasi-static")
-    loads, reaction = run.carriage_loads(), run.reaction()
+    loads, reaction = run.history("carriage_loads"), run.history("reaction")
     groups = machine.links_of_carriages, machine.carriage_places
     for k, column in enumerate(varied.columns):
         step = 1e-5 * (abs(column.value) or 1.0) * np.eye(len(to))[k]

@@ -75,7 +75,7 @@ def test_instants_at_the_samples_are_the_samples() -> None:
     found = run.at(time).history("carriage_loads", along)
     loads = run.solution.group_loads(machine.links_of_carriages, machine.carriage_places, "total")
     close(found.values, loads.reshape(motion.time.size, 24)[last_of_equal] @ along)
-    close(found.by, run.carriage_loads().reshape(len(TO), -1, 24)[:, last_of_equal] @ along)
+    close(found.by, run.history("carriage_loads").reshape(len(TO), -1, 24)[:, last_of_equal] @ along)
 
 
 def test_slopes_are_derivatives_by_time() -> None:

@@ -98,7 +98,7 @@ def test_two_links_by_a_complex_step(size: float, rolling: str) -> None:
     assert (np.abs(run.solution.position()[:, 1]).max() > opening) == (size > 3.0)
     for k, name in enumerate(PATHS):
         wanted = complex_step(size, exponent, name)
-        for mine, column in ((run.displacement(), 0), (run.velocity(), 2)):
+        for mine, column in ((run.history("displacement"), 0), (run.history("velocity"), 2)):
             for dof, index in ((1, 0), (3, 1)):
                 size_of = np.abs(wanted[:, column : column + 2]).max()
                 assert np.abs(mine[k, :, dof] - wanted[:, column + index]).max() <= 1e-9 * size_of
@@ -130,12 +130,12 @@ def test_all_quantities_by_differences_of_tight_runs(start: Any) -> None:
     run = varied.run(motion, start=start)
     assert run.solution.contact_changes > 0
     found = [
-        run.carriage_loads(),
-        run.link_loads(),
-        run.displacement(),
-        run.velocity(),
-        run.acceleration(),
-        run.reaction(),
+        run.history("carriage_loads"),
+        run.history("link_loads"),
+        run.history("displacement"),
+        run.history("velocity"),
+        run.history("acceleration"),
+        run.history("reaction"),
     ]
     for k, value in enumerate(varied.values):
         step = 1e-5 * (abs(value) or 1.0) * np.eye(len(to))[k]
@@ -150,9 +150,9 @@ def test_all_quantities_by_differences_of_tight_runs(start: Any) -> None:
                     there.group_loads(machine.links_of_carriages, moved, "total"),
                     there.link_loads("total"),
                     there.position(),
-                    there.velocity(),
-                    there.acceleration(),
-                    there.reaction(),
+                    there.history("velocity"),
+                    there.history("acceleration"),
+                    there.history("reaction"),
                 ]
             )
         for mine, high, low in zip(found, *ends, strict=True):
@@ -166,7 +166,7 @@ def test_gradient_and_peak_follow_the_histories() -> None:
     acceleration[:, 1] = pushes(20.0)
     run = VariedMachine(machine, list(PATHS.values())).run(Motion(TIME, acceleration), start="rest")
     weights = np.random.default_rng(0).normal(size=(TIME.size, 2))
-    forward = (run.link_loads() * weights).sum(axis=(1, 2))
+    forward = (run.history("link_loads") * weights).sum(axis=(1, 2))
     assert np.allclose(run.gradient(weights, "link_loads"), forward, rtol=1e-12)
 
 

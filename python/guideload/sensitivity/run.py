@@ -13,7 +13,6 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.sensitivity.instants import Instants, name_in_core
 from guideload.sensitivity.linearised import Linearised
-from guideload.simulation.point_motion import moved
 from guideload.simulation.start import Start, start_of
 
 # Method and tolerance of the histories themselves; the exact method does not use the tolerance.
@@ -53,34 +52,25 @@ class RunDerivatives:
         """The run at instants (n,) [s] in ascending order, between the samples of the motion too."""
         return Instants(self._run.at(np.ascontiguousarray(time, dtype=np.float64)))
 
-    def carriage_loads(self, part: str = "total") -> Array:
-        """Of the loads (p, time, carriage, 6), force and moment about the carriage centre in its own axes."""
-        loads = self._run.derivatives("group_loads", part)
-        return loads.reshape(*loads.shape[:2], -1, 6)
+    def history(self, quantity: str, part: str = "total") -> Array:
+        """Derivatives of the history of a quantity.
 
-    def link_loads(self, part: str = "total") -> Array:
-        """Of the loads along the links (p, time, link)."""
-        return self._run.derivatives("link_loads", part)
+        Parameters
+        ----------
+        quantity
+            carriage_loads : (p, time, carriage, 6), force and moment about the carriage centre in its own axes
+            link_loads : (p, time, link), along the links
+            displacement, velocity, acceleration : (p, time, 6), of L in the carriage frame, sag included
+            reaction : (p, time, 6), of the held dofs; of x it is the force of the drive without friction
+        part
+            Of the loads: "total", "elastic" or "damping".
 
-    def displacement(self) -> Array:
-        """Of the position of L in the carriage frame (p, time, 6), sag included."""
-        return self._run.derivatives("position")
-
-    def velocity(self) -> Array:
-        """Of the velocity of L in the carriage frame (p, time, 6)."""
-        return self._run.derivatives("velocity")
-
-    def acceleration(self) -> Array:
-        """Of the acceleration of L in the carriage frame (p, time, 6)."""
-        return self._run.derivatives("acceleration")
-
-    def reaction(self) -> Array:
-        """Of the reaction of the held dofs (p, time, 6); of x: the force of the drive without friction."""
-        return self._run.derivatives("reaction")
-
-    def of_points(self, of_reference: Array) -> Array:
-        """Of the motion of all points (p, time, point, 3), from that of L (p, time, 6): of its position or rates."""
-        return moved(self.machine, of_reference)
+        Returns
+        -------
+        Array in SI units per unit of each column.
+        """
+        found = self._run.derivatives(name_in_core(quantity), part)
+        return found.reshape(*found.shape[:2], -1, 6) if quantity == "carriage_loads" else found
 
     def gradient(self, weights: Array, quantity: str = "carriage_loads", part: str = "total") -> Array:
         """Derivatives (p,) of one figure of a run, backwards in time: at the cost of some runs for any p. Of
