@@ -1,17 +1,17 @@
-"""Golden files: what every kind of report says. `python tests/reports/golden.py` writes them anew; read the difference.
+"""Golden files of reports, which `python tests/golden.py --write` writes anew; read the difference.
 
-A file has the report as text and, where it has a page of its own, the text of its HTML. `test_golden.py` compares.
+A file has the report as text and, where it has a page of its own, the text of its HTML. A file is stale if a word
+differs, or a number by more than a unit of its last digit.
 """
 
 from __future__ import annotations
 
-import sys
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from decimal import Decimal
 from functools import cache
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import lives
 import reference
@@ -64,7 +64,9 @@ from guideload.reports.work_precision import chart_report
 from guideload.sizing import largest, size
 from guideload.sizing.size import Sizing
 
-FOLDER = Path(__file__).parent / "golden"
+FOLDER = Path(__file__).resolve().parents[1] / "golden" / "reports"
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d\u202f]*(?:\.\d+)?(?:e-?\d+)?(?![\w.]*\w)")
+ROUNDING = Decimal("1e-12")  # smaller numbers are rounding errors: another processor has others
 PAGE = "\n==== the page ====\n\n"  # between the text and that of the page
 
 
@@ -73,6 +75,42 @@ def written(name: str) -> str:
     report = REPORTS[name]()
     text = report.text() if isinstance(report, Report) else report
     return text + (PAGE + page_text(PAGES[name]()) if name in PAGES else "")
+
+
+def parts(text: str) -> tuple[str, list[str]]:
+    """The text with a mark for each number, without line breaks and rules of tables, whose widths follow numbers."""
+    return " ".join(NUMBER.sub("#", text).replace("─", " ").split()), NUMBER.findall(text)
+
+
+def alike(found: str, expected: str) -> bool:
+    """Another processor may round the last digit differently; counts of one or two digits are exact."""
+    if found == expected:
+        return True
+    values = [Decimal(text.replace("\u202f", "")) for text in (found, expected)]
+    if max(map(abs, values)) < ROUNDING:
+        return True
+    if all(re.fullmatch(r"[-+]?\d{1,2}", text) for text in (found, expected)):
+        return False
+    unit = max(Decimal(1).scaleb(int(value.as_tuple().exponent)) for value in values)
+    return abs(values[0] - values[1]) <= unit
+
+
+def differences(name: str) -> list[tuple[str, str]]:
+    """Words, or else numbers, that the report and its golden file have differently: now, and in the file."""
+    (words, numbers), (expected, golden) = map(
+        parts, (written(name), (FOLDER / f"{name}.txt").read_text("utf-8"))
+    )
+    if words != expected:
+        return [(words, expected)]
+    return [pair for pair in zip(numbers, golden, strict=True) if not alike(*pair)]
+
+
+def stale(write: bool = False) -> list[str]:
+    """Names of the golden files that differ from what the reports say now; they are written anew if asked."""
+    found = [name for name in REPORTS if not (FOLDER / f"{name}.txt").exists() or differences(name)]
+    for name in found if write else ():
+        (FOLDER / f"{name}.txt").write_text(written(name), encoding="utf-8")
+    return [f"reports/{name}" for name in found]
 
 
 # ---- machines and motions
@@ -228,8 +266,3 @@ PAGES: dict[str, Callable[[], str]] = {
     "sizing": lambda: html_report.sizing_page(*sized()),
     "study": lambda: html_report.study_page(study()),
 }
-
-if __name__ == "__main__":
-    FOLDER.mkdir(exist_ok=True)
-    for name in sys.argv[1:] or REPORTS:
-        (FOLDER / f"{name}.txt").write_text(written(name), encoding="utf-8")

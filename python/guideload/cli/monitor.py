@@ -37,14 +37,14 @@ monitor.add_command(watch)
 @options.trace_argument
 @click.option("--period", required=True, help='Time between two samples, e.g. "1 ms".')
 @click.option("--travel-per-count", required=True, help='Travel of the cart per count, e.g. "20 um".')
-@click.option(
-    "--lag", type=int, default=20, show_default=True, help="Samples after the instant of the loads."
-)
+@click.option("--lag", type=int, default=20, show_default=True, help="Output delay in samples.")
 @click.option("--encoder-bits", type=int, default=32, show_default=True, help="Width of the counter.")
-@click.option("--ticks", type=int, default=1, show_default=True, help="Time stamps per period; 1: numbers.")
+@click.option("--ticks", type=int, default=1, show_default=True, help="Clock ticks per sample period.")
 @click.option("--max-acceleration", help="What the axis cannot exceed; by default 5 times that of TRACE.")
-@click.option("--most-missing", type=int, default=8, show_default=True, help="Samples missing in a row.")
-@click.option("--load-limit", help="Limit of the equivalent load, whose passing is counted.")
+@click.option(
+    "--most-missing", type=int, default=8, show_default=True, help="Longest accepted run of lost samples."
+)
+@click.option("--load-limit", help="Limit of the equivalent load; exceedances are counted.")
 @click.option("--bin", "width", default="500 N", show_default=True, help="Width of a bin of the histogram.")
 @click.option(
     "-o",

@@ -43,5 +43,9 @@ def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
         if written := [str(path) for path in (output, report) if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")
 
-    with_report = cast(Callable[..., None], report_option(show))
-    return with_report if "overwrite" in options else overwrite_picture_option(with_report)
+    shown: Any = (
+        report_option(show) if "overwrite" in options else report_option(overwrite_picture_option(show))
+    )
+    given = shown.__click_params__  # the last one comes first in the help: these are to come last
+    shown.__click_params__ = given[len(options) :] + given[: len(options)]
+    return cast(Callable[..., None], shown)
