@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from texts import one_line
 
+from guideload.base.errors import NotFinite
 from guideload.base.number_text import KINDS, NARROW_SPACE, digits, fixed, load_in_table, signed
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
@@ -74,10 +75,12 @@ def test_characters_that_the_encoding_lacks_are_replaced(encoding: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_not_finite_is_a_word(kind: str) -> None:
-    for value, word in ((math.nan, "unknown"), (math.inf, "unlimited")):
-        assert KINDS[kind](value).lstrip("+") == word
-        assert word in text_of(Table(Column("", ["a"]), Column("value", [value], "", kind)))
+def test_what_is_not_finite_is_never_printed(kind: str) -> None:
+    """An infinite life is unlimited; what is no number is an error in a table, and a word in a sentence."""
+    assert KINDS[kind](math.inf).lstrip("+") == "unlimited" and KINDS[kind](math.nan).lstrip("+") == "unknown"
+    assert "unlimited" in text_of(Table(Column("", ["a"]), Column("value", [math.inf], "", kind)))
+    with pytest.raises(NotFinite, match="value"):
+        Table(Column("", ["a"]), Column("value", [math.nan], "", kind))
 
 
 @given(st.floats(-1e9, 1e9).filter(lambda value: abs(value) > 1e-9), st.integers(1, 7))

@@ -40,7 +40,8 @@ def shows_report(command: Callable[..., Shown]) -> Callable[..., None]:
             with status("writing the HTML report"):
                 made = page(html_report) if page else html_report.report_page(shown)
                 html_report.save_page(made, report, replace=overwrite)
-        if written := [str(path) for path in (output, report) if path is not None]:
+        files = (output, arguments.get("table"), report)
+        if written := [str(path) for path in files if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")
 
     shown: Any = (
