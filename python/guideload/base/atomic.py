@@ -207,8 +207,10 @@ def lock_file(path: Path, target: Path) -> Iterator[None]:
                 if not _is_file(file.fileno(), path):
                     continue  # its holder removed it before it was locked here
                 file.truncate(0)
-                file.write(f"{os.getpid()}\n")
-                file.flush()
+                with suppress(
+                    OSError
+                ):  # a full disk: others are told less, and this writer fails at its own file
+                    os.write(file.fileno(), b"%d\n" % os.getpid())
                 yield
                 return
     finally:

@@ -139,7 +139,7 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
     from guideload.study.storage import begun_only, files_of, remove
 
     if read_json(output) is None:
-        if not (resume and begun_only(output)):
+        if not begun_only(output):
             outputs.require_free(output, {"": {*outputs.STUDY}}, overwrite, inputs)
     elif resume or overwrite:
         outputs.require_free(output, {"": {*outputs.STUDY}}, True, inputs)
