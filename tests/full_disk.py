@@ -84,7 +84,7 @@ FRESH = (
     "long-run",
     "study",
 )  # in a process of their own for each size, as an end may crash too
-PEAK = {"monitor watch": 12}  # times the room of what is left: the journal becomes a Parquet file
+PEAK = {"monitor watch": 6}  # times the room of what is left: the journal becomes a Parquet file
 PAGE = 4096
 
 
@@ -149,7 +149,7 @@ def sweep(name: str, place: Path, sizes: int, limit: Callable[[int | None], None
     whole = seen(disk)
     room = sum(-(-size // PAGE) * PAGE + PAGE for size in whole.values())
     for size in np.unique(
-        np.linspace(PAGE, 1.5 * room + 8 * PAGE, sizes).astype(int) // PAGE * PAGE
+        np.linspace(PAGE, PEAK.get(name, 1.5) * room + 8 * PAGE, sizes).astype(int) // PAGE * PAGE
     ).tolist():
         limit(None)
         clear(disk)
