@@ -80,6 +80,8 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
         return command(*arguments, **options)
     finally:
         raiser.is_running = False  # first: an exception in the lines below would leave the handlers
+        if raiser.can_wait:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in former.items():
             signal.signal(number, handler)
         sys.unraisablehook = hook
@@ -88,9 +90,9 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
 class _Raiser:
     """Raises the exception of a signal where it is not lost: not within `WHOLE`, and again if it was not raisable."""
 
-    can_wait = hasattr(signal, "setitimer")  # not on Windows
-
     def __init__(self) -> None:
+        # Windows has no timer, and a caller may use it.
+        self.can_wait = hasattr(signal, "SIGALRM") and signal.getsignal(signal.SIGALRM) is signal.SIG_DFL
         self.is_running = True
         self.number = 0
         self.raised: BaseException | None = None
