@@ -7,6 +7,7 @@ from .base.errors import ConfigError as ConfigError
 from .base.errors import DoubtfulResult as DoubtfulResult
 from .base.errors import GuideloadError as GuideloadError
 from .base.errors import LifeError as LifeError
+from .base.errors import NotFinite as NotFinite
 from .base.errors import PictureError as PictureError
 from .base.errors import ReadError as ReadError
 from .base.errors import RunError as RunError

@@ -206,6 +206,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--count", type=int, default=10**9, help="end after so many cases")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="commands whose line has this text")
     parser.add_argument("--case", type=int, help="run this one case, show it, and keep its folder")
@@ -232,7 +233,7 @@ def main() -> None:
     option = f" --only {asked.only!r}" if asked.only else ""
     counts: dict[str, Counter[str]] = {}
     slowest: dict[str, float] = {}
-    while time.monotonic() < end:
+    while time.monotonic() < end and case < asked.seed * 1_000_000 + asked.count:
         line, what, found = outcome_of(folder, case, asked.only)
         name = " ".join(line.split()[: 2 if line.startswith(("monitor", "catalogue")) else 1])
         counts.setdefault(name, Counter())[found.kind] += 1

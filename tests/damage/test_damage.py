@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 from damage_runs import FORMATS, outcomes, valid_files
 
-from guideload.base.errors import GuideloadError, TraceError
+from guideload.base.errors import GuideloadError, ReadError
 from guideload.simulation.result import Result
 from guideload.study.result import StudyResult
 from guideload.traces.reading import read_trace
@@ -62,11 +62,11 @@ def test_each_changed_byte_of_a_result_is_found(valid: Path, tmp_path: Path) -> 
         damaged = bytearray(content)
         damaged[place] ^= 1 << int(rng.integers(8))
         (tmp_path / "loads.nc").write_bytes(damaged)
-        with pytest.raises(TraceError, match="loads.nc: expected a result that guideload wrote, got a file"):
+        with pytest.raises(ReadError, match="loads.nc: expected a result that guideload wrote, got a file"):
             Result.load(tmp_path / "loads.nc")
     for size in [0, 7, 63, 64, *rng.integers(len(content), size=50).tolist(), len(content) - 1]:
         (tmp_path / "loads.nc").write_bytes(content[:size])
-        with pytest.raises(TraceError, match=r"loads.nc: .* got a file"):
+        with pytest.raises(ReadError, match=r"loads.nc: .* got a file"):
             Result.load(tmp_path / "loads.nc")
 
 

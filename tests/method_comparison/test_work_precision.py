@@ -306,7 +306,7 @@ def test_the_time_of_a_finer_step_is_predicted(
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, np.nan, np.inf, "20", True])
 def test_bad_budgets_are_refused(budget: object) -> None:
-    with pytest.raises(ArgumentError, match="budget: expected a number > 0"):
+    with pytest.raises(ArgumentError, match="budget: expected a number"):
         work_precision(cart(), START, budget=budget)
 
 

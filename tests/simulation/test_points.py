@@ -9,7 +9,8 @@ import pytest
 from machines import body, carriage, machine
 from reference import cart, cart_clear, cycle
 
-from guideload import ArgumentError, Machine, Motion, PointOfInterest, Rail, Result, TraceError, simulate
+from guideload import ArgumentError, Machine, Motion, PointOfInterest, Rail, Result, simulate
+from guideload.base.errors import ReadError
 from guideload.html_report import run_page
 from guideload.reports.run import result_report
 from guideload.simulation.point_motion import DIMS
@@ -161,7 +162,7 @@ def test_files_keep_the_points(ending: str, tmp_path: Path) -> None:
     assert [one.time.tolist() for one in read.settling()] == [one.time.tolist() for one in result.settling()]
     broken = result.data.drop_vars("point_velocity")
     Result(result.machine, broken).to_netcdf(tmp_path / "broken.nc")
-    with pytest.raises(TraceError, match="without point_velocity"):
+    with pytest.raises(ReadError, match="without point_velocity"):
         Result.load(tmp_path / "broken.nc")
 
 

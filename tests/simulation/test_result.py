@@ -34,8 +34,8 @@ from guideload import (
     Machine,
     Motion,
     Rail,
+    ReadError,
     Result,
-    TraceError,
     peak_loads,
     simulate,
 )
@@ -372,7 +372,7 @@ def test_what_is_no_result_is_refused_by_name(
         path.with_suffix(".nc").rename(path)
     else:
         write(path)
-    with pytest.raises(TraceError) as caught:
+    with pytest.raises(ReadError) as caught:
         Result.load(path)
     assert str(path) in str(caught.value)
     assert "expected" in str(caught.value)

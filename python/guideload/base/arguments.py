@@ -104,6 +104,8 @@ def real_array(name: str, values: ArrayLike) -> Array:
         raise ArgumentTypeError(
             f"{name}: expected an array of real numbers, got {what.get(found.dtype.kind, str(found.dtype))}"
         )
+    if found.dtype.kind == "O" and any(one is None for one in found.flat):  # of which NumPy makes nan
+        raise ArgumentTypeError(f"{name}: expected an array of real numbers, got None")
     try:
         real = np.asarray(found, dtype=np.float64, order="C")
         return real.copy() if real is values or not real.flags.owndata else real

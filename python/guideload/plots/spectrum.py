@@ -70,7 +70,6 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     return ax
 
 
-@checked
 def load_density(result: Result) -> tuple[Array, Array]:
     """One-sided power spectral density of the dynamic load of every carriage.
 
