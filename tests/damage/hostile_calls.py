@@ -8,6 +8,7 @@ Every argument of every call below is replaced by every value of VALUES; the oth
 from __future__ import annotations
 
 import math
+import os
 import signal
 import sys
 import tempfile
@@ -226,7 +227,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
     raise Slow
 
 
-def outcome(function: Callable[..., Any], arguments: dict[str, Any], changed: str) -> str:
+def outcome(function: Callable[..., Any], arguments: dict[str, Any]) -> str:
     """`answered`, `refused`, or what is wrong with a call."""
     signal.signal(signal.SIGPROF, _stop)
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
@@ -250,13 +251,18 @@ def outcome(function: Callable[..., Any], arguments: dict[str, Any], changed: st
 
 def outcomes(folder: Path, only: str = "") -> Iterator[tuple[str, str, str, str]]:
     """Call, argument, value and outcome."""
-    for name, (function, valid) in calls(folder).items():
-        if only not in name:
-            continue
-        yield name, "", "", outcome(function, valid, "")
-        for key in valid:
-            for text, value in VALUES.items():
-                yield name, key, text, outcome(function, valid | {key: value}, key)
+    before = Path.cwd()
+    os.chdir(folder)  # some values are names of files and folders that a call may write
+    try:
+        for name, (function, valid) in calls(folder).items():
+            if only not in name:
+                continue
+            yield name, "", "", outcome(function, valid)
+            for key in valid:
+                for text, value in VALUES.items():
+                    yield name, key, text, outcome(function, valid | {key: value})
+    finally:
+        os.chdir(before)
 
 
 def main() -> None:
