@@ -218,7 +218,7 @@ def test_an_executor_gets_a_bounded_number_of_chunks(whole: dict[str, bytes]) ->
 @pytest.mark.parametrize("name", ["threads", "chunk", "in_flight"])
 @pytest.mark.parametrize("value", [0, -1, 1.5, True])
 def test_bad_numbers_are_refused(name: str, value: Any) -> None:
-    with pytest.raises(ArgumentError, match=f"{name}: expected a whole number of at least 1, got {value}"):
+    with pytest.raises(ArgumentError, match=f"{name}: expected a whole number"):
         run_study(plan(10), **{name: value})
 
 

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pyarrow.parquet import ParquetWriter
 
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, real_array, require_type
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
@@ -115,7 +115,6 @@ class StudyResult(StudyColumns):
             if (row := _described(values, self.replicate))["samples"]
         }
 
-    @checked
     def quantiles(
         self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
@@ -125,11 +124,14 @@ class StudyResult(StudyColumns):
 
         Raises ArgumentError for levels that do not lie between 0 and 1.
         """
-        if np.ndim(levels) != 1 or not len(levels) or not all(0 < level < 1 for level in levels):
+        shares = real_array("levels", levels)
+        if shares.ndim != 1 or not shares.size or not np.all((shares > 0) & (shares < 1)):
             raise ArgumentError(
                 f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
                 "[0.95] is for the 95 % quantile"
             )
+        require_type("name", name, str)
+        require_type("confidence", confidence, float)
         estimates = statistics.quantiles(self.column(name), levels, confidence, self.replicate)
         columns = ("value", "low", "high", "standard_error")
         return pd.DataFrame(np.transpose(estimates), pd.Index(levels, name="level"), columns)
