@@ -27,6 +27,7 @@ SOURCES = {
     "Motion": "as from motion_from_trace(read_trace(file), machine.drive) or Moves.from_toml(file).motion()",
     "Trace": "as from read_trace(file)",
     "Result": "as from simulate(machine, motion)",
+    "Study": "as from Study.from_toml(file)",
     "StudyResult": "as from run_study(study)",
     "Drive": "as machine.drive",
     "Modes": "as result.modes",
