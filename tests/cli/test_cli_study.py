@@ -1,6 +1,7 @@
 """`guideload study`: what it writes and prints, what it refuses, and how it goes on."""
 
 import json
+import re
 import shlex
 import shutil
 from pathlib import Path
@@ -11,7 +12,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner, Result
-from study_standin import HashedBatch
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
@@ -41,20 +41,6 @@ each = "carriage"
 distribution = "lognormal"
 sigma = 0.2
 """
-
-
-@pytest.fixture(autouse=True)
-def core(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hashes in place of the core's batch."""
-    batches: dict[str, HashedBatch] = {}
-
-    def batch(plan: Any) -> HashedBatch:
-        new = HashedBatch(
-            len(plan.metadata.measures), plan.motion.time.size, len(plan.metadata.carriages), 0.0
-        )
-        return batches.setdefault(plan.metadata.fingerprint, new)
-
-    monkeypatch.setattr("guideload.study.plan.Plan.batch", batch)
 
 
 @pytest.fixture
@@ -396,12 +382,19 @@ def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.Monke
     assert Path("other.toml").read_bytes() == Path("study.toml").read_bytes()
 
 
-def test_probability_estimates_each_limit_and_says_what_it_doubts(file: Path) -> None:
-    told = guideload("probability", file, "--error", "50", "--threads", "1")
+def test_probability_of_a_limit_is_the_share_of_runs_beyond_it(file: Path, tmp_path: Path) -> None:
+    told = guideload("probability", file, "--limit", "peak_resultant=5 kN", "--error", "10", "--threads", "1")
     assert told.exit_code == 0
     text = " ".join(told.stdout.split())
-    assert text.startswith("Probability of peak resultant above 0.5 N, machine: 9.")
-    assert "95 %" in text and "10 populations" in text and "had no solution" in text
+    found = re.match(
+        r"Probability of peak resultant above 5000 N, machine: \S+ \((\S+) to (\S+) at 95 %\)", text
+    )
+    assert found, text
+    assert guideload("study", file, "-o", tmp_path / "out", "--samples", 4096, "--no-pictures").exit_code == 0
+    result = StudyResult.load(tmp_path / "out")
+    peaks = np.max([result.column(f"max_resultant_N[{name}]") for name in result.metadata.carriages], axis=0)
+    low, high = map(float, found.groups())
+    assert low < np.mean(peaks > 5000.0) < high
 
 
 def test_a_cluster_that_does_not_answer_is_said(
