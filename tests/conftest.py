@@ -32,6 +32,7 @@ SLOW = (
     "damage/test_damage.py",
     "docs/test_documents.py",
     "simulation/test_interrupt.py",
+    "simulation/test_limits.py",
     "study/test_dask.py",
 )
 

@@ -205,6 +205,7 @@ CHATTER = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CHATTER)
 def test_a_mass_dropped_on_a_stiff_contact_chatters_to_rest(name: str) -> None:
     """Lifted off, dropped, bouncing until it stays: each contact as by events, in bounded work."""
