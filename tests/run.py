@@ -45,7 +45,7 @@ def main() -> None:
         rust = beside.submit(rust_lints_and_tests, quick)
         python_lints()
         if quick:
-            step("build for the tests", build_module)
+            build_module()
         else:
             run("build and install", str(PYTHON), "-m", "pip", "install", "--quiet", ".[test,docs]")
             run("licences and known vulnerabilities", str(PYTHON), "tests/advisories.py")
@@ -128,7 +128,9 @@ def build_module() -> None:
         "win32": ("_core.dll", "_core.pyd"),
         "darwin": ("lib_core.dylib", "_core.abi3.so"),
     }.get(sys.platform, ("lib_core.so", "_core.abi3.so"))
-    shutil.copy(folder / "release" / made, ROOT / "python" / "guideload" / name)
+    place = ROOT / "python" / "guideload" / name
+    shutil.copy(folder / "release" / made, place.with_suffix(".new"))
+    place.with_suffix(".new").replace(place)  # whole at any moment: another process may have it loaded
 
 
 def component(name: str) -> bool:
