@@ -37,7 +37,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from made_traces import FAMILIES, JITTERS, NOISES, QUANTA, RATES, Array, Case, case, draw, moves
 
 from guideload import Machine, Motion, simulate
-from guideload.smoothing.estimation import Estimate, estimate
+from guideload.smoothing.estimation import MotionEstimate, estimate
 
 WORST, COVER = 1.15, (0.90, 0.98)  # ratio and cover of a case beyond which the table counts it
 LONG = 1_000_000  # samples
@@ -109,7 +109,7 @@ def example() -> Machine:
     return Machine.from_toml(str(files("guideload") / "examples" / "manipulator.toml"))
 
 
-def loads(case: Case, found: Estimate) -> tuple[float, float, float]:
+def loads(case: Case, found: MotionEstimate) -> tuple[float, float, float]:
     """Cover of the loads, worst error of a peak, and share of the peaks within their bands."""
     true = simulate(example(), Motion.along_x(case.time, case.acceleration))
     motion = Motion.along_x(case.time, found.acceleration, uncertainty=found.uncertainty)

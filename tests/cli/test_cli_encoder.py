@@ -16,7 +16,7 @@ from guideload.cli.main import main
 from guideload.motion.uncertainty import COVER
 from guideload.plots.trace import density, thinned
 from guideload.reports.trace import encoder_report
-from guideload.smoothing.estimation import Estimate
+from guideload.smoothing.estimation import MotionEstimate
 
 MACHINE = str(EXAMPLES / "manipulator.toml")
 TRACE = str(EXAMPLES / "manipulator.csv")
@@ -62,7 +62,7 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
     text = output_of("encoder", trace)
     assert set(tmp_path.iterdir()) == before
     estimate = Inspection.of(read_trace(trace)).kinematics
-    assert isinstance(estimate, Estimate)
+    assert isinstance(estimate, MotionEstimate)
     at = np.abs(estimate.acceleration).argmax()
     half = COVER * np.sqrt(estimate.acceleration_variance[at])
     low, high = estimate.acceleration[at] - half, estimate.acceleration[at] + half

@@ -11,7 +11,7 @@ from scipy import stats
 
 from guideload.machine.machine import Machine
 from guideload.study.metadata import ParameterMetadata, StudyMetadata
-from guideload.study.quantities import column_of
+from guideload.study.quantities import column_name
 from guideload.study.result import StudyResult
 
 
@@ -127,7 +127,7 @@ def study(
     }
     results |= {("drive", 0, "min"): -0.5 * peaks.mean(axis=1), ("drive", 0, "max"): 0.2 * peaks.mean(axis=1)}
     names = [
-        column_of(load, statistic) + (f"[{gantry.carriages[i].name}]" if load != "drive" else "")
+        column_name(load, statistic) + (f"[{gantry.carriages[i].name}]" if load != "drive" else "")
         for load, i, statistic in results
     ]
     parameters = [ParameterMetadata(name="body.mass", unit="kg", targets=("body.mass",))] + [
@@ -185,7 +185,7 @@ def recording(result: StudyResult, recorded: Iterable[tuple[str, str]], **change
     for load, statistic in recorded:
         for i, label in enumerate(carriages if load != "drive" else [""]):
             measures.append((load, i, statistic))
-            columns.append(column_of(load, statistic) + (f"[{label}]" if label else ""))
+            columns.append(column_name(load, statistic) + (f"[{label}]" if label else ""))
     known = result.store.data
     data = {column: known.get(column, known[f"max_resultant_N[{carriages[0]}]"]) for column in columns}
     store = replace(result.store, data={**known, **data})

@@ -16,7 +16,7 @@ from guideload import Body, Link, Machine, Motion, WorkPrecision, plots, simulat
 from guideload.base.errors import ArgumentError, RunError
 from guideload.cli.outputs import CHART
 from guideload.method_comparison import runner
-from guideload.method_comparison.diagram import Row, Setting
+from guideload.method_comparison.diagram import Setting, SettingResult
 from guideload.method_comparison.runner import MOST_REPETITIONS, RTOLS, STEPS_PER_SAMPLE, work_precision
 from guideload.reports.work_precision import chart_report
 
@@ -44,7 +44,7 @@ def stiff() -> WorkPrecision:
     return work_precision(cart_stiff(), START)
 
 
-def curve(chart: WorkPrecision, method: str, kind: str) -> list[Row]:
+def curve(chart: WorkPrecision, method: str, kind: str) -> list[SettingResult]:
     return [row for row in chart.rows if row.setting.curve == (method, kind)]
 
 
@@ -150,7 +150,7 @@ def test_equal_runs_have_one_time() -> None:
 
 
 def test_everything_except_the_times_is_repeatable(chart: WorkPrecision) -> None:
-    def timeless(each: WorkPrecision) -> list[Row]:
+    def timeless(each: WorkPrecision) -> list[SettingResult]:
         return [replace(row, seconds=None, spread=None, pareto_optimal=False) for row in each.rows]
 
     again = work_precision(cart(), START)
@@ -162,7 +162,7 @@ def test_a_method_that_fails_has_rows_and_one_sentence_that_say_why(stiff: WorkP
     steps = curve(stiff, "rk45", "step")
     failed = [row for row in steps if row.failed is not None]
     assert 0 < len(failed) < len(steps) and failed == steps[: len(failed)]  # the longest steps
-    assert all(replace(row, failed=None) == Row(row.setting) for row in failed)
+    assert all(replace(row, failed=None) == SettingResult(row.setting) for row in failed)
     assert all("stability region" in row.failed for row in failed)
     text = " ".join(chart_report(stiff).text().split())
     assert text.count("the solution grew without bound") == 1
@@ -198,7 +198,7 @@ def test_the_reference_is_the_first_method_that_runs(
             work_precision(cart(), START)
         return
     chart = work_precision(cart(), START)
-    assert chart.rows[0] == Row(Setting("exact"), failed="exact cannot")
+    assert chart.rows[0] == SettingResult(Setting("exact"), failed="exact cannot")
     assert {row.setting.method for row in chart.rows if row.failed} == set(failing)
     assert (chart.reference.setting, chart.reference.check) == (setting, check)
     if check is None:

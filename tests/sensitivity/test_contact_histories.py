@@ -15,7 +15,7 @@ from reference import on_rails, random_motion
 
 from guideload import Body, Link, Machine, Motion, sensitivities
 from guideload.base.errors import ArgumentError
-from guideload.sensitivity import VariedMachine, influence_of
+from guideload.sensitivity import VariedMachine, rank_influences
 
 Array = NDArray[Any]
 # Relative to the largest entry of each history; 2e-11 are found. A change is located to 1e-13 of the deflections, and
@@ -178,7 +178,7 @@ def test_figures_follow_the_histories() -> None:
         assert np.allclose(data["d_peak_resultant"][:, i], data["d_resultant"][:, k, i], rtol=1e-9)
     forward = (run.history("carriage_loads") * 2.0 * loads).sum(axis=(1, 2, 3))
     assert np.allclose(run.gradient(2.0 * loads), forward, rtol=1e-9)
-    found = influence_of(machine, motion, "peak_resultant")
+    found = rank_influences(machine, motion, "peak_resultant")
     assert np.isfinite(found.changes).all()
     assert any("clearance" in column.name for column in found.columns)
 

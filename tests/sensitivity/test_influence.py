@@ -11,14 +11,14 @@ from guideload import Machine, plots, simulate
 from guideload.base.errors import ArgumentError
 from guideload.cli.main import main
 from guideload.reports.sensitivities import sensitivities_report
-from guideload.sensitivity import influence_of
+from guideload.sensitivity import rank_influences
 
 MOTION = piece(pulse(), 4995, 5060)
 
 
 def test_changes_are_those_of_changed_machines() -> None:
     machine = cart()
-    found = influence_of(machine, MOTION)
+    found = rank_influences(machine, MOTION)
     peak = simulate(machine, MOTION).peaks()["peak_resultant_N"]
     assert (found.carriage, found.value) == (peak.idxmax(), pytest.approx(peak.max(), rel=1e-12))
     assert (np.diff(np.abs(found.changes)) <= 0.0).all()
@@ -33,7 +33,7 @@ def test_changes_are_those_of_changed_machines() -> None:
 
 
 def test_report_and_picture_name_the_strongest_first() -> None:
-    found = influence_of(cart(), MOTION, to=["body.mass", "carriages.*.stiffness_y"], carriage="2a")
+    found = rank_influences(cart(), MOTION, to=["body.mass", "carriages.*.stiffness_y"], carriage="2a")
     lines = sensitivities_report(cart(), found).text().splitlines()
     assert "what drives the largest load of carriage 2a" in " ".join(lines)
     rows = [
@@ -42,9 +42,9 @@ def test_report_and_picture_name_the_strongest_first() -> None:
     assert rows[:5] == [column.name for column in found.columns]
     assert len(plots.influence(cart(), found).patches) == 5
     with pytest.raises(ArgumentError, match="carriage: expected one of 1a, 1b, 2a"):
-        influence_of(cart(), MOTION, carriage="9")
+        rank_influences(cart(), MOTION, carriage="9")
     with pytest.raises(ArgumentError, match="of: expected one of peak_resultant"):
-        influence_of(cart(), MOTION, "weight")
+        rank_influences(cart(), MOTION, "weight")
 
 
 def test_command_prints_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

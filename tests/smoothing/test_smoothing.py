@@ -9,8 +9,8 @@ from moves import GENTLE
 from signals import best_filter_error, rms, rounded
 
 from guideload.base.errors import TraceError
-from guideload.smoothing.estimation import Estimate
-from guideload.smoothing.smoothing import Kind, Method, quantum_of, smooth
+from guideload.smoothing.estimation import MotionEstimate
+from guideload.smoothing.smoothing import Kind, Method, find_quantum, smooth
 
 RNG_SEED = 7
 HISTORIES = ("position", "velocity", "acceleration")
@@ -42,7 +42,7 @@ def test_at_four_kilohertz_the_error_is_near_that_of_the_best_filter():
     time, position, _, acceleration = cycle(4000.0)
     value = rounded(position, 1e-5)
     best = best_filter_error(value, acceleration, 4000.0, (4,), np.geomspace(100, 1000, 8))
-    found = smooth(time, value, "position", quantum=quantum_of(value))
+    found = smooth(time, value, "position", quantum=find_quantum(value))
     assert rms(found.acceleration - acceleration) < 1.25 * best
 
 
@@ -85,7 +85,7 @@ def test_velocity_and_position_agree():
 def test_emps_acceleration_agrees_with_the_force(shared_data: Path):
     """The force over the mass gives an acceleration that no differentiation has touched (data/README)."""
     data = pd.read_csv(shared_data / "emps_bangbang_1kHz.csv")
-    found = smooth(data.t_s, data.q_meas_m, "position", quantum=quantum_of(data.q_meas_m))
+    found = smooth(data.t_s, data.q_meas_m, "position", quantum=find_quantum(data.q_meas_m))
     velocity = found.velocity
     force = 35.15065 * data.u_V.to_numpy()
     expected = (force - 203.5 * velocity - 20.39 * np.sign(velocity) + 3.165) / 95.11
@@ -100,9 +100,9 @@ def test_emps_acceleration_agrees_with_the_force(shared_data: Path):
 def test_the_quantum_is_found():
     time, position, _, _ = cycle(1000.0)
     for quantum in (1e-6, 8.4e-5):
-        assert quantum_of(rounded(position, quantum)) == pytest.approx(quantum, rel=1e-9)
-    assert quantum_of(np.sin(5.0 * time)) == 0.0
-    assert quantum_of(np.full(20, 0.3)) == 0.0
+        assert find_quantum(rounded(position, quantum)) == pytest.approx(quantum, rel=1e-9)
+    assert find_quantum(np.sin(5.0 * time)) == 0.0
+    assert find_quantum(np.full(20, 0.3)) == 0.0
 
 
 def test_a_log_too_coarse_for_its_moves_is_followed_and_not_flattened(shared_data: Path):
@@ -120,7 +120,7 @@ def test_equal_samples_give_no_acceleration(kind: Kind, method: Method):
     time = np.arange(20) * 0.01
     found = smooth(time, np.full(20, 0.1), kind, method)
     assert np.abs(found.acceleration).max() < 1e-14
-    if isinstance(found, Estimate):
+    if isinstance(found, MotionEstimate):
         assert not found.acceleration_variance.any() and not found.draws(2, np.random.default_rng(1)).any()
     assert found.velocity == pytest.approx(0.1 if kind == "velocity" else 0.0)
     assert found.position[-1] == pytest.approx(0.1 if kind == "position" else 0.1 * time[-1])

@@ -89,7 +89,7 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
         body = machine.body.model_copy(update={"mass": values[i, 0]})
         result = simulate(
             machine.model_copy(update={"body": body}),
-            study.motion_of(i),
+            study.sample_motion(i),
             plan.metadata.method,
             rtol=1e-9,
             start=plan.metadata.start,
@@ -115,7 +115,7 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
             assert expected is None or abs(found - expected) <= tolerance * scale, (load, carriage, statistic)
         if i == 10:
             assert np.abs(histories[-1, :, :, :3] - result.data["force"]).max() <= tolerance * scale
-    assert not np.array_equal(study.motion_of(0).acceleration, study.motion_of(1).acceleration)
+    assert not np.array_equal(study.sample_motion(0).acceleration, study.sample_motion(1).acceleration)
 
 
 def test_loads_scatter_as_the_covariance_says_and_peaks_as_those_of_the_bands() -> None:

@@ -60,14 +60,14 @@ def sensitivities(
     The picture is a tornado diagram. For ranges of values, and for machines with clearance or preload, run a study.
     """
     from guideload.reports.sensitivities import sensitivities_report
-    from guideload.sensitivity.influence import influence_of
+    from guideload.sensitivity.influence import rank_influences
 
     with picture_draft(output, overwrite, *paths(machine_file, trace_file, given["forces"])) as draft:
         with status("reading"):
             machine = read_machine(machine_file)
             motion = read_motion(trace_file, machine, **given)
         with status("computing derivatives"):
-            found = influence_of(machine, motion, figure, to, carriage, start)
+            found = rank_influences(machine, motion, figure, to, carriage, start)
         if draft is not None:
             from guideload import plots
 

@@ -98,7 +98,7 @@ def study(
                 html_report.save_page(html_report.study_page(result), report, replace=overwrite or resume)
             print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
             if strict and not interrupted:
-                result.require_no_doubts()
+                result.raise_if_doubtful()
     except SystemExit:  # a signal
         click.echo(f"Terminated. To resume: {again}" if may_resume else "Terminated.", err=True)
         raise
@@ -136,14 +136,14 @@ def _require_folder(output: Path, resume: bool, overwrite: bool, inputs: tuple[P
     Removes a study that is to be replaced. Raises InputError if one of its files is in `inputs`.
     """
     from guideload.study.metadata import read_json
-    from guideload.study.storage import begun_only, files_of, remove
+    from guideload.study.storage import begun_only, remove, study_files
 
     if read_json(output) is None:
         if not begun_only(output):
             outputs.require_free(output, {"": {*outputs.STUDY}}, overwrite, inputs)
     elif resume or overwrite:
         outputs.require_free(output, {"": {*outputs.STUDY}}, True, inputs)
-        outputs.require_unread(files_of(output), inputs)
+        outputs.require_unread(study_files(output), inputs)
     else:
         raise InputError(
             f"{output} holds a study: --resume resumes it, --overwrite replaces it; or give another folder"

@@ -323,7 +323,7 @@ def _minima(objective: Objective, starts: Sequence[tuple[Array, int]], messages:
 
 
 def _distinct(objective: Objective, ends: Sequence[tuple[End, int]], apart: float) -> list[tuple[End, int]]:
-    """The ends that are `apart` [standard deviations], the best first, each with the weight of all that are alike."""
+    """The ends, the best first, with those nearer than `apart` [standard deviations] merged and their weights added."""
     distinct: list[tuple[End, int]] = []
     for end, weight in sorted(ends, key=lambda one: one[0].squares):
         slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])

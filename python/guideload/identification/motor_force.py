@@ -211,7 +211,7 @@ class MotorForce(Measured):
 
 
 def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
-    """Raise ArgumentError for a machine whose drive force is more than this kind of data knows."""
+    """Raise ArgumentError for a machine whose drive force has a part that is not modelled by this kind of data."""
     require_held_x(machine)
     if motion.velocity is None:
         raise ArgumentError(

@@ -18,7 +18,7 @@ from guideload.base.units import factor
 from guideload.identification.measured import Measured, Noise, NuisanceParameter, Residuals
 from guideload.identification.model import ModelAt, SensorPlace, parse_place
 from guideload.machine.machine import Machine
-from guideload.study.varied_parameters import name_and_unit, numbers_of
+from guideload.study.varied_parameters import column_numbers, name_and_unit
 from guideload.traces.format.sources import load_table
 
 Complex = NDArray[np.complex128]
@@ -175,7 +175,7 @@ def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[Respo
     names = {name_and_unit(header)[0]: header for header in table.names}
     if "frequency" not in names:
         raise ValueRefused('a column "frequency [Hz]"', table.names[:4], f"{table.source} lacks it")
-    frequency = numbers_of(table, names["frequency"], "Hz")[0]
+    frequency = column_numbers(table, names["frequency"], "Hz")[0]
     places = [name[:-3] for name in names if name.endswith(" re") and f"{name[:-3]} im" in names]
     if not places:
         words = 'columns such as "tool y re [m/N]" and "tool y im [m/N]"'
@@ -183,7 +183,9 @@ def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[Respo
     for place in places:
         header = names[f"{place} re"]
         derivatives = _derivatives(name_and_unit(header)[1], header)
-        re, im = (numbers_of(table, names[f"{place} {part}"], UNITS[derivatives])[0] for part in ("re", "im"))
+        re, im = (
+            column_numbers(table, names[f"{place} {part}"], UNITS[derivatives])[0] for part in ("re", "im")
+        )
         yield ResponseCurve(hit, parse_place(place, machine), derivatives, frequency, re + 1j * im)
 
 

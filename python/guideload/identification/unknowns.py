@@ -20,7 +20,7 @@ from guideload.base.units import quantity
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameter, Parameters
-from guideload.study.factors import draws_of
+from guideload.study.factors import parameters_by_draw
 from guideload.study.varied_parameters import NumberOrText, ParameterPaths, optional
 
 # ---- names and units, as reports and comments show them
@@ -135,13 +135,13 @@ def resolve_unknowns(tables: Sequence[UnknownTable], parameters: Parameters) -> 
     owner_of: dict[str, int] = {}
     for i, table in enumerate(tables):
         try:
-            for owner, group in draws_of(table, parameters).items():
+            for owner, group in parameters_by_draw(table, parameters).items():
                 for parameter in group:
                     other = owner_of.setdefault(parameter.path, i)
-                    if other != i or table.title_of(owner) in [one.name for one in found]:
+                    if other != i or table.draw_title(owner) in [one.name for one in found]:
                         hint = f"{parameter.path} is set by unknown[{other}] already"
                         raise KeyRefused("path", "one entry for each value", list(table.path), hint)
-                found.append(_unknown(table, table.title_of(owner), group))
+                found.append(_unknown(table, table.draw_title(owner), group))
         except ValueRefused as refused:
             problems.append(problem_at(("unknown", i), refused))
     if problems:

@@ -46,7 +46,7 @@ class Setting(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Row:
+class SettingResult:
     """One setting of one method: its cost, and the error of its loads.
 
     seconds         median time from the motion to the loads [s]; None if there was no run
@@ -76,7 +76,7 @@ class Row:
         """Error [N] and time [s]; None if there was no run."""
         return None if self.error is None or self.seconds is None else (self.error, self.seconds)
 
-    def same_run(self, other: Row) -> bool:
+    def same_run(self, other: SettingResult) -> bool:
         """Whether both settings lead to the same run, as tolerances do where the samples limit the step."""
         return self.setting.curve == other.setting.curve and replace(self, setting=other.setting) == other
 
@@ -141,7 +141,7 @@ class WorkPrecision:
     """
 
     machine: Machine
-    rows: tuple[Row, ...]
+    rows: tuple[SettingResult, ...]
     reference: Reference
     error_metric: str
     auto_method: str | None
@@ -152,15 +152,15 @@ class WorkPrecision:
     budget: float
 
     @property
-    def auto_row(self) -> Row | None:
+    def auto_row(self) -> SettingResult | None:
         """The row of the method that `auto` picks, at the default tolerance of `simulate`."""
         method = self.auto_method or ""
         settings = (Setting(method), Setting(method, "rtol", AUTO_RTOL))
         return next((row for row in self.rows if row.setting in settings), None)
 
-    def runs(self) -> list[list[Row]]:
+    def runs(self) -> list[list[SettingResult]]:
         """The rows in order, neighbours that are the same run together."""
-        runs: list[list[Row]] = []
+        runs: list[list[SettingResult]] = []
         for row in self.rows:
             if runs and runs[-1][0].same_run(row):
                 runs[-1].append(row)
@@ -182,13 +182,13 @@ class WorkPrecision:
         return pd.DataFrame(rows).astype({"steps": "Int64", "rejected_steps": "Int64"})
 
 
-def setting_range(rows: list[Row]) -> str:
+def setting_range(rows: list[SettingResult]) -> str:
     """The tolerances or steps of rows of one method: `1e-3 to 1e-9`; a dash for a method that takes none."""
     first, last = rows[0].setting.value_text or "-", rows[-1].setting.value_text
     return f"{first} to {last}" if len(rows) > 1 else first
 
 
-def pareto_optimal(row: Row, rows: list[Row]) -> bool:
+def pareto_optimal(row: SettingResult, rows: list[SettingResult]) -> bool:
     """Whether a row has run and no other one is as fast and as accurate, and better in one of the two."""
     if row.cost is None:
         return False

@@ -17,8 +17,8 @@ from guideload.machine.machine import Machine
 from guideload.method_comparison.diagram import (
     AUTO_RTOL,
     Reference,
-    Row,
     Setting,
+    SettingResult,
     WorkPrecision,
     pareto_optimal,
 )
@@ -164,7 +164,7 @@ class _Runner:
     reference: Reference
     budget: float  # s
     deadline: float  # of perf_counter [s]
-    rows: dict[Setting, Row] = field(default_factory=dict)
+    rows: dict[Setting, SettingResult] = field(default_factory=dict)
     times: dict[Setting, list[float]] = field(
         default_factory=dict
     )  # s; settings of the same run share one list
@@ -174,11 +174,11 @@ class _Runner:
     def run(self, setting: Setting) -> None:
         """Run a setting once; its row has the errors, or says why it failed or was skipped."""
         if setting.method == "exact" and self.machine.model_level == "smooth nonlinear":
-            self.rows[setting] = Row(setting, failed=NO_EXACT)
+            self.rows[setting] = SettingResult(setting, failed=NO_EXACT)
             return
         predicted, left = self._predicted(setting), self.deadline - perf_counter()
         if predicted >= left:
-            self.rows[setting] = Row(setting, failed=self._skipped(predicted, left))
+            self.rows[setting] = SettingResult(setting, failed=self._skipped(predicted, left))
             self.last[setting.curve] = setting, predicted
             return
         began = perf_counter()
@@ -186,7 +186,7 @@ class _Runner:
             solution = solve(self.machine, self.motion, setting)
             loads = self.metric.loads(solution)
         except GuideloadError as error:
-            self.rows[setting] = Row(setting, failed=str(error))
+            self.rows[setting] = SettingResult(setting, failed=str(error))
             self.last[setting.curve] = setting, perf_counter() - began
             return
         seconds = perf_counter() - began
@@ -209,7 +209,7 @@ class _Runner:
                 times.append(perf_counter() - began)
         return MOST_REPETITIONS
 
-    def timed_row(self, setting: Setting) -> Row:
+    def timed_row(self, setting: Setting) -> SettingResult:
         """The row of a setting, with its time if it ran."""
         if setting not in self.times:
             return self.rows[setting]
@@ -230,11 +230,11 @@ class _Runner:
             return f"skipped: the budget of {self.budget:g} s is used up"
         return f"skipped: it would take about {predicted:.2g} s, and {left:.2g} s of the {self.budget:g} s are left"
 
-    def _compared(self, setting: Setting, solution: Solution, loads: Array) -> Row:
+    def _compared(self, setting: Setting, solution: Solution, loads: Array) -> SettingResult:
         """The row of a run without its time."""
         limit, distance = self.reference.limit or 0.0, difference(loads, self.expected)
         error = max(distance, limit)
-        return Row(
+        return SettingResult(
             setting,
             steps=solution.steps,
             rejected=solution.rejected,

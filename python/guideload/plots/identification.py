@@ -215,7 +215,7 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
 def next_measurements(
     candidates: Sequence[RankedMeasurement], ax: Axes | None = None, *, figure: str = "all unknowns"
 ) -> Axes:
-    """What each candidate for the next measurement leaves of the interval of the figure that matters, best first.
+    """What each candidate for the next measurement leaves of the interval of the target quantity, best first.
 
     figure: its name.
     """

@@ -15,10 +15,10 @@ from guideload.plots.style import GREY, INK, PALE, axes_or_new, legend_beside, l
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from guideload.method_comparison.diagram import Row, WorkPrecision
+    from guideload.method_comparison.diagram import SettingResult, WorkPrecision
 
     Point = tuple[float, float]
-    Curves = dict[tuple[str, str | None], list[tuple[list[Row], Point]]]
+    Curves = dict[tuple[str, str | None], list[tuple[list[SettingResult], Point]]]
 
 # Colour and marker of each method; fixed steps have dashed lines and hollow markers.
 METHODS = {
@@ -119,7 +119,9 @@ def _draw_pareto(ax: Axes, points: list[Point]) -> None:
     ax.plot(errors, seconds, "o", label=label, **style)
 
 
-def _draw_curve(ax: Axes, method: str, kind: str | None, curve: list[tuple[list[Row], Point]]) -> None:
+def _draw_curve(
+    ax: Axes, method: str, kind: str | None, curve: list[tuple[list[SettingResult], Point]]
+) -> None:
     color, marker = METHODS[method]
     dashes, face = ("--", "white") if kind == "step" else ("-", color)
     style: dict[str, Any] = {"color": color, "marker": marker, "markersize": 5.5, "markerfacecolor": face}
@@ -132,7 +134,7 @@ def _draw_curve(ax: Axes, method: str, kind: str | None, curve: list[tuple[list[
 
 def _name_failures(ax: Axes, chart: WorkPrecision) -> None:
     """The settings without a result, below the picture."""
-    failed: dict[tuple[str, str | None], list[Row]] = {}
+    failed: dict[tuple[str, str | None], list[SettingResult]] = {}
     for row in chart.rows:
         if row.failed is not None:
             failed.setdefault(row.setting.curve, []).append(row)

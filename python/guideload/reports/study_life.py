@@ -11,7 +11,7 @@ from guideload.base.number_text import counted, digits, fixed, joined, kilometre
 from guideload.life.limits import LARGE_LOAD
 from guideload.reports.life import rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Part, Section, Table, interval
-from guideload.study.quantities import LIFE, PEAK_LOAD, SAFETY, column_of
+from guideload.study.quantities import LIFE, PEAK_LOAD, SAFETY, column_name
 from guideload.study.result import StudyResult
 from guideload.study.statistics import known
 
@@ -73,7 +73,7 @@ def _failure_table(result: StudyResult) -> Table:
 
 def _load_notes(result: StudyResult) -> Iterator[str]:
     """A sentence on loads beyond those for which the life formula holds."""
-    stem, above, count = column_of(*PEAK_LOAD), [], 0
+    stem, above, count = column_name(*PEAK_LOAD), [], 0
     for name, criteria in result.rated.items():
         found = int(
             np.count_nonzero(known(result.column(f"{stem}[{name}]")) > LARGE_LOAD * criteria.rating.value)

@@ -9,7 +9,7 @@ import numpy as np
 from guideload.base.number_text import counted, digits, milliseconds
 from guideload.motion.uncertainty import COVER
 from guideload.reports.report import Column, Definitions, Report, Section, Table
-from guideload.smoothing.estimation import Estimate
+from guideload.smoothing.estimation import MotionEstimate
 
 if TYPE_CHECKING:
     from guideload.motion.resolution import TraceResolution
@@ -77,7 +77,7 @@ def resolution_section(resolution: TraceResolution) -> Section:
 def _smoothing_lines(inspection: Inspection) -> list[str]:
     """Model, noise, bandwidth and jumps that the smoothing estimated, or its note if it estimates no noise."""
     estimate = inspection.kinematics
-    if not isinstance(estimate, Estimate):
+    if not isinstance(estimate, MotionEstimate):
         return [estimate.note.replace("m/s", "rad/s") if inspection.of_motor else estimate.note]
     if not np.any(estimate.acceleration):
         return [estimate.note]

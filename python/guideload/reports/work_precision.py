@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from guideload.base.number_text import digits, scientific
-from guideload.method_comparison.diagram import MODEL_ACCURACY, Row, WorkPrecision, setting_range
+from guideload.method_comparison.diagram import MODEL_ACCURACY, SettingResult, WorkPrecision, setting_range
 from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
 
 DEFINITIONS = (
@@ -58,7 +58,7 @@ def _settings_table(chart: WorkPrecision) -> Table:
     return Table.by_rows([*headings, ("steps", "", "count"), ("rejected", "", "count")], table)
 
 
-def _relative_error(error: float | None, row: Row) -> str:
+def _relative_error(error: float | None, row: SettingResult) -> str:
     if error is None:
         return "none"
     return f"< {scientific(error)}" if row.below_reference else scientific(error, 1)
@@ -66,7 +66,7 @@ def _relative_error(error: float | None, row: Row) -> str:
 
 def _failures(chart: WorkPrecision) -> list[str]:
     """Why settings failed: one sentence for settings of a curve whose messages differ only in numbers."""
-    alike: dict[tuple[str, str | None, str], list[Row]] = {}
+    alike: dict[tuple[str, str | None, str], list[SettingResult]] = {}
     for row in chart.rows:
         if row.failed is not None:
             words = re.sub(r"\d[-+.\de]*", "", row.failed)

@@ -2,7 +2,7 @@
 
 from guideload.sensitivity.columns import Column
 from guideload.sensitivity.figures import CarriageQuantities
-from guideload.sensitivity.influence import Influence, influence_of
+from guideload.sensitivity.influence import Influence, rank_influences
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import ModeDerivatives
 from guideload.sensitivity.run import RunDerivatives
@@ -17,6 +17,6 @@ __all__ = [
     "ModeDerivatives",
     "RunDerivatives",
     "VariedMachine",
-    "influence_of",
+    "rank_influences",
     "sensitivities",
 ]

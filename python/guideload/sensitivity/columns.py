@@ -29,7 +29,7 @@ class Column:
     form: Form
 
 
-def columns_of(parameters: Parameters, to: To) -> tuple[Column, ...]:
+def resolve_columns(parameters: Parameters, to: To) -> tuple[Column, ...]:
     """The columns of paths, one for each number; of named groups of paths, one for each group.
 
     The numbers of a group are equal and stay so or, if they differ, have a common factor. Raises ArgumentError for an

@@ -77,9 +77,13 @@ class CarriageQuantities:
         )  # of stretches of equal loads
         ends = ends[np.unique(np.linspace(0, ends.size - 1, MOST_TIES).round().astype(int))]
         instants = list(dict.fromkeys((int(resultant.argmax()), *ends.tolist())))
-        return float(resultant.max()), instants, np.array([self._of_resultant(carriage, k) for k in instants])
+        return (
+            float(resultant.max()),
+            instants,
+            np.array([self._resultant_gradient(carriage, k) for k in instants]),
+        )
 
-    def _of_resultant(self, carriage: int, k: int) -> Array:
+    def _resultant_gradient(self, carriage: int, k: int) -> Array:
         across = self.loads[k, carriage, 1:3]
         size = float(np.linalg.norm(across))
         directions = (across / size,) if size else ((1.0, 0.0), (0.0, 1.0))

@@ -44,7 +44,7 @@ class Influence:
 
 
 @checked
-def influence_of(
+def rank_influences(
     machine: Machine,
     motion: Motion,
     figure: str = "peak_resultant",

@@ -12,7 +12,7 @@ from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameters
 from guideload.parameters.parts import arguments_of
-from guideload.sensitivity.columns import Column, To, columns_of
+from guideload.sensitivity.columns import Column, To, resolve_columns
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.run import RunDerivatives
 from guideload.simulation.start import Start
@@ -41,7 +41,7 @@ class VariedMachine:
             )
         self.machine = machine
         parameters = Parameters(machine, motion)
-        self.columns: tuple[Column, ...] = columns_of(parameters, to)
+        self.columns: tuple[Column, ...] = resolve_columns(parameters, to)
         riders = [rider.at(rider.position) for rider in machine.riders]
         self._scene = VariedScene(
             **arguments_of(machine),

@@ -1,7 +1,7 @@
 """Smoothing: acceleration and its uncertainty from samples of position or velocity."""
 
-from guideload.smoothing.estimation import Estimate
+from guideload.smoothing.estimation import MotionEstimate
 from guideload.smoothing.kinematics import Kinematics
 from guideload.smoothing.smoothing import smooth
 
-__all__ = ["Estimate", "Kinematics", "smooth"]
+__all__ = ["MotionEstimate", "Kinematics", "smooth"]

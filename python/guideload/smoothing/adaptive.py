@@ -21,7 +21,7 @@ from guideload.smoothing.stationary import (
     Partition,
     ScaledSamples,
     Sites,
-    Smoother,
+    StateSpaceSmoother,
     StationaryFit,
 )
 
@@ -53,7 +53,7 @@ class AdaptedModel:
     weight   of the prior
     """
 
-    smoother: Smoother
+    smoother: StateSpaceSmoother
     segment: Segments
     fit: Adaptation
     weight: float
@@ -110,7 +110,7 @@ def adapted(
     if order in JUMPING and stationary.time_constant < 1.0 and stationary.oscillator is None:
         least = max(samples.least_noise, samples.noise_where_smooth())
         samples = replace(samples, least_noise=least)
-    smoother = Smoother(samples, stationary)
+    smoother = StateSpaceSmoother(samples, stationary)
     length = max(1.0, LENGTH[order] * stationary.time_constant)
     noise = max(stationary.noise - samples.rounding, samples.least_noise)
     if weight is None:
@@ -136,11 +136,11 @@ def adapted_in_pieces(
     edges = np.linspace(0, count, max(1, count // PIECE) + 1).astype(int)
     slices = [slice(int(first), int(last)) for first, last in pairwise(edges)]
 
-    def piece_of(part: slice) -> AdaptedModel:
+    def adapted_piece(part: slice) -> AdaptedModel:
         return adapted(samples.part(part), stationary, order, weight).with_jumps_located(order)
 
     with threads(cores()) as submit:
-        pieces = [future.result() for future in [submit(piece_of, part) for part in slices]]
+        pieces = [future.result() for future in [submit(adapted_piece, part) for part in slices]]
     numbers, last = [], -1
     for piece in pieces:
         # The interval between two pieces belongs to the last segment of the first one.
@@ -150,7 +150,7 @@ def adapted_in_pieces(
     fit: list[Any] = [
         np.mean(column) if np.isscalar(column[0]) else np.concatenate(column) for column in columns
     ]
-    smoother = Smoother(samples, stationary)
+    smoother = StateSpaceSmoother(samples, stationary)
     return AdaptedModel(smoother, np.concatenate(numbers)[:-1], Adaptation(*fit), weight)
 
 

@@ -41,11 +41,11 @@ from guideload.smoothing.kinematics import (
     Kind,
     Kinematics,
     checked,
+    constant_motion,
     noise_warning,
-    of_equal_samples,
     travel,
 )
-from guideload.smoothing.selection import ORDERS, Candidate, weighted
+from guideload.smoothing.selection import ORDERS, MixtureComponent, weighted
 from guideload.smoothing.stationary import Oscillator, ScaledSamples
 
 # Limits within which powers of the step [s] and of the range of samples fit a double; largest range over quantum.
@@ -63,7 +63,7 @@ class Oscillation(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate(Kinematics):
+class MotionEstimate(Kinematics):
     """Estimated motion with its uncertainty; `bandwidth` holds for a sudden change by the largest acceleration.
 
     time                   (n,) s
@@ -99,7 +99,9 @@ class Estimate(Kinematics):
         return self.acceleration + self.uncertainty.draws(count, rng)
 
 
-def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum: float = 0.0) -> Estimate:
+def estimate(
+    time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum: float = 0.0
+) -> MotionEstimate:
     """Estimate the motion behind samples (module docstring).
 
     time: (n,) s, strictly increasing, n >= 8. value: (n,) m or m/s according to `kind`.
@@ -115,9 +117,9 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
             f"{spread:.3g}; got {quantum!r}"
         )
     if spread == 0.0:
-        still = of_equal_samples(stamps, samples, kind)
+        still = constant_motion(stamps, samples, kind)
         variance, density, jumps = still.acceleration, np.zeros(stamps.size - 1), np.zeros((0, 2))
-        return Estimate(
+        return MotionEstimate(
             **vars(still), time=stamps, acceleration_variance=variance, density=density, jumps=jumps
         )
     for name, size, (least, most) in (
@@ -139,8 +141,8 @@ def estimate(time: ArrayLike, value: ArrayLike, kind: Kind = "position", quantum
 
 
 def _estimate(
-    time: Array, value: Array, kind: Kind, samples: ScaledSamples, candidates: list[Candidate]
-) -> Estimate:
+    time: Array, value: Array, kind: Kind, samples: ScaledSamples, candidates: list[MixtureComponent]
+) -> MotionEstimate:
     """The estimate of a mixture of adapted models, in SI units."""
     at = 2 if kind == "position" else 1  # index of the acceleration in the state
     shares = _shares(candidates)
@@ -178,7 +180,7 @@ def _estimate(
     unit = calibration * units[at]
     oscillation = _oscillation(samples, stationary.oscillator)
     ringing = f", which the axis follows as an oscillator of {oscillation}" if oscillation else ""
-    return Estimate(
+    return MotionEstimate(
         time=time,
         position=position,
         velocity=velocity,
@@ -223,7 +225,7 @@ def _harmonic_mean(values: Array, weights: Array) -> Array:
     return np.asarray(1.0 / (weights @ (1.0 / np.maximum(values, np.finfo(float).tiny))))
 
 
-def _shares(candidates: list[Candidate]) -> dict[int, float]:
+def _shares(candidates: list[MixtureComponent]) -> dict[int, float]:
     """Weight of each order, the largest first."""
     shares: dict[int, float] = {}
     for each in candidates:

@@ -58,7 +58,7 @@ def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array
     return stamps, samples
 
 
-def of_equal_samples(time: Array, value: Array, kind: Kind) -> Kinematics:
+def constant_motion(time: Array, value: Array, kind: Kind) -> Kinematics:
     """The motion if all samples are equal: standstill, or constant speed."""
     zero = np.zeros_like(value)
     if kind == "position":

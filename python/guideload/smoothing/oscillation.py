@@ -22,7 +22,7 @@ from guideload.smoothing.stationary import (
     Oscillator,
     Partition,
     ScaledSamples,
-    Smoother,
+    StateSpaceSmoother,
     StationaryFit,
 )
 
@@ -45,7 +45,7 @@ LEAST_GAIN = -5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class OscillatorTrial:
     """Adaptation with an oscillator; its score is -inf if it failed."""
 
     oscillator: Oscillator | None
@@ -53,7 +53,7 @@ class Point:
     parts: list[Adaptation]
 
 
-def oscillator_of(
+def find_oscillator(
     excerpts: list[ScaledSamples], stationary: StationaryFit, order: int, acceleration: int, submit: Submit
 ) -> Oscillator | None:
     """The oscillator that explains the samples best; None if its score is more than 5 below that without one.
@@ -77,7 +77,9 @@ def oscillator_of(
     scores = np.array([-np.inf, *(point.score for point in points), -np.inf])
     peaks = np.flatnonzero((scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]))
     tried = peaks[np.argsort(-scores[1 + peaks])][:IMPROVED]
-    improved: list[Point] = [each.result() for each in [submit(search.improved, points[i]) for i in tried]]
+    improved: list[OscillatorTrial] = [
+        each.result() for each in [submit(search.improved, points[i]) for i in tried]
+    ]
     best = max(improved, key=lambda point: point.score, default=alone.result())
     if best.oscillator is None or best.score <= alone.result().score + LEAST_GAIN:
         return None
@@ -109,7 +111,9 @@ class Search:
         fit = replace(stationary, noise=noise, time_constant=(noise / density) ** (1.0 / stationary.power))
         return cls(parts, factor, fit, max(noise - parts[0].rounding, parts[0].least_noise), order)
 
-    def adapted(self, oscillator: Oscillator | None, rounds: int, start: Point | None = None) -> Point:
+    def adapted(
+        self, oscillator: Oscillator | None, rounds: int, start: OscillatorTrial | None = None
+    ) -> OscillatorTrial:
         """Densities, noise and sites adapted with this oscillator."""
         found = []
         for number, (smoother, (segment, density)) in enumerate(self._smoothers(oscillator)):
@@ -120,11 +124,11 @@ class Search:
             try:
                 found.append(smoother.adapt((segment, density), noise, rounds, WEIGHT[self.order], sites))
             except RunError:  # beyond the range of numbers
-                return Point(oscillator, -np.inf, [])
+                return OscillatorTrial(oscillator, -np.inf, [])
         score = sum(float(each.predictive.sum()) for each in found)
-        return Point(oscillator, score if np.isfinite(score) else -np.inf, found)
+        return OscillatorTrial(oscillator, score if np.isfinite(score) else -np.inf, found)
 
-    def improved(self, point: Point) -> Point:
+    def improved(self, point: OscillatorTrial) -> OscillatorTrial:
         """Frequency and damping improved: moves by likelihood and rounds of adaptation in turns."""
         strides = STRIDES
         for rounds in IMPROVED_ROUNDS:
@@ -144,10 +148,10 @@ class Search:
             point = after
         return point
 
-    def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[Smoother, Partition]]:
+    def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[StateSpaceSmoother, Partition]]:
         """A smoother for each part, and its segments."""
         fit = self.stationary.with_oscillator(oscillator) if oscillator else self.stationary
-        smoothers = [Smoother(part, fit) for part in self.parts]
+        smoothers = [StateSpaceSmoother(part, fit) for part in self.parts]
         length = max(1.0, LENGTH[self.order] * fit.time_constant)
         return [(smoother, smoother.segments(length, fit.density)) for smoother in smoothers]
 
@@ -177,7 +181,7 @@ def more_likely(
             return -np.inf
         sums = 0.0
         for samples, segment, found in adapted:
-            smoother = Smoother(samples, replace(fit, oscillator=oscillator(place)))
+            smoother = StateSpaceSmoother(samples, replace(fit, oscillator=oscillator(place)))
             sums += sum(smoother.likelihood((segment, found.density), found.sites))
         return -0.5 * sums if np.isfinite(sums) else -np.inf
 

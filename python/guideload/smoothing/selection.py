@@ -16,7 +16,7 @@ from guideload.base.arrays import Array
 from guideload.base.cores import cores, threads
 from guideload.base.errors import RunError, TraceError
 from guideload.smoothing.adaptive import AdaptedModel, adapted, adapted_in_pieces
-from guideload.smoothing.oscillation import DECAYING, more_likely, oscillator_of
+from guideload.smoothing.oscillation import DECAYING, find_oscillator, more_likely
 from guideload.smoothing.stationary import (
     RINGING_STATES,
     Oscillator,
@@ -48,7 +48,7 @@ FINE_STRIDES, FINE_MOVES, FINE_RANGE = ((1.03, 1.2), (1.01, 1.07)), 6, 1.2
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class MixtureComponent:
     """An order of the white derivative, adapted to all samples, with its weight and its posterior; scaled units.
 
     mean            (n, 3) of the state
@@ -64,7 +64,7 @@ class Candidate:
     error_variance: Array
 
     @classmethod
-    def of(cls, order: int, weight: float, model: AdaptedModel, at: int) -> Candidate:
+    def of(cls, order: int, weight: float, model: AdaptedModel, at: int) -> MixtureComponent:
         """The candidate with the posterior of its model. at: index of the acceleration in the state."""
         mean, variances = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
         variance = variances[:, at]
@@ -90,7 +90,7 @@ class Trial(NamedTuple):
         return self.fit.oscillator is not None
 
 
-def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
+def weighted(samples: ScaledSamples, taken: int) -> list[MixtureComponent]:
     """The candidates with a weight above 0, the best first. taken: order of the derivative that was sampled, 0 or 1.
 
     Raises TraceError if no order survives rounding.
@@ -107,10 +107,10 @@ def weighted(samples: ScaledSamples, taken: int) -> list[Candidate]:
         weights = np.exp((scores - scores.max()) * whole / TEMPERATURE)
         weights[weights < LEAST_WEIGHT] = 0.0
         weights /= weights.sum()
-        candidates: list[Candidate] = []
+        candidates: list[MixtureComponent] = []
         for number in np.argsort(-scores)[: np.count_nonzero(weights)]:
             try:
-                candidates.append(_candidate(samples, eligible[number], float(weights[number]), 2 - taken))
+                candidates.append(_component(samples, eligible[number], float(weights[number]), 2 - taken))
             except RunError:  # beyond the range of numbers: the others are weighted anew
                 del eligible[number]
                 break
@@ -130,7 +130,7 @@ def _trials(excerpts: list[ScaledSamples], taken: int) -> list[Trial]:
         trials: list[Trial] = [future.result() for future in first]
         driven = trials[ORDERS.index(DRIVEN[-1])]
         if np.isfinite(driven.score):
-            oscillator = oscillator_of(excerpts, driven.fit, driven.order, 2 - taken, submit)
+            oscillator = find_oscillator(excerpts, driven.fit, driven.order, 2 - taken, submit)
             if oscillator is not None:
                 # Else an order that jumps could take noise for jumps.
                 noise = max(trials, key=lambda trial: trial.score).models[0].fit.noise
@@ -146,7 +146,7 @@ def _trials(excerpts: list[ScaledSamples], taken: int) -> list[Trial]:
         return trials + [future.result() for future in even]
 
 
-def _candidate(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> Candidate:
+def _component(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> MixtureComponent:
     """The trial adapted to all samples. at: index of the acceleration in the state.
 
     Raises RunError if its numbers do not survive rounding.
@@ -156,7 +156,7 @@ def _candidate(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> 
     else:
         prior = float(np.mean([model.weight for model in trial.models]))
         model = adapted_in_pieces(samples, trial.fit, trial.order, prior)
-    return Candidate.of(trial.order, weight, model, at)
+    return MixtureComponent.of(trial.order, weight, model, at)
 
 
 def _best(trials: list[Trial], rings: bool) -> float:

@@ -19,7 +19,7 @@ from guideload.base.ranges import PERIOD
 from guideload.smoothing.estimation import estimate
 from guideload.smoothing.kinematics import Kind, Kinematics, checked, travel
 
-__all__ = ["Kind", "Kinematics", "Method", "quantum_of", "smooth"]
+__all__ = ["Kind", "Kinematics", "Method", "find_quantum", "smooth"]
 
 Method = Literal["auto", "savitzky_golay", "differences"]
 
@@ -35,10 +35,10 @@ def smooth(
     quantum: float = 0.0,
     window: float | None = None,
 ) -> Kinematics:
-    """Estimate the motion behind samples; `auto` returns an `Estimate`.
+    """Estimate the motion behind samples; `auto` returns a `MotionEstimate`.
 
     time: (n,) s, strictly increasing, n >= 8. value: (n,) m or m/s according to `kind`.
-    quantum: step of the encoder in the unit of the samples; 0 if unknown; `auto` then uses `quantum_of`.
+    quantum: step of the encoder in the unit of the samples; 0 if unknown; `auto` then uses `find_quantum`.
     window: s, for `savitzky_golay` only.
     Raises TraceError for samples that `checked` refuses, and for a method that is unknown or does not suit them.
     """
@@ -53,10 +53,10 @@ def smooth(
         return _savitzky_golay(stamps, samples, kind, window)
     if method == "differences":
         return _differences(stamps, samples, kind)
-    return estimate(stamps, samples, kind, quantum or quantum_of(samples))
+    return estimate(stamps, samples, kind, quantum or find_quantum(samples))
 
 
-def quantum_of(value: ArrayLike, resolution: float = 0.0) -> float:
+def find_quantum(value: ArrayLike, resolution: float = 0.0) -> float:
     """Quantum of the samples, in their unit; 0 if none is found.
 
     It is the smallest change, if at least 90 % of all changes are multiples of it, within 2 % plus the `resolution` of

@@ -159,7 +159,7 @@ class Adaptation(NamedTuple):
         return self.value, self.variance
 
 
-class Smoother:
+class StateSpaceSmoother:
     """State-space smoother for samples and a stationary fit."""
 
     def __init__(self, samples: ScaledSamples, fit: StationaryFit) -> None:
@@ -256,7 +256,7 @@ def _with_normal_noise(
     def at(place: float) -> tuple[float, float]:
         """Log likelihood and noise for the time constant 10^place."""
         unit = StationaryFit(states, 1.0, 10.0**place, oscillator)
-        sums = np.array([Smoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
+        sums = np.array([StateSpaceSmoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
         determinant, misfit = float(sums[0]), float(sums[1])
         if not (np.isfinite(sums).all() and misfit > 0.0):
             return -np.inf, least
@@ -283,7 +283,7 @@ def fitted(
     excerpts, which share noise and density.
     """
     fit = _with_normal_noise(excerpts, states, oscillator)
-    smoothers = [Smoother(part, fit) for part in excerpts]
+    smoothers = [StateSpaceSmoother(part, fit) for part in excerpts]
     rounding = excerpts[0].rounding
     noise, density = max(fit.noise - rounding, 0.02 * excerpts[0].quantum), fit.density
     longest = LONGEST_CONSTANT * max(float(part.step.sum()) for part in excerpts)

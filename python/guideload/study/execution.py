@@ -30,7 +30,7 @@ from guideload.study.tasks import (
     LEAST_IN_FLIGHT,
     Client,
     connected,
-    in_flight_of,
+    default_in_flight,
     run_chunk,
     shared,
     write_chunk,
@@ -71,21 +71,41 @@ def run_study(
 ) -> StudyResult:
     """Run all samples of a study. The arguments below do not change any bit of the samples and their results.
 
-    study      a study, its plan or its file
-    output     folder for the samples, written during the run; None: in memory
-    threads    of this process, by default one per core; or of each task of an executor, by default 1
-    chunk      largest number of samples in a file and a task; by default 8192, for an executor fewer in small studies
-    executor   any concurrent.futures.Executor, such as Dask's `client.get_executor()`; None: this process
-    in_flight  chunks that the executor or the cluster gets at once: at least twice its workers, by default 64, and
-               three for each thread of a cluster
-    cluster    a Dask client, or the address of its scheduler, "tcp://host:8786": its workers write the samples into
-               `output`, a folder that they all see under this path; neither scheduler nor this process handles samples
-    resume     resume the study in `output`, if there is one; damaged chunks are run again
-    progress   called repeatedly with the number of finished samples and the number of all samples
-    strict     raise DoubtfulResult if the second look at some samples doubts them: see `StudyResult.doubts`
+    Parameters
+    ----------
+    study
+        A study, its plan or its file.
+    output
+        Folder for the samples, written during the run; None: in memory.
+    threads
+        Of this process, by default one per core; or of each task of an executor, by default 1.
+    chunk
+        Largest number of samples in a file and a task; by default 8192, for an executor fewer in small studies.
+    executor
+        Any concurrent.futures.Executor, such as Dask's `client.get_executor()`; None: this process.
+    in_flight
+        Chunks that the executor or the cluster gets at once: at least twice its workers, by default 64, and three for
+        each thread of a cluster.
+    cluster
+        A Dask client, or the address of its scheduler, "tcp://host:8786": its workers write the samples into `output`,
+        a folder that they all see under this path; neither scheduler nor this process handles samples.
+    resume
+        Resume the study in `output`, if there is one; damaged chunks are run again.
+    progress
+        Called repeatedly with the number of finished samples and the number of all samples.
+    strict
+        Raise DoubtfulResult if the second look at some samples doubts them: see `StudyResult.doubts`.
 
-    Raises ArgumentError (an argument, or a folder with another study), RunError (a full disk, a lost executor) and
-    StudyInterrupted (Ctrl-C), all of which keep the finished samples; for a file also what Study.from_toml raises.
+    Raises
+    ------
+    ArgumentError
+        For an argument, or a folder with another study.
+    RunError
+        For a full disk or a lost executor; the finished samples are kept.
+    StudyInterrupted
+        After Ctrl-C, with the finished samples.
+
+    For a file also what `Study.from_toml` raises.
     """
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)
@@ -106,7 +126,7 @@ def run_study(
     place = None if output is None else Path(output)
     with connected(cluster) as client, open_store(plan.metadata, place, resume) as store:
         try:
-            if plan.histories and not are_of(store.histories(), plan):
+            if plan.histories and not holds_histories(store.histories(), plan):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
             _run(plan, store, chunk, threads, executor, client, flying, progress)
             looks = second_look(plan, StudyResult(store, plan.metadata), threads if here else cores())
@@ -117,7 +137,7 @@ def run_study(
             raise RunError(f"{error}. {_samples_done(store)}") from error
     result = StudyResult(store, store.metadata)
     if strict:
-        result.require_no_doubts()
+        result.raise_if_doubtful()
     return result
 
 
@@ -141,7 +161,9 @@ def _run(
             _run_on(executor, task, missing, in_flight or LEAST_IN_FLIGHT, writer)
         elif client is not None and isinstance(store, FolderStore):
             task = write_chunk, shared(client, pickle.dumps(plan)), str(store.folder.resolve()), threads
-            _run_on(client.get_executor(pure=False), task, missing, in_flight or in_flight_of(client), writer)
+            _run_on(
+                client.get_executor(pure=False), task, missing, in_flight or default_in_flight(client), writer
+            )
         else:
             _run_here(plan, missing, threads, writer)
         writer.finish()
@@ -361,6 +383,6 @@ def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[
     return {f"{prefix}{name}": quantity for name, quantity in quantities(rows).items()}
 
 
-def are_of(data: xr.Dataset | None, plan: Plan) -> bool:
+def holds_histories(data: xr.Dataset | None, plan: Plan) -> bool:
     """Whether the dataset has exactly the histories that the plan requests."""
     return data is not None and tuple(data["sample"].values.tolist()) == plan.histories

@@ -33,8 +33,8 @@ from guideload.study.varied_parameters import (
     Coefficient,
     ParameterPaths,
     VariedParameter,
+    column_numbers,
     name_and_unit,
-    numbers_of,
 )
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import Table
@@ -77,7 +77,7 @@ class Factor:
         return ParameterMetadata(name=self.name, unit=self.unit, targets=self.targets, distribution=words)
 
 
-def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tuple[Factor, ...]:
+def drawn_factors(entries: Sequence[VariedParameter], parameters: Parameters) -> tuple[Factor, ...]:
     """The factors of these varied parameters.
 
     Raises ConfigError with all problems; their keys begin with "vary".
@@ -86,7 +86,7 @@ def factors_of(entries: Sequence[VariedParameter], parameters: Parameters) -> tu
     factors: list[Factor] = []
     for i, entry in enumerate(entries):
         try:
-            factors.extend(_factor(i, entry, *draw) for draw in draws_of(entry, parameters).items())
+            factors.extend(_factor(i, entry, *draw) for draw in parameters_by_draw(entry, parameters).items())
         except ValueRefused as refused:
             problems.append(problem_at(("vary", i), refused))
     refused_entries: set[int] = set()  # one conflict for each entry is enough
@@ -117,7 +117,7 @@ def conflicts(factors: Sequence[Factor]) -> Iterator[tuple[Factor, Factor, str]]
                 yield factor, other, target
 
 
-def draws_of(entry: ParameterPaths, parameters: Parameters) -> dict[str, list[Parameter]]:
+def parameters_by_draw(entry: ParameterPaths, parameters: Parameters) -> dict[str, list[Parameter]]:
     """For each part with a number of its own, or "" for all parts, the parameters that this number sets."""
     varied: dict[str, Parameter] = {}
     for path in entry.path:
@@ -152,13 +152,13 @@ def _factor(i: int, entry: VariedParameter, owner: str, group: Sequence[Paramete
         raise KeyRefused("distribution", refused.expected, refused.value, refused.hint) from None
     targets = tuple(parameter.path for parameter in group)
     unit = "1" if marginal.form == "factor" else unit
-    return Factor(entry.title_of(owner), unit, targets, marginal.form, marginal, i, owner)
+    return Factor(entry.draw_title(owner), unit, targets, marginal.form, marginal, i, owner)
 
 
 # ---- given cases
 
 
-def cases_of(source: TableLike, parameters: Parameters) -> tuple[tuple[Factor, ...], Array]:
+def read_cases(source: TableLike, parameters: Parameters) -> tuple[tuple[Factor, ...], Array]:
     """Factors, and their values (cases, factors), read-only.
 
     A header is a path, followed by a blank and the unit in brackets if it is not SI: "body.mass [t]"; [%] is percent of
@@ -190,7 +190,7 @@ def _given_factor(table: Table, i: int, header: str, parameters: Parameters) -> 
     path, _ = name_and_unit(header)
     group = parameters.at(path)
     unit = group[0].unit
-    numbers, relative = numbers_of(table, header, unit)
+    numbers, relative = column_numbers(table, header, unit)
     form: Form = "factor" if relative and len(group) > 1 else "value"
     if relative and form == "value":
         numbers = numbers * group[0].value
@@ -223,7 +223,7 @@ class Correlation(ConfigModel):
     value: Coefficient = Field(description="a number such as 0.5, for each pair")
 
 
-def copula_of(
+def build_copula(
     correlations: Sequence[Correlation], factors: Sequence[Factor], entries: Sequence[VariedParameter]
 ) -> Copula | None:
     """The copula of the correlated columns; None if there are none.

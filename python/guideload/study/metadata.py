@@ -22,7 +22,7 @@ from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.simulation import Method
 from guideload.simulation.start import StartState
-from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, columns_of, contact_words
+from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, column_names, contact_words
 from guideload.traces.format.table import listed
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ class StudyMetadata(BaseModel, frozen=True):
     def _complete(self) -> Self:
         """Check what a damaged file breaks: columns must be those of the measures, which all carriages must have."""
         try:
-            columns = columns_of(self.measures, self.carriages)
+            columns = column_names(self.measures, self.carriages)
         except (KeyError, IndexError):  # of an unknown load or carriage
             columns = ()
         kinds = {(load, statistic) for load, _, statistic in self.measures}

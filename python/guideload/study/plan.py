@@ -215,7 +215,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
 
 
-def correlations_of(factors: Sequence[Factor], copula: Copula | None) -> dict[str, float]:
+def pair_correlations(factors: Sequence[Factor], copula: Copula | None) -> dict[str, float]:
     """Nonzero correlations by pair of factors, to 9 digits, from the Cholesky factor."""
     if copula is None:
         return {}

@@ -68,7 +68,7 @@ class Quantity:
     @property
     def unit(self) -> str:
         """Its unit, "" if it has none."""
-        return unit_of(self.name)
+        return quantity_unit(self.name)
 
     def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
         """Whether values exceed a limit; for the limit NaN, whether contact is lost."""
@@ -76,7 +76,7 @@ class Quantity:
         return values < bound if self.smallest_is_worst else values > bound
 
 
-def column_of(load: str, statistic: str) -> str:
+def column_name(load: str, statistic: str) -> str:
     """The name of a recorded column, without the carriage. Raises KeyError for one that is never recorded."""
     if load in ("load", "contact"):
         names = {MEAN_LOAD: "mean_load_N", PEAK_LOAD: "peak_equivalent_load_N", ("contact", "lost"): CONTACT}
@@ -84,7 +84,7 @@ def column_of(load: str, statistic: str) -> str:
     return f"{statistic}_{load}_{'s' if statistic.startswith('time') else UNITS[load]}"
 
 
-def unit_of(name: str) -> str:
+def quantity_unit(name: str) -> str:
     """The unit at the end of a quantity's name, "" if it has none."""
     ends = re.search(r"_(Nm|N|km|s)$", name)
     return {"Nm": "N m"}.get(ends[1], ends[1]) if ends else ""
@@ -103,7 +103,7 @@ def _catalogue() -> dict[str, Quantity]:
         return Quantity(f"peak_{load}_{UNITS[load]}", title, ((load, "min"), (load, "max")), in_summary)
 
     def rms(load: str, title: str) -> Quantity:
-        return Quantity(column_of(load, "rms"), f"rms {title}", ((load, "rms"),))
+        return Quantity(column_name(load, "rms"), f"rms {title}", ((load, "rms"),))
 
     quantities = [
         Quantity(PEAK, "peak resultant", (("resultant", "max"),)),
@@ -126,12 +126,14 @@ def _catalogue() -> dict[str, Quantity]:
             ("time_of_max", f"time of the largest {title}", None),
             ("start", f"{title} at the start", None),
         ):
-            quantities.append(Quantity(column_of(load, statistic), words, ((load, statistic),), True, worse))
+            quantities.append(
+                Quantity(column_name(load, statistic), words, ((load, statistic),), True, worse)
+            )
     return {quantity.name: quantity for quantity in quantities}
 
 
 QUANTITIES = _catalogue()
-RECORDED = {column_of(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
+RECORDED = {column_name(load, statistic) for load in UNITS for statistic in STATISTICS if statistic != "rms"}
 # Quantities by their key in the table [limits], which is the name without the unit.
 LIMITS = {
     re.sub(r"_(Nm|N|km)$", "", name): quantity
@@ -140,7 +142,7 @@ LIMITS = {
 }
 
 
-def measures_of(
+def recorded_measures(
     machine: Machine,
     motion: Motion,
     loads: Sequence[Recorded] | None,
@@ -174,18 +176,18 @@ def measures_of(
     if "drive" in recorded:
         measures += [("drive", 0, statistic) for statistic in statistics]
     measures = list(dict.fromkeys(measures))  # a load or statistic may be given twice
-    return tuple(measures), columns_of(measures, [carriage.name for carriage in machine.carriages])
+    return tuple(measures), column_names(measures, [carriage.name for carriage in machine.carriages])
 
 
-def columns_of(measures: Sequence[Measure], carriages: Sequence[str]) -> tuple[str, ...]:
+def column_names(measures: Sequence[Measure], carriages: Sequence[str]) -> tuple[str, ...]:
     """The names of the columns of measures; carriages: their names. Raises IndexError for another carriage."""
     return tuple(
-        column_of(load, statistic) + ("" if load == "drive" else f"[{carriages[i]}]")
+        column_name(load, statistic) + ("" if load == "drive" else f"[{carriages[i]}]")
         for load, i, statistic in measures
     )
 
 
-def limits_of(
+def checked_limits(
     given: Mapping[str, object], measures: Sequence[Measure], conditions: LifeConditions, unrated: str
 ) -> dict[str, float]:
     """Limits by quantity, in its unit; of life and static safety, if not given, those that the machine is to reach.
@@ -206,7 +208,7 @@ def limits_of(
             unit = "m" if quantity.name == LIFE else quantity.unit or "1"
             limit = number(value, unit, above=0.0)
             if not recorded.issuperset(quantity.sources):
-                names = " and ".join(column_of(*source) for source in quantity.sources)
+                names = " and ".join(column_name(*source) for source in quantity.sources)
                 hint = f"it takes {names}: add them to quantities and statistics"
                 hint = 'add "load" to quantities' if quantity.sources[0][0] == "load" else hint
                 raise ValueRefused("a limit on a recorded quantity", value, hint)

@@ -28,7 +28,7 @@ from guideload.base.units import quantity as to_unit
 from guideload.study.columns import StudyColumns
 from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
-from guideload.study.quantities import CONTACT, LIFE, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES, unit_of
+from guideload.study.quantities import CONTACT, LIFE, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES, quantity_unit
 from guideload.study.storage import Chunk, SampleStore
 from guideload.study.study import Study
 
@@ -204,7 +204,7 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
         raise ArgumentError(f"limit: expected a limit on {name}, as in the table [limits] of a study file")
     try:
         if isinstance(limit, str):
-            limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, unit_of(stem) or "1")
+            limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, quantity_unit(stem) or "1")
         limit = float(limit)
         if not np.isfinite(limit):
             raise ValueRefused("a finite number", limit)
@@ -274,16 +274,30 @@ def exceedance_probability(
 ) -> RareProbability:
     """Probability that machines of a study exceed a limit, by subset simulation; for probabilities down to 1e-9.
 
-    study     a study, its plan or its file; its number of samples does not matter
-    name      a quantity of the machine, "peak_resultant_N", or of a carriage, "peak_resultant_N[2b]"; a life or a
-              static safety exceeds its limit if it is below
-    limit     in the unit of the quantity, or text with a unit; by default that of the study
-    coefficient_of_variation  populations are run until it is at most so large
-    most_runs no population begins that would need more runs; the first ten run in any case
-    threads   by default one per core; the result does not depend on them
-    progress  called repeatedly with the number of runs so far
+    Parameters
+    ----------
+    study
+        A study, its plan or its file; its number of samples does not matter.
+    name
+        A quantity of the machine, "peak_resultant_N", or of a carriage, "peak_resultant_N[2b]"; a life or a static
+        safety exceeds its limit if it is below.
+    limit
+        In the unit of the quantity, or text with a unit; by default that of the study.
+    coefficient_of_variation
+        Populations are run until it is at most so large.
+    most_runs
+        Maximum runs for this limit; the first ten populations run in any case.
+    threads
+        By default one per core; the result does not depend on them.
+    progress
+        Called repeatedly with the number of runs so far.
 
-    Raises ArgumentError, and for a file what Study.from_toml raises.
+    Raises
+    ------
+    ArgumentError
+        For an unknown quantity, a limit that does not fit, and a study without distributions.
+
+    For a file also what `Study.from_toml` raises.
     """
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)

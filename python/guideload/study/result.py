@@ -25,7 +25,7 @@ from guideload.life.rating_life import failure_probability
 from guideload.study import statistics
 from guideload.study.columns import StudyColumns, summarised
 from guideload.study.metadata import SecondLooks
-from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, unit_of
+from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, quantity_unit
 from guideload.study.statistics import Estimate, Exceedance
 from guideload.study.storage import FolderStore
 
@@ -43,7 +43,7 @@ class StudyResult(StudyColumns):
     """
 
     def __repr__(self) -> str:
-        head = f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, failed={self.failed}"
+        head = f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, finished={self.finished}"
         return f"{head}, {' '.join(self.doubts) or self.second_look_text})"
 
     @classmethod
@@ -78,7 +78,7 @@ class StudyResult(StudyColumns):
     def _sample_word(self) -> str:
         return "case" if self.metadata.chosen else "sample"
 
-    def require_no_doubts(self) -> None:
+    def raise_if_doubtful(self) -> None:
         """Raise DoubtfulResult if samples are wrong or unpredictable; see `doubts`."""
         if self.doubts:
             raise DoubtfulResult(" ".join(self.doubts))
@@ -160,12 +160,12 @@ class StudyResult(StudyColumns):
 
     def _probability(self, name: str, limit: float | str, compare: Any, confidence: float) -> Estimate:
         units = {parameter.name: parameter.unit for parameter in self.metadata.parameters}
-        unit = units.get(name) or unit_of(name.partition("[")[0]) or "1"
+        unit = units.get(name) or quantity_unit(name.partition("[")[0]) or "1"
         bound = to_unit(limit, unit) if isinstance(limit, str) else limit
         values = self.column(name)
-        return self._share_of(compare(values, bound), values, confidence)
+        return self._event_probability(compare(values, bound), values, confidence)
 
-    def _share_of(
+    def _event_probability(
         self, event: NDArray[np.bool_], values: Array, confidence: float = statistics.CONFIDENCE
     ) -> Estimate:
         """Probability of an event, in the samples that have a value."""
@@ -188,7 +188,7 @@ class StudyResult(StudyColumns):
         for name, limit in self.limits.items():
             for owner, column in self._owned(name):
                 exceeded, samples = QUANTITIES[name].exceeds(column, limit), statistics.known(column).size
-                estimate = self._share_of(exceeded, column)
+                estimate = self._event_probability(exceeded, column)
                 rows[name, owner] = (limit, samples, int(np.count_nonzero(exceeded)), *estimate)
         columns = ["limit", "samples", "count", "probability", "low", "high", "standard_error"]
         return _by_quantity_and_carriage(rows, columns)

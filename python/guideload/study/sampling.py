@@ -137,7 +137,7 @@ class Replicated:
         return columns
 
 
-def sequence_of(
+def make_sequence(
     sampling: Sampling, dimensions: int, seed: int, samples: int, replicates: int
 ) -> Single | Replicated:
     """The sequence of a sampling, or with several replicates independent ones of the same kind, which take turns."""
@@ -228,7 +228,7 @@ class Design:
     @cached_property
     def _sequence(self) -> Single | Replicated:
         columns = 2 * self.dimensions if self.sensitivity else self.dimensions
-        return sequence_of(self.sampling, columns, self.seed, self.samples, self.replicates)
+        return make_sequence(self.sampling, columns, self.seed, self.samples, self.replicates)
 
     def uniforms(self, start: int, stop: int) -> Array:
         """(dimensions, stop - start) of the runs start to stop - 1."""

@@ -109,7 +109,8 @@ def quantiles(
     count = ordered.size
     if not count:
         return Estimates(*(np.full(parts.shape, np.nan) for _ in range(4)))
-    middle = _interpolated(ordered, np.clip(_position(parts, count), 1, count))
+    places = np.arange(1.0, count + 1.0)
+    middle = np.interp(_position(parts, count), places, ordered)
     below = np.array([counted(column <= value, replicate) for value in middle]).T
     sizes = counted(np.ones(count, dtype=np.bool_), replicate)
     error, effective = _proportion(parts, below, sizes, tail)
@@ -124,23 +125,13 @@ def quantiles(
     near = np.array([_position(np.clip(parts + sign * error, 0, 1), count) for sign in (-1, 1)])
     inside = (near[0] >= 1) & (near[1] <= count)
     with np.errstate(invalid="ignore"):
-        lower, upper = (_interpolated(ordered, np.clip(one, 1, count)) for one in near)
+        lower, upper = (np.interp(one, places, ordered) for one in near)
         return Estimates(middle, first, last, np.where(inside, (upper - lower) / 2, np.inf))
 
 
 def _position(levels: Array, count: int) -> Array:
     """Places of quantiles among `count` ordered samples, the first of which is at 1."""
     return np.asarray((count + 1 / 3) * levels + 1 / 3)
-
-
-def _interpolated(ordered: Array, position: Array) -> Array:
-    """Values at places between 1 and the number of samples."""
-    count = ordered.size
-    below = np.minimum(position.astype(np.intp), max(count - 1, 1))
-    left, right = ordered[below - 1], ordered[np.minimum(below, count - 1)]
-    with np.errstate(invalid="ignore"):
-        between = left + (position - below) * (right - left)
-    return np.asarray(np.where(left == right, left, between))  # equal: both may be infinite
 
 
 def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:

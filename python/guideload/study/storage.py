@@ -328,7 +328,7 @@ def begun_only(folder: Path) -> bool:
     return names <= {SAMPLES, DRAFT, draft_of(folder / FILE).name} and not chunks_in(folder)
 
 
-def files_of(folder: Path) -> list[Path]:
+def study_files(folder: Path) -> list[Path]:
     """The paths of the files of a study, the metadata last; some may not exist."""
     return [*chunks_in(folder), folder / HISTORIES, folder / FILE]
 
@@ -344,7 +344,7 @@ def remove(folder: Path) -> None:
     samples.mkdir(exist_ok=True)
     with exclusive_lock(samples):
         _remove_drafts(folder)
-        for path in files_of(folder):
+        for path in study_files(folder):
             path.unlink(missing_ok=True)
     (samples / LOCK).unlink(missing_ok=True)
     if not any(samples.iterdir()):

@@ -19,11 +19,11 @@ from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import with_forces_of_drive
 from guideload.simulation.start import start_of
-from guideload.study.factors import cases_of, copula_of, factors_of
+from guideload.study.factors import build_copula, drawn_factors, read_cases
 from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
 from guideload.study.options import REPLICATES, StudyFile, StudyOptions, read_study, with_hint_on_place
-from guideload.study.plan import Plan, correlations_of, digest, with_fingerprint
-from guideload.study.quantities import limits_of, measures_of
+from guideload.study.plan import Plan, digest, pair_correlations, with_fingerprint
+from guideload.study.quantities import checked_limits, recorded_measures
 from guideload.study.rated import RatedStudy, rated_study
 from guideload.study.sampling import Design
 from guideload.study.varied_parameters import SampleSpec
@@ -92,7 +92,7 @@ class Study(StudyOptions):
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 
-    def motion_of(self, sample: int) -> Motion:
+    def sample_motion(self, sample: int) -> Motion:
         """The motion of a sample: with `posterior`, the estimate plus the drawn deviation of its acceleration.
 
         `simulate` of the sample's machine under it, from the `start` of the plan, gives the loads of the sample.
@@ -131,12 +131,12 @@ class Study(StudyOptions):
         parameters = Parameters(self.machine, motion)
         design = cases = None
         if self.cases is not None:
-            factors, cases = cases_of(self.cases, parameters)
+            factors, cases = read_cases(self.cases, parameters)
             runs = len(cases)
         else:
             assert self.samples is not None
-            factors = factors_of(self.vary, parameters)
-            copula = copula_of(self.correlation, factors, self.vary)
+            factors = drawn_factors(self.vary, parameters)
+            copula = build_copula(self.correlation, factors, self.vary)
             self._require_possible_design(len(factors), copula is not None)
             drawn = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
             design = Design(*drawn, self._replicates, self.posterior)
@@ -148,7 +148,7 @@ class Study(StudyOptions):
         rated = RatedStudy()
         if self.quantities is None or "load" in self.quantities:
             rated = rated_study(self.machine, motion, factors, cases)
-        measures, columns = measures_of(
+        measures, columns = recorded_measures(
             self.machine, motion, self.quantities, self.statistics, bool(rated.criteria)
         )
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
@@ -169,14 +169,14 @@ class Study(StudyOptions):
                 *(factor.metadata for factor in factors),
                 *([MOTION_PARAMETER] if self.posterior else []),
             ),
-            correlations=correlations_of(factors, None if design is None else design.copula),
+            correlations=pair_correlations(factors, None if design is None else design.copula),
             measures=measures,
             columns=columns,
             exponent=rated.exponent,
-            limits=limits_of(self.limits, measures, self.machine.life, rated.reason),
+            limits=checked_limits(self.limits, measures, self.machine.life, rated.reason),
             life_notes=rated.notes,
         )
-        posterior = [digest_of_posterior(motion)] if self.posterior else []
+        posterior = [posterior_digest(motion)] if self.posterior else []
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)
         seed = draw_seed(self.seed) if self.posterior else None
         return Plan(metadata, motion, factors, changes, design, cases, histories, seed)
@@ -246,7 +246,7 @@ def draw_seed(seed: int) -> int:
     return int(np.random.SeedSequence(seed, spawn_key=(5,)).generate_state(1, np.uint64)[0])
 
 
-def digest_of_posterior(motion: Motion) -> str:
+def posterior_digest(motion: Motion) -> str:
     """SHA-256 of all numbers on which the draws depend."""
     uncertainty = motion.uncertainty
     assert uncertainty is not None

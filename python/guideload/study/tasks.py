@@ -79,7 +79,7 @@ def connected(cluster: Client | str | None) -> Iterator[Client]:
         yield client
 
 
-def in_flight_of(client: Client) -> int:
+def default_in_flight(client: Client) -> int:
     """Chunks that a cluster gets at once."""
     return max(LEAST_IN_FLIGHT, PER_THREAD * int(sum(client.nthreads().values())))
 

@@ -39,7 +39,7 @@ def name_and_unit(header: str) -> tuple[str, str]:
     return (match["name"], match["unit"]) if match else (header.strip(), "")
 
 
-def numbers_of(table: Table, header: str, unit: str) -> tuple[Array, bool]:
+def column_numbers(table: Table, header: str, unit: str) -> tuple[Array, bool]:
     """A column (n,) in SI `unit`, and False; or as shares, and True, if its header has the unit [%].
 
     Without a unit in the header, the row of units below applies, else SI. Raises TraceError with the rows that hold no
@@ -137,7 +137,7 @@ class ParameterPaths(ConfigModel):
         """Its name, or its path."""
         return self.name if self.name is not None else self.path[0]
 
-    def title_of(self, owner: str) -> str:
+    def draw_title(self, owner: str) -> str:
         """The name of one number: "k[1a]", or without a name its path: "carriages[1a].x"."""
         if not owner:
             return self.title
@@ -331,7 +331,7 @@ class SampleSpec(VariedParameter):
             hint = f"{table.source} has {listed(table.names)}"
             raise KeyRefused(key, "the name of a column", self.column, hint)
         try:
-            numbers, relative = numbers_of(table, header, unit)
+            numbers, relative = column_numbers(table, header, unit)
         except ValueRefused as refused:
             hint = f"column {header} of {table.source}: {refused.hint}"
             raise KeyRefused("file", refused.expected, refused.value, hint) from None

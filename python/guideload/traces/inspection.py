@@ -12,7 +12,7 @@ from guideload.base.units import factor
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution, usable_bandwidth
-from guideload.smoothing.estimation import Estimate
+from guideload.smoothing.estimation import MotionEstimate
 from guideload.smoothing.smoothing import Kind, Kinematics, Method, smooth
 from guideload.traces.reading import Trace
 
@@ -80,7 +80,7 @@ class Inspection:
     def deviation(self) -> Array | None:
         """(n,) standard deviation of the acceleration in its unit; None where the smoothing estimates none."""
         estimate = self.kinematics
-        if not isinstance(estimate, Estimate):
+        if not isinstance(estimate, MotionEstimate):
             return None
         return np.sqrt(np.maximum(estimate.acceleration_variance, 0.0))
 

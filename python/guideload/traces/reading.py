@@ -15,7 +15,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
-from guideload.smoothing.estimation import Estimate
+from guideload.smoothing.estimation import MotionEstimate
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import columns_of, option_in_si
 from guideload.traces.content.samples import quantum_note, read_samples
@@ -197,6 +197,6 @@ def motion_from_trace(
             source=f"{trace.source}, column {trace.column}",
             notes=(*trace.notes, smoothed.note),
             bandwidth=smoothed.bandwidth,
-            uncertainty=smoothed.uncertainty if isinstance(smoothed, Estimate) else None,
+            uncertainty=smoothed.uncertainty if isinstance(smoothed, MotionEstimate) else None,
             recorded=True,
         )

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.smoothing.kinematics import UNIT, Kind, Kinematics, noise_warning, of_equal_samples
+from guideload.smoothing.kinematics import UNIT, Kind, Kinematics, constant_motion, noise_warning
 
 # Order of the penalised derivative and degree of the spline: white snap in both cases.
 ORDER = {"position": 4, "velocity": 3}
@@ -43,7 +43,7 @@ def smoothing_spline(time: Array, value: Array, kind: Kind, quantum: float) -> K
     middle = float(value.mean())
     size = float(np.abs(value - middle).max())
     if np.ptp(value) == 0.0:
-        return of_equal_samples(time, value, kind)
+        return constant_motion(time, value, kind)
     # Unit scale and unit sampling step, for conditioning.
     samples = (value - middle) / size
     step = float(np.median(np.diff(time)))

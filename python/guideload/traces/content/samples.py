@@ -12,7 +12,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.units import factor
-from guideload.smoothing.smoothing import quantum_of
+from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.columns import Columns, option_in_si
 from guideload.traces.content.counters import unwrap
 from guideload.traces.content.stamps import stamps_of
@@ -126,7 +126,7 @@ def read_samples(
         quantum = option_in_si(table, "quantum", given, KINDS[kind], ">=")
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
-        quantum = abs(columns.scale) if is_whole else quantum_of(si, decimal) or decimal
+        quantum = abs(columns.scale) if is_whole else find_quantum(si, decimal) or decimal
     return TraceDraft(rows, columns, kind, time, si, quantum, place, partner, notes)
 
 
@@ -143,7 +143,7 @@ def decimal_quantum(values: NDArray[Any]) -> float:
     """The quantum of values (n,) that are written with few decimals: the greatest common divisor of changes.
 
     0 if the values have more than DECIMALS decimals, hardly change, or are rounded to significant digits. It also works
-    for motion of many quanta per sample, unlike `smoothing.quantum_of`, which needs small changes.
+    for motion of many quanta per sample, unlike `smoothing.find_quantum`, which needs small changes.
     """
     for decimals in range(DECIMALS + 1):
         scaled = values * 10.0**decimals

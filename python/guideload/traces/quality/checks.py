@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from guideload.smoothing.smoothing import quantum_of
+from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 from guideload.traces.quality.clocks import LONGEST_STEP, Clock
 from guideload.traces.quality.jumps import speed_jumps, top_speed
@@ -115,7 +115,9 @@ def check_partner(draft: TraceDraft) -> None:
         draft.notes.append(f"column {partner} not compared with {column}: {reason}")
         return
     deviation = NORMAL * float(np.median(np.abs(mean - middle)))
-    slack = (high - low) + LAG_SHARE * top + ROUNDING * quantum_of(position) / steps + DEVIATIONS * deviation
+    slack = (
+        (high - low) + LAG_SHARE * top + ROUNDING * find_quantum(position) / steps + DEVIATIONS * deviation
+    )
     samples = np.flatnonzero((mean > high + slack) | (mean < low - slack)) + 1
     if samples.size == 0:
         draft.notes.append(f"column {partner} shows the same motion as {column}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.smoothing.smoothing import quantum_of
+from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 
 CLOCKS = ("uniform", "ticks", "jitter", "on_change")
@@ -72,7 +72,7 @@ def clock_of(
     farthest = float(np.abs(normal - usual).max())
     # Steps of stamps that were decimals differ by the rounding of doubles.
     rounding = 4.0 * float(np.spacing(np.abs(time[[0, -1]]).max()))
-    tick = 0.0 if farthest <= rounding else quantum_of(np.round(normal / rounding) * rounding, rounding)
+    tick = 0.0 if farthest <= rounding else find_quantum(np.round(normal / rounding) * rounding, rounding)
     # The sample after a gap may be the first of a move: its change is at most FIRST_STEP times the next one.
     change, quiet = np.abs(np.diff(value, prepend=value[0], append=value[-1])), STILL_QUANTA * quantum
     limit = np.maximum(quiet, FIRST_STEP * change[gaps + 1])
