@@ -201,7 +201,7 @@ def main_in_place(arguments: argparse.Namespace) -> None:
                 print(f"{sum(counts.values()):5d}  {name}: {dict(counts)}", flush=True)
         finally:
             if arguments.mounted:
-                subprocess.run(["umount", disk], check=True)
+                subprocess.run(["umount", "--lazy", disk], check=True)
         print(f"{sum(total.values())} disks, none failed: {dict(total)}")
 
 
