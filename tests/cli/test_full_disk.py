@@ -1,4 +1,4 @@
-"""Commands on disks that are too small: success or an ordinary error, no crash. More sizes: `tests/full_disk.py`."""
+"""Commands on disks that are too small: success or an ordinary error. More sizes: `tests/helpers/full_disk.py`."""
 
 import subprocess
 import sys

@@ -34,7 +34,6 @@ from guideload import (
     Motion,
     Moves,
     Study,
-    VariedMachine,
     duty_cycle,
     exceedance_probability,
     frequency_response,
@@ -52,6 +51,7 @@ from guideload import (
 )
 from guideload.base.errors import GuideloadError
 from guideload.cli.inputs import EXAMPLES
+from guideload.sensitivity import VariedMachine
 from guideload.sizing import largest
 
 SECONDS = 20  # of processor time for one call

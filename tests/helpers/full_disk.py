@@ -1,4 +1,4 @@
-"""Every command that writes, on disks of many sizes: `python tests/full_disk.py [--sizes 100] [COMMAND ...]`.
+"""Every command that writes, on disks of many sizes: `python tests/helpers/full_disk.py [--sizes 100] [COMMAND ...]`.
 
 Each command runs on a tmpfs, first large enough, then with less room, down to none. It must succeed, or fail with an
 ordinary error: no signal, no exception that is no message, no draft, nothing half written. A tmpfs needs a mount
@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from click.testing import CliRunner
-from interrupts import TESTS
+from interrupts import HELPERS
 from watched import samples, text_of, write_monitor
 
 from guideload.cli.inputs import EXAMPLES
@@ -209,7 +209,7 @@ def namespace() -> list[str]:
     """Words before a command that give it mounts of its own; none if that is not permitted."""
     words = ["unshare", "--mount", *([] if os.geteuid() == 0 else ["--map-root-user"])]
     try:
-        probe = [*words, "mount", "-t", "tmpfs", "tmpfs", str(TESTS)]
+        probe = [*words, "mount", "-t", "tmpfs", "tmpfs", str(HELPERS)]
         return words if subprocess.run(probe, capture_output=True, check=False).returncode == 0 else []
     except OSError:
         return []
