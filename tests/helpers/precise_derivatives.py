@@ -41,7 +41,7 @@ def histories_of(run: RunDerivatives) -> dict[str, NDArray[np.float64]]:
     """The derivatives (p, ...) of a run, by the names of the histories of `differences`."""
     return {
         "link_load": run.history("link_loads"),
-        "link_load_damping": run.link_loads("damping"),
+        "link_load_damping": run.history("link_loads", "damping"),
         "carriage": run.history("carriage_loads"),
         "reaction": run.history("reaction"),
         "displacement": run.history("displacement"),

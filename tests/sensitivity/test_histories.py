@@ -93,7 +93,7 @@ def test_gradient_backwards_is_the_sum_of_the_histories() -> None:
                 "acceleration",
                 "reaction",
             ):
-                forward = getattr(run, quantity)()
+                forward = run.history(quantity)
                 weights = rng.normal(size=forward.shape[1:])
                 ahead = (forward * weights).reshape(len(values), -1).sum(axis=1)
                 size = np.abs(forward * weights).reshape(len(values), -1).sum(axis=1)

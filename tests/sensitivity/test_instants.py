@@ -59,7 +59,7 @@ def test_instants_are_those_of_a_run_with_samples_there(quantity: str) -> None:
     finer = run_of(Motion(time=stamps, acceleration=acceleration, wrench=wrench))
     along = np.random.default_rng(1).standard_normal(NUMBERS[quantity])
     found, there = run_of(motion).at(time).history(quantity, along), np.searchsorted(stamps, time)
-    by = getattr(finer, quantity)().reshape(len(TO), stamps.size, -1)[:, there] @ along
+    by = finer.history(quantity).reshape(len(TO), stamps.size, -1)[:, there] @ along
     values = finer.at(stamps).history(quantity, along).values[there]
     close(found.by, by)
     close(found.values, values)

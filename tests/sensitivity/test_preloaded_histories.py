@@ -150,9 +150,9 @@ def test_all_quantities_by_differences_of_tight_runs(start: Any) -> None:
                     there.group_loads(machine.links_of_carriages, moved, "total"),
                     there.link_loads("total"),
                     there.position(),
-                    there.history("velocity"),
-                    there.history("acceleration"),
-                    there.history("reaction"),
+                    there.velocity(),
+                    there.acceleration(),
+                    there.reaction(),
                 ]
             )
         for mine, high, low in zip(found, *ends, strict=True):

@@ -268,7 +268,25 @@ def identify(
 ) -> Identification:
     """The numbers of a machine that explain measured data best, with their uncertainty.
 
-    Raises ConfigError for unknowns that the machine does not have, ArgumentError without unknowns or data.
+    Parameters
+    ----------
+    machine
+        The nominal machine.
+    unknown
+        What is unknown of it, as the [[unknown]] tables of an identify file.
+    data
+        Measured data of any kinds, such as `ModalTest` and `Deflections`.
+    starts
+        Number of searches; four times as many for a nonlinear machine.
+
+    Raises
+    ------
+    ConfigError
+        For unknowns that the machine does not have.
+    ArgumentError
+        Without data, and where no possible machine is found near the expected values.
+    SceneError
+        For a machine that its links do not support.
     """
     unknowns = resolve_unknowns(unknown, machine_parameters(machine))
     found = fit(Model(machine, unknowns), data, starts)

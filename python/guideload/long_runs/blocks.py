@@ -48,10 +48,24 @@ def motion_blocks(
 ) -> Iterator[Motion]:
     """The motion of a record in blocks, for `LongRun.add`; each begins with the last stamp of the block before.
 
-    file: Parquet; columns, `drive`, `smoothing`, `window` and `options` as for `read_trace` and `motion_from_trace`.
-    rows: of a block. The motions have no positions, which do not act on the loads of straight rails. The quantum, if it
-    is not given, is that of the first block in which it is found. Raises TraceError, with the rows of the file, and
-    ArgumentError for another kind of file and for clock="uniform", which fits one grid to the whole record.
+    The motions have no positions, which do not act on the loads of straight rails. The quantum, if it is not given, is
+    that of the first block in which it is found.
+
+    Parameters
+    ----------
+    file
+        Parquet; its columns as for `read_trace`.
+    drive, smoothing, window, options
+        As for `read_trace` and `motion_from_trace`.
+    rows
+        Samples of a block.
+
+    Raises
+    ------
+    TraceError
+        For rows that cannot be used; it names them.
+    ArgumentError
+        For another kind of file and for clock="uniform", which fits one grid to the whole record.
     """
     path = Path(file)
     if path.suffix.lower() != ".parquet":

@@ -42,12 +42,25 @@ MOST_REPETITIONS = 15  # give a median that is known to some percent; more would
 def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) -> WorkPrecision:
     """Run every method over its range of tolerances and fixed steps, and compare the loads with a reference.
 
-    budget  time that all runs together may take [s]. The reference is computed however long it takes. Then every
-            setting runs once, the coarse ones of all methods first, except those that the time left does not
-            suffice for; and then again as often as the time allows. A run that has begun is not cut short.
+    Parameters
+    ----------
+    budget
+        Time that all runs together may take [s]. The reference is computed however long it takes. Then every setting
+        runs once, the coarse ones of all methods first, except those that the time left does not suffice for; and then
+        again as often as the time allows. A run that has begun is not cut short.
 
-    A method that fails has a row that says why. Raises RunError if no method gives a reference; ArgumentError and
-    TypeError for arguments that cannot be used; SceneError for an unsupported body.
+    Returns
+    -------
+    WorkPrecision, in which a method that fails has a row that says why.
+
+    Raises
+    ------
+    RunError
+        If no method gives a reference.
+    ArgumentError, TypeError
+        For arguments that cannot be used.
+    SceneError
+        For an unsupported body.
     """
     if isinstance(budget, bool) or not isinstance(budget, int | float) or not 0.0 < budget < np.inf:
         raise ArgumentError(f"budget: expected a number > 0, in s, got {budget!r}")

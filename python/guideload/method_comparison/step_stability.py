@@ -121,10 +121,21 @@ class Stability:
 def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1e-6) -> Stability:
     """The longest stable step of rk45 on a machine, and the cost of every method.
 
-    motion  that the costs are for; if left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2
-    rtol    tolerance of exponential, rk45 and implicit there
+    Parameters
+    ----------
+    motion
+        That the costs are for; if left out, a jerk-limited move by 1.6 m at 1 kHz, up to 1 m/s and 2 m/s2.
+    rtol
+        Tolerance of exponential, rk45 and implicit there.
 
-    Raises SceneError (unsupported body), ArgumentError (rtol, motion), RunError.
+    Raises
+    ------
+    SceneError
+        For an unsupported body.
+    ArgumentError
+        For a tolerance or a motion that cannot be used.
+    RunError
+        If a run fails.
     """
     machine.require_no_payloads("the stability of steps")
     if motion is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +17,6 @@ from guideload.sensitivity.columns import Column
 from guideload.sensitivity.modes import Complex, Modal, ModeDerivatives
 
 
-@dataclass(frozen=True, eq=False)
 class Linearised:
     """M q'' + C q' + K q = Q for small motions q of L about rest, and exact derivatives by p columns of values.
 
@@ -35,41 +33,11 @@ class Linearised:
     static_carriage_loads, d_static_carriage_loads (carriages, 6), (p, carriages, 6), about the carriage centres
     """
 
-    columns: tuple[Column, ...]
-    free: NDArray[np.intp]
-    scene: Scene
-    system: VariedSystem
-    mass: Array
-    damping: Array
-    stiffness: Array
-    weight: Array
-    d_mass: Array
-    d_damping: Array
-    d_stiffness: Array
-    d_weight: Array
-
-    @classmethod
-    def of(cls, columns: tuple[Column, ...], free: NDArray[np.intp], system: VariedSystem) -> Linearised:
-        """From a system of the core."""
-        scene = system.scene()
-        matrices, weight = scene.matrices()
-        derivatives, d_weight = system.matrices()
-        mass, damping, stiffness = matrices
-        d_mass, d_damping, d_stiffness = derivatives
-        return cls(
-            columns,
-            free,
-            scene,
-            system,
-            mass,
-            damping,
-            stiffness,
-            weight,
-            d_mass,
-            d_damping,
-            d_stiffness,
-            d_weight,
-        )
+    def __init__(self, columns: tuple[Column, ...], free: NDArray[np.intp], system: VariedSystem) -> None:
+        self.columns, self.free, self.system = columns, free, system
+        self.scene: Scene = system.scene()
+        (self.mass, self.damping, self.stiffness), self.weight = self.scene.matrices()
+        (self.d_mass, self.d_damping, self.d_stiffness), self.d_weight = system.matrices()
 
     @property
     def static_position(self) -> Array:

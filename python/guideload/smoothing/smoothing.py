@@ -37,10 +37,19 @@ def smooth(
 ) -> Kinematics:
     """Estimate the motion behind samples; `auto` returns a `MotionEstimate`.
 
-    time: (n,) s, strictly increasing, n >= 8. value: (n,) m or m/s according to `kind`.
-    quantum: step of the encoder in the unit of the samples; 0 if unknown; `auto` then uses `find_quantum`.
-    window: s, for `savitzky_golay` only.
-    Raises TraceError for samples that `checked` refuses, and for a method that is unknown or does not suit them.
+    Parameters
+    ----------
+    time : (n,) s, strictly increasing, n >= 8
+    value : (n,) m or m/s according to `kind`
+    quantum
+        Step of the encoder in the unit of the samples; 0 if unknown: `auto` then uses `find_quantum`.
+    window
+        s, for `savitzky_golay` only.
+
+    Raises
+    ------
+    TraceError
+        For samples that `checked` refuses, and for a method that is unknown or does not suit them.
     """
     stamps, samples = checked(time, value, kind)
     if method not in get_args(Method):
