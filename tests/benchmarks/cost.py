@@ -59,8 +59,9 @@ from peers.roster import LSIM, RK45, RTOL, found_peers
 from reference import cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import Machine, Motion, peak_loads, simulate
+from guideload.base.methods import Method
 from guideload.simulation.peaks import Peaks
-from guideload.simulation.simulation import Method, prepared_run
+from guideload.simulation.simulation import prepared_run
 
 TURNS, CALLS = 15, 5
 SLOW, EVERY = 0.1, 5  # s, from which on a call is timed once, and in every fifth turn only

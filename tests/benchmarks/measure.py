@@ -21,7 +21,7 @@ from peers.roster import Peer, installed, roster
 from scenes import Case
 
 from guideload import GuideloadError, simulate
-from guideload.simulation.simulation import Method
+from guideload.base.methods import Method
 
 OURS = ("exact", "exponential", "rk45", "implicit")
 TOLERANCES = tuple(10.0**-power for power in range(3, 11))

@@ -17,6 +17,7 @@ from guideload.audit.energy import Energy
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import GuideloadError
+from guideload.base.methods import METHODS
 from guideload.base.number_text import scientific
 
 # Solves the run again: takes method, rtol and a factor on the excitation, returns link loads (time, link) [N].
@@ -37,9 +38,6 @@ UNCONTROLLED = (
     1e-3  # of the load scale, for a fixed step: no tolerance was asked for; about the error of the model
 )
 ROUNDING = 1e-7  # of the load scale: differences below it are rounding, which stiff scenes amplify
-# Steps of rk45 per step of the result up to which it checks a method: a step costs about a fifth of one of implicit and
-# as much as one of exponential, for which implicit is the other choice.
-MOST_STEPS = {"implicit": 20, "exponential": 1}
 
 NO_MOTION = (
     "the samples of its motion are not stored with it; compute it again, or keep the result of `simulate`"
@@ -172,7 +170,11 @@ def _other_method(histories: Histories) -> str:
     if method == "rk45":
         return "implicit"
     steps = fastest_rate(histories) * float(np.ptp(histories.time)) / 3.0  # of rk45 at its limit of stability
-    return "rk45" if steps <= MOST_STEPS[method] * float(histories.data.attrs["steps"]) else "implicit"
+    return (
+        "rk45"
+        if steps <= METHODS[method].rk45_steps_to_check * float(histories.data.attrs["steps"])
+        else "implicit"
+    )
 
 
 def fastest_rate(histories: Histories) -> float:

@@ -16,8 +16,8 @@ from guideload.cli.outputs import require_unread, unwritable
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.base.methods import Method
     from guideload.long_runs.long_run import LongRun
-    from guideload.simulation.simulation import Method
     from guideload.simulation.start import Start
 
 ENDINGS = (".csv", ".parquet")

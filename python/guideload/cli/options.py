@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args, get_type_hints
 
 import click
 
+from guideload.base.methods import CHOICES as METHOD_CHOICES
 from guideload.cli.outputs import PICTURE_ENDINGS
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 
@@ -94,7 +95,7 @@ rider_option = click.option(
 )
 method_option = click.option(
     "--method",
-    type=click.Choice(("auto", "exact", "exponential", "rk45", "implicit")),
+    type=click.Choice(METHOD_CHOICES),
     default="auto",
     show_default=True,
     help="Integration method; auto is the cheapest that the machine allows.",

@@ -26,10 +26,10 @@ from guideload.cli.outputs import (
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
+    from guideload.base.methods import Method
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
     from guideload.simulation.result import Result
-    from guideload.simulation.simulation import Method
     from guideload.simulation.start import Start
 
 PAPER_DOFS = ("rx", "ry", "rz")

@@ -11,12 +11,13 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.base.methods import Method
 from guideload.machine.drive import Drive
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import friction_force, require_held_x
 from guideload.simulation.result import Result
-from guideload.simulation.simulation import Method, peak_loads
+from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`

@@ -16,13 +16,14 @@ from guideload._core import largest_equivalent_load
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
+from guideload.base.methods import Method
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
 from guideload.life.mean_load import Travel, integrals
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.peaks import Peaks, peaks_of
-from guideload.simulation.simulation import Method, prepared_run
+from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from guideload._core import Solution
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, GuideloadError, RunError
+from guideload.base.methods import METHODS
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import Machine
 from guideload.method_comparison.diagram import (
@@ -126,7 +127,8 @@ def _curves(machine: Machine, motion: Motion) -> list[list[Setting]]:
     intervals = intervals[intervals > 0.0]
     interval = float(np.median(intervals)) if intervals.size else None
     steps = [] if interval is None else [interval / steps for steps in STEPS_PER_SAMPLE]
-    methods = ("exponential", "implicit", "rk45")[0 if has_exponential(machine) else 1 :]
+    some = has_exponential(machine)
+    methods = sorted(name for name, of in METHODS.items() if of.with_edges or of.with_edges is False and some)
     return [
         [Setting("exact")],
         *([Setting(method, "rtol", rtol) for rtol in RTOLS] for method in methods),

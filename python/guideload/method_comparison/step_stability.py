@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.base.methods import METHODS
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
@@ -24,11 +25,12 @@ from guideload.method_comparison.runner import has_exponential, solve
 from guideload.motion.motion import Motion
 from guideload.simulation.stability_function import (
     UNDAMPED,
-    MethodName,
     longest_stable_steps,
 )
 
-METHODS: tuple[MethodName, ...] = ("exact", "rk45", "implicit")  # on any machine
+# On any machine, and where contacts are preloaded without edges beside them.
+ON_ANY = tuple(name for name, of in METHODS.items() if of.with_edges is not False)
+WITHOUT_EDGES = tuple(name for name, of in METHODS.items() if of.with_edges is False)
 
 MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
 STRAIGHT = (
@@ -46,7 +48,7 @@ class Cost:
     note      why it was not run, else empty
     """
 
-    method: MethodName
+    method: str
     needed: int
     steps: int | None = None
     rejected: int | None = None
@@ -86,7 +88,7 @@ class Stability:
     @property
     def limited_by(self) -> str:
         """What sets the number of steps of rk45: samples, stability or tolerance."""
-        rk45 = self.costs[METHODS.index("rk45")]
+        rk45 = self.costs[ON_ANY.index("rk45")]
         if rk45.steps is None:
             return "stability"
         if rk45.steps <= NEAR * step_ends(self.machine, self.motion, "rk45").size:
@@ -147,7 +149,7 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
     eigenvalues = np.where(undamped, 0.0, eigenvalues.real) + 1j * eigenvalues.imag
     eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     longest = longest_stable_steps(eigenvalues)
-    methods: tuple[MethodName, ...] = (*METHODS, "exponential") if has_exponential(machine) else METHODS
+    methods = (*ON_ANY, *WITHOUT_EDGES) if has_exponential(machine) else ON_ANY
     return Stability(
         machine=machine,
         eigenvalues=eigenvalues,
@@ -170,7 +172,7 @@ def standard_move() -> Motion:
     return Motion.along_x(stamps, np.interp(stamps, corners, acceleration * signs), source="standard move")
 
 
-def _cost(machine: Machine, motion: Motion, method: MethodName, rtol: float, longest: float) -> Cost:
+def _cost(machine: Machine, motion: Motion, method: str, rtol: float, longest: float) -> Cost:
     """Run a method, and time it. longest: stable step of rk45 [s]."""
     needed = _needed(motion, step_ends(machine, motion, method), longest if method == "rk45" else np.inf)
     if method == "exact" and machine.model_level == "smooth nonlinear":
@@ -183,13 +185,13 @@ def _cost(machine: Machine, motion: Motion, method: MethodName, rtol: float, lon
     return Cost(method, needed, solution.steps, solution.rejected, seconds)
 
 
-def step_ends(machine: Machine, motion: Motion, method: MethodName) -> NDArray[np.intp]:
+def step_ends(machine: Machine, motion: Motion, method: str) -> NDArray[np.intp]:
     """Indices of the samples at which every step of a method must end: all, or those where the excitation bends.
 
     rk45 and implicit step over samples that lie on a straight line, unless contact changes are to be located.
     """
     piecewise = machine.model_level == "piecewise linear"
-    if method in ("exact", "exponential") or piecewise or motion.time.size < 3:
+    if METHODS[method].numerator is None or piecewise or motion.time.size < 3:
         return np.arange(motion.time.size)
     columns = _excitation(motion)
     steps = np.diff(motion.time)

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
 from guideload.base.arguments import checked
+from guideload.base.methods import METHODS
 from guideload.base.number_text import milliseconds, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, setting_range
 from guideload.plots.style import GREY, INK, PALE, axes_or_new, legend_beside, look, write_instead
@@ -20,13 +21,7 @@ if TYPE_CHECKING:
     Point = tuple[float, float]
     Curves = dict[tuple[str, str | None], list[tuple[list[SettingResult], Point]]]
 
-# Colour and marker of each method; fixed steps have dashed lines and hollow markers.
-METHODS = {
-    "exact": ("#009E73", "D"),
-    "exponential": ("#CC79A7", "^"),
-    "implicit": ("#0072B2", "o"),
-    "rk45": ("#D55E00", "s"),
-}
+# Fixed steps have dashed lines and hollow markers.
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}
 PARETO_COLOR = "#f2c14e"
 ROOM = 0.5  # decades right of the last point
@@ -122,7 +117,7 @@ def _draw_pareto(ax: Axes, points: list[Point]) -> None:
 def _draw_curve(
     ax: Axes, method: str, kind: str | None, curve: list[tuple[list[SettingResult], Point]]
 ) -> None:
-    color, marker = METHODS[method]
+    color, marker = METHODS[method].color, METHODS[method].marker
     dashes, face = ("--", "white") if kind == "step" else ("-", color)
     style: dict[str, Any] = {"color": color, "marker": marker, "markersize": 5.5, "markerfacecolor": face}
     points = np.array([point for _, point in curve])

@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.audit.audit import LABEL
 from guideload.audit.histories import payload_changes
+from guideload.base.methods import METHODS
 from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
 from guideload.life.life import Life
 from guideload.machine.machine import DOFS
@@ -266,7 +267,7 @@ def _solution_lines(data: Quantities) -> list[str]:
         )
     lines += _payload_lines(data)
     if changes := int(attributes["contact_changes"]):
-        located = attributes["method"] != "exponential"
+        located = METHODS[attributes["method"]].locates_changes
         how = "located between the samples" if located else "counted from step to step"
         lines.append(f"{changes} contact changes, {how}")
     return lines

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.number_text import digits, milliseconds, number, scientific
-from guideload.method_comparison.step_stability import METHODS, NEAR
+from guideload.method_comparison.step_stability import NEAR, ON_ANY
 from guideload.reports.machine import nominal_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, free_dofs
 from guideload.reports.run import motion_lines
@@ -160,7 +160,7 @@ def _damping(stability: Stability) -> str:
 def _periods_table() -> Table:
     """Loss of amplitude and phase lead per period, of rk45 and implicit, for some numbers of steps per period."""
     errors = {
-        method: [error_per_period(method, steps) for steps in STEPS_PER_PERIOD] for method in METHODS[1:]
+        method: [error_per_period(method, steps) for steps in STEPS_PER_PERIOD] for method in ON_ANY[1:]
     }
     return Table(
         Column("steps per period", [str(steps) for steps in STEPS_PER_PERIOD]),

@@ -15,6 +15,7 @@ import numpy as np
 from guideload._core import Solution, draw_peaks, load_spread
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
+from guideload.base.methods import METHODS
 from guideload.base.quantities import Quantities, quantities
 from guideload.motion.uncertainty import COVER, TAIL, Uncertainty
 from guideload.simulation.run import Run
@@ -22,10 +23,10 @@ from guideload.simulation.run import Run
 SEED = 1
 LINEAR_SAMPLES = 200  # of the motion, for the peaks of a linear scene
 MOST_DEVIATION = 6.0  # standard deviations; none of some hundred samples deviates more
-# For other scenes: limits of the number of samples, number of samples in memory at a time, and number of steps of all
-# samples together, which take some seconds.
+# For other scenes: limits of the number of samples, number of samples in memory at a time, and number of steps of rk45
+# of all samples together, or of others of the same cost, which take some seconds.
 MOST_SAMPLES, FEWEST_SAMPLES, IN_MEMORY = 40, 8, 8
-STEPS = {"exact": 4_000_000, "exponential": 4_000_000, "rk45": 4_000_000, "implicit": 1_000_000}
+STEPS = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +122,9 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
 
 def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     steps = run.solution.steps + run.solution.rejected
-    count = int(np.clip(STEPS[run.method] // max(steps, 1), FEWEST_SAMPLES, MOST_SAMPLES))
+    count = int(
+        np.clip(STEPS / max(1.0, METHODS[run.method].cost) // max(steps, 1), FEWEST_SAMPLES, MOST_SAMPLES)
+    )
     estimates = _histories(run, run.solution, loads)
     squares = [np.zeros_like(estimate) for estimate in estimates]
     peaks = np.full((count, loads.shape[1]), np.nan)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError
+from guideload.base.methods import CHOICES, METHODS, Method
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
@@ -22,11 +22,7 @@ from guideload.simulation.riders import ridden
 from guideload.simulation.run import Run
 from guideload.simulation.start import Start, start_of
 
-Method = Literal["auto", "exact", "exponential", "rk45", "implicit"]
-# Time of a step of implicit on a smooth nonlinear scene over that of another method; longest step of exponential in
-# radians of the fastest vibration.
-STEP_COST = {"exponential": 8.0, "rk45": 4.0}
-LONGEST_STEP = 2.0
+LONGEST_STEP = 2.0  # of exponential, in radians of the fastest vibration
 
 
 @checked
@@ -161,8 +157,8 @@ def _method_and_reason(
     machine: Machine, motion: Motion, method: str, step: float | None, riding: bool
 ) -> tuple[str, str]:
     """The integration method and the reason for it. riding: whether a rider moves."""
-    if method not in get_args(Method):
-        raise ArgumentError(f"method: expected one of {', '.join(get_args(Method))}, got {method!r}")
+    if method not in CHOICES:
+        raise ArgumentError(f"method: expected one of {', '.join(CHOICES)}, got {method!r}")
     if method in ("auto", "exact") and step is not None:
         others = "rk45 or implicit, or exponential for preloaded contacts"
         raise ArgumentError(f'step: method "{method}" has none; leave step out, or use {others}')
@@ -190,7 +186,7 @@ def _by_vibration(machine: Machine, motion: Motion) -> tuple[str, str]:
     """exponential, unless the fastest vibration limits its steps so much that implicit is cheaper."""
     sample_step = median_step(motion.time)
     fastest = float(np.abs(machine.scene.modes()[3].imag).max(initial=0.0))
-    if LONGEST_STEP * STEP_COST["exponential"] < fastest * sample_step:
+    if LONGEST_STEP * METHODS["implicit"].cost / METHODS["exponential"].cost < fastest * sample_step:
         return "implicit", (
             f"preloaded contacts are not linear; the fastest vibration limits steps of exponential to "
             f"{1e3 * LONGEST_STEP / fastest:.3g} ms, far below the {1e3 * sample_step:.3g} ms between samples"
@@ -211,7 +207,7 @@ def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, st
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
     why = f"{cause}; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
-    if longest * STEP_COST["rk45"] < sample_step:
+    if longest * METHODS["implicit"].cost / METHODS["rk45"].cost < sample_step:
         return (
             "implicit",
             f"{why}, far below the {1e3 * sample_step:.3g} ms between samples: the scene is stiff",

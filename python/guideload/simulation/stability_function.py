@@ -6,34 +6,26 @@ solution by exp(h λ). A method is stable where |R| <= 1; exact and exponential 
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
 from guideload.base.arrays import Array
+from guideload.base.methods import METHODS
 
-MethodName = Literal["exact", "exponential", "rk45", "implicit"]
-
-# Dormand-Prince, order 5, in ascending powers of z: the series of exp up to z^5, then 1/600.
-RK45 = np.array([1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0])
-# Radau IIA with five stages: the Padé approximation of exp with degrees 4 and 5 (Hairer & Wanner, IV.3 and IV.5).
-IMPLICIT_NUMERATOR = np.array([1.0, 4.0 / 9.0, 1.0 / 12.0, 1.0 / 126.0, 1.0 / 3024.0])
-IMPLICIT_DENOMINATOR = np.array([1.0, -5.0 / 9.0, 5.0 / 36.0, -5.0 / 252.0, 5.0 / 3024.0, -1.0 / 15120.0])
+RK45 = np.array(METHODS["rk45"].numerator)
 
 # Real parts below this times |λ| are rounding. None is positive, because springs and dampers are passive.
 UNDAMPED = 1e-12
 
 
-def stability_function(method: MethodName, z: ArrayLike) -> NDArray[np.complex128]:
+def stability_function(method: str, z: ArrayLike) -> NDArray[np.complex128]:
     """R(z) of a method, for an array z = h λ of complex numbers [1]."""
     z = np.asarray(z, dtype=np.complex128)
-    if method in ("exact", "exponential"):
+    of = METHODS[method]
+    if of.numerator is None:
         return np.asarray(np.exp(z))
-    if method == "rk45":
-        return np.asarray(polyval(z, RK45))
-    return np.asarray(polyval(z, IMPLICIT_NUMERATOR) / polyval(z, IMPLICIT_DENOMINATOR))
+    return np.asarray(polyval(z, of.numerator) / polyval(z, of.denominator))
 
 
 def longest_stable_steps(eigenvalues: ArrayLike) -> Array:
@@ -75,7 +67,7 @@ def _first_positive_zero(coefficients: Array) -> Array:
     return np.asarray(np.min(zeros.real, axis=1, where=real, initial=np.inf))
 
 
-def error_per_period(method: MethodName, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
+def error_per_period(method: str, steps: float, damping_ratio: float = 0.0) -> tuple[float, float]:
     """Numerical damping and phase error of a method over one period of a mode.
 
     steps          per period of the damped vibration

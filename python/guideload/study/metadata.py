@@ -17,10 +17,10 @@ from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationEr
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shown
 from guideload.base.finite import finite_json
+from guideload.base.methods import Method
 from guideload.base.number_text import counted, percent, scientific
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
-from guideload.simulation.simulation import Method
 from guideload.simulation.start import StartState
 from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, column_names, contact_words
 from guideload.traces.format.table import listed

@@ -16,12 +16,12 @@ from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
 from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, problem_at, refused_at
+from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
 from guideload.base.toml import Place, read_toml
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.moves import Moves
-from guideload.simulation.simulation import Method
 from guideload.simulation.start import Start
 from guideload.study.factors import Correlation
 from guideload.study.quantities import STATISTICS, Recorded, Statistic

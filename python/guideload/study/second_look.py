@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from guideload.audit.second_look import PERTURBATION, SENSITIVE, explained_error, tighter
 from guideload.base.arrays import Array
 from guideload.base.errors import GuideloadError
+from guideload.base.methods import METHODS
 from guideload.study.metadata import SecondLooks
 from guideload.study.plan import Plan
 from guideload.study.quantities import QUANTITIES
@@ -22,7 +23,8 @@ FEWEST, MOST = (
     20,
     200,
 )  # samples: 20 find with 95 % what happens in one of seven, 200 what happens in one of 67
-EXACT_IF_LINEAR = ("auto", "exact", "exponential")  # exact where no contact is preloaded
+# Exact where no contact is preloaded.
+EXACT_IF_LINEAR = ("auto", *(name for name, of in METHODS.items() if of.exact_if_linear))
 
 Indices = NDArray[np.intp]
 
