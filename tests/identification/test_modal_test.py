@@ -11,7 +11,7 @@ from reference import cart
 
 from guideload.identification.fit import fit
 from guideload.identification.modal_test import MeasuredMode
-from guideload.identification.model import Model
+from guideload.identification.model import Model, SensorPlace
 from guideload.identification.unknowns import UnknownTable
 
 NONE = np.zeros(0)
@@ -69,3 +69,13 @@ def test_a_mode_that_the_machine_does_not_have_is_left_out(model: Model) -> None
     assert [pair.computed for pair in pairs] == [0, 1, None, 2, 3, 4]
     assert "MAC" in pairs[2].reason
     assert found.minimum.x == pytest.approx(fit(model, [test]).minimum.x, abs=1e-6)
+
+
+def test_a_place_that_no_mode_moves_leaves_numbers_finite(model: Model) -> None:
+    """L along x is held: no mode moves it, so none resembles a shape that was measured there."""
+    held = SensorPlace("L x", np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    test = hammer_test(model, np.zeros(6), np.random.default_rng(3))
+    modes = tuple(replace(mode, shape=np.ones(1)) for mode in test.modes)
+    seen = replace(test, places=(held,), modes=modes)
+    found = seen.settled(model.at(np.zeros(6)), NONE).residuals(model.at(np.zeros(6)), NONE)
+    assert np.isfinite(found.values).all() and np.isfinite(found.by_unknowns).all()

@@ -213,6 +213,8 @@ class ModalTest(Measured):
                 columns.extend((across / (self._share(i, computed)[:, None] * self.levels[2])).T)
             fits[i] = np.array(columns).T
             cost[row] = (fits[i] ** 2).sum(axis=1)
+            if mode.shape is not None:
+                cost[row] += np.where(computed.lengths > 0.0, 0.0, LOST**3)  # it moves none of the places
             if mode.number is not None:
                 cost[row] += np.where(np.arange(cost.shape[1]) == mode.number - 1, 0.0, LOST**3)
         rows, chosen = linear_sum_assignment(cost)
@@ -222,7 +224,7 @@ class ModalTest(Measured):
     def _share(self, i: int, computed: _Computed) -> Array:
         """(n,) scale of the computed shapes: their part along the measured one."""
         share = computed.shapes @ self._across[i][0]
-        least = SMALLEST_SHARE * computed.lengths
+        least = SMALLEST_SHARE * np.where(computed.lengths > 0.0, computed.lengths, 1.0)
         return np.where(abs(share) > least, share, least)
 
     def _slopes(self, i: int, k: int, computed: _Computed) -> Array:
@@ -279,6 +281,7 @@ def _real_shapes(model: ModelAt, places: Sequence[SensorPlace]) -> tuple[Array, 
         return shape.real, by.real
     square = (shape * shape).sum(axis=1)
     turn = np.exp(-0.5j * np.angle(square))[:, None]
+    square = np.where(square == 0.0, 1.0, square)  # of a mode that moves none of the places
     d_angle = -0.5 * ((2.0 * shape * by).sum(axis=2) / square).imag[..., None]
     return (turn * shape).real, (turn * (by + 1j * d_angle * shape)).real
 
