@@ -54,7 +54,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.sensitivity import VariedMachine
 from guideload.sizing import largest
 
-SECONDS = 20  # of processor time for one call
+SECONDS = 30  # of processor time for one call
 HUGE = 10**400
 VALUES: dict[str, Any] = {
     **{

@@ -123,7 +123,7 @@ def test_a_table_of_guideload_response_is_read_back(tmp_path: Path) -> None:
         f'machine = "machine.toml"\n{unknown_table}{data}', encoding="utf-8"
     )
     shown = guideload("identify", tmp_path / "identify.toml").stdout
-    assert "carriages.*.stiffness_y 120 120 120 120" in " ".join(shown.split())
+    assert "carriages.*.stiffness_y N/um 120 120 120 120" in " ".join(shown.split())
     (tmp_path / "wrong.toml").write_text(
         f'machine = "machine.toml"\n{unknown_table}{data}'.replace('"p0 y"', '"p0 q"'), encoding="utf-8"
     )

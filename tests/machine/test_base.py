@@ -40,7 +40,7 @@ def parts(machine: Machine) -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("axis", [1, 2])
 def test_one_direction_is_two_springs_in_series(axis: int) -> None:
     """All carriages in parallel, then the base: 1/k = 1/k_guides + c."""
-    machine = cart().with_free("xyz"[axis]).model_copy(update={"gravity": (0.0, 3.0, 4.0)})
+    machine = cart().with_free(["xyz"[axis]]).model_copy(update={"gravity": (0.0, 3.0, 4.0)})
     compliance = 4e-9
     soft = on_base(machine, np.diag([compliance if i == axis else 0.0 for i in range(6)]))
     series = 1.0 / (1.0 / (4 * 1.2e8) + compliance)

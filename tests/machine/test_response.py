@@ -124,7 +124,7 @@ def test_default_frequencies_show_each_resonance() -> None:
         ({"direction": "w"}, "direction: expected x, y and z or a vector"),
         ({"direction": (0, 0, 0)}, "a vector other than zero"),
         ({"frequency": [0.0, 1.0]}, "frequencies above 0 Hz"),
-        ({"frequency": "all"}, "frequency: expected numbers"),
+        ({"frequency": "all"}, "frequency: expected an array of real numbers, got texts"),
     ],
 )
 def test_impossible_questions_are_refused(options: dict[str, object], words: str) -> None:

@@ -11,7 +11,7 @@ from reference import on_rails, random_motion
 from scipy.integrate import solve_ivp
 
 from guideload import Body, Link, Machine, Motion, sensitivities
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, RunError
 from guideload.sensitivity import VariedMachine
 
 Array = NDArray[Any]
@@ -158,6 +158,30 @@ def test_all_quantities_by_differences_of_tight_runs(start: Any) -> None:
         for mine, high, low in zip(found, *ends, strict=True):
             wanted = (high - low) / (2.0 * step[k])
             assert np.abs(mine[k] - wanted).max() <= 1e-5 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("gravity", [0.0, 1e-3])
+def test_a_preload_that_no_load_bends_at_rest(gravity: float) -> None:
+    """Near the middle of the law the terms of its derivative cancel; their rounding shortened the steps without end."""
+    machine = pair().model_copy(update={"gravity": (0.0, -gravity, 0.0)})
+    acceleration = np.zeros((TIME.size, 3))
+    acceleration[3:, 1] = pushes(3.0)[3:]
+    varied = VariedMachine(machine, ["links[a].preload"])
+    motion = Motion(TIME, acceleration)
+    found = varied.run(motion, start="rest").history("displacement")[0]
+    high, low = (
+        varied.run(motion, varied.values * f, start="rest").solution.position() for f in (1.001, 0.999)
+    )
+    wanted = (high - low) / (0.002 * varied.values[0])
+    assert (
+        np.abs(found - wanted).max() <= 1e-4 * np.abs(wanted).max()
+    )  # the square of a step of 1e-3, and rounding
+
+
+def test_an_interval_too_long_for_the_fastest_mode_is_refused_at_once() -> None:
+    motion = Motion([0.0, 1e6], np.ones((2, 3)))
+    with pytest.raises(RunError, match="steps or more"):
+        VariedMachine(pair(), ["links[a].preload"]).run(motion, start="rest")
 
 
 def test_gradient_and_peak_follow_the_histories() -> None:

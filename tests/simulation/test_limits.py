@@ -9,7 +9,7 @@ import pytest
 from interrupts import run_process
 from reference import cart, cart_clear, noisy
 
-from guideload import Machine, RunError, SceneError
+from guideload import Machine, Motion, RunError, SceneError, peak_loads
 from guideload._core import Scene
 
 PRELOAD = {"preload_y": 1200.0, "preload_z": 1200.0, "rolling": "ball"}
@@ -64,7 +64,8 @@ def test_extreme_values_end(changes: dict[str, Any], method: Any) -> None:
     except SceneError:
         pass  # the static position is refused
     except RunError as error:
-        assert "t = " in str(error) or "range of numbers" in str(error)
+        # The time reached, or, known before the first step, the number of steps.
+        assert any(words in str(error) for words in ("t = ", "steps or more", "range of numbers"))
         assert "method" in str(error) or "?" in str(error)
 
 
@@ -130,3 +131,14 @@ def test_too_little_memory_is_an_error(call: str) -> None:
     begun, refused, alive = ended.stdout.splitlines()
     assert (begun, alive) == ("begun", "alive (4, 8)")
     assert refused.startswith("refused: ") and len(refused) > 20
+
+
+@pytest.mark.parametrize("law", [{}, PRELOAD])
+def test_a_motion_that_rk45_cannot_follow_is_refused_before_its_first_step(law: dict[str, Any]) -> None:
+    """400 stamps 1e6 s apart; the way out is a method that can."""
+    time = 1e6 * np.arange(400.0)
+    acceleration = np.sin(np.arange(400.0))[:, None] * [1.0, 0.0, 0.0]
+    machine = cart(**law)
+    with pytest.raises(RunError, match=r"steps or more.*in s.*use method") as caught:
+        peak_loads(machine, Motion(time, acceleration), "rk45")
+    assert ("implicit" if law else "exact") in str(caught.value)

@@ -149,7 +149,7 @@ def test_impossible_windows_are_refused() -> None:
         simulate(bouncing(), braked(), times=[]).points()
 
 
-@pytest.mark.parametrize("ending", ["netcdf", "parquet", "csv"])
+@pytest.mark.parametrize("ending", ["netcdf", "parquet"])
 def test_files_keep_the_points(ending: str, tmp_path: Path) -> None:
     result = simulate(with_points(cart(), (0, 0, 0), (0.4, -1.0, 0.7), window=1e-6), cycle())
     path = tmp_path / f"loads.{ {'netcdf': 'nc'}.get(ending, ending) }"

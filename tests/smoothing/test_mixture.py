@@ -49,14 +49,14 @@ def test_orders_that_do_not_survive_rounding_drop_out(monkeypatch):
     time, value, _, quantum = undecided()
     samples = ScaledSamples.of(time, value, quantum)
     before = selection.weighted(samples, 0)
-    adapted, failing = selection._candidate, {before[0].order}
+    adapted, failing = selection._component, {before[0].order}
 
     def fails(samples, trial, weight, at):
         if trial.order in failing:
             raise RunError("the result is beyond the range of numbers")
         return adapted(samples, trial, weight, at)
 
-    monkeypatch.setattr(selection, "_candidate", fails)
+    monkeypatch.setattr(selection, "_component", fails)
     after = selection.weighted(samples, 0)
     assert sum(each.weight for each in after) == pytest.approx(1.0)
     assert not failing & {each.order for each in after}
@@ -80,7 +80,7 @@ def test_no_oscillator_is_used_because_the_orders_without_one_fail(monkeypatch):
     def fails(*_):
         raise RunError("the result is beyond the range of numbers")
 
-    monkeypatch.setattr(selection, "_candidate", fails)
+    monkeypatch.setattr(selection, "_component", fails)
     with pytest.raises(TraceError, match="no order survives rounding"):
         selection.weighted(samples, 0)
 

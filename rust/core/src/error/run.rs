@@ -97,6 +97,19 @@ pub enum RunError {
         /// Way out.
         other: OtherMethod,
     },
+    /// More steps than a run may take, known before the first.
+    TooLong {
+        /// Duration of the motion, or of the interval between samples, s.
+        duration: f64,
+        /// Number of steps that stability asks for, at least.
+        steps: f64,
+        /// Number allowed.
+        most: f64,
+        /// Rate of the fastest mode, 1/s.
+        fastest: f64,
+        /// Way out.
+        other: OtherMethod,
+    },
     /// The record stopped the run: after Ctrl-C, for instance.
     Interrupted {
         /// When, s.
@@ -181,6 +194,12 @@ impl fmt::Display for RunError {
                 "gave up at t = {time:.9} s after {steps} steps, the last of {step:.3e} s, far more than this motion should need: \
                  check the machine for a value that none has (its fastest mode turns at {fastest:.3e} rad/s), lengthen the step or \
                  loosen rtol{}",
+                other.advice()
+            ),
+            Self::TooLong { duration, steps, most, fastest, other } => write!(
+                f,
+                "the fastest mode turns or decays at {fastest:.3e} rad/s, which an explicit method must follow: {duration:.3e} s would take \
+                 {steps:.1e} steps or more, {most:.1e} are allowed: check that the time stamps are in s, shorten the motion{}",
                 other.advice()
             ),
             Self::Interrupted { time } => write!(f, "interrupted at t = {time:.9} s"),

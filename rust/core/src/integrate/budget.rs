@@ -23,6 +23,9 @@ const WORK_PER_RADIAN: f64 = 20.0;
 /// Work for each step of a fixed length, over that of the step itself.
 const WORK_PER_FIXED_STEP: f64 = 10.0;
 
+/// Longest step of an explicit method that damped modes allow, in radians of the fastest: the limit of Dormand-Prince 5(4) on the real axis.
+const MOST_RADIANS_PER_STEP: f64 = 3.31;
+
 /// Most work beside that for each interval: some ten seconds, for steps that the user has chosen a minute. The modes of a guided body are
 /// slower than 10 kHz; to follow faster ones, which belong to wrong numbers, may take years.
 const MOST_WORK: f64 = 1e8;
@@ -56,12 +59,16 @@ pub(super) struct Budget {
 
 impl Budget {
     /// The budget of a run with the method M.
+    ///
+    /// # Errors
+    /// [`RunError::TooLong`], if an explicit method with step-size control cannot pass the motion within it.
     pub fn new<M: Method>(
         system: &System,
         excitation: &Excitation,
         outputs: usize,
         control: Control,
-    ) -> Self {
+        (start, other): (&State, OtherMethod),
+    ) -> Result<Self, RunError> {
         let (duration, count) = (excitation.duration(), excitation.count());
         let radians = duration * fastest(system, M::ERROR_ORDER.is_some());
         let (by_method, most) = match (control, M::ERROR_ORDER) {
@@ -77,10 +84,24 @@ impl Budget {
         let nonlinear = system.links().filter(|link| !link.law().is_linear()).count();
         let time_of_unit = 1.0 + nonlinear as f64 / LINKS_PER_UNIT;
         let most = most / time_of_unit + MOST_WORK_PER_INTERVAL * count as f64;
+        if let Control::Adaptive { .. } = control
+            && !M::STABLE
+        {
+            // A body at rest is followed in steps of any length until something acts on it.
+            let rests = *start == [0.0; 12] && excitation.riders().is_empty();
+            let moves = (0..count).find(|&k| !rests || excitation.input(k) != [0.0; 9]);
+            let duration =
+                moves.map_or(0.0, |k| excitation.time(count - 1) - excitation.time(k.saturating_sub(1)));
+            let mode = fastest(system, false);
+            let steps = duration * mode / MOST_RADIANS_PER_STEP;
+            if steps > most {
+                return Err(RunError::TooLong { duration, steps, most, fastest: mode, other });
+            }
+        }
         // Not NaN, if a duration of zero meets an infinite decay rate.
         let by_method = if by_method < most { by_method } else { most };
         let work = LEAST_WORK / time_of_unit + by_method + WORK_PER_INTERVAL * (count + outputs) as f64;
-        Self { pause: 0, most: work as usize, fastest: fastest(system, true) }
+        Ok(Self { pause: 0, most: work as usize, fastest: fastest(system, true) })
     }
 
     /// Whether to look up after so much work.

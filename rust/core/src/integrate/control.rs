@@ -150,7 +150,7 @@ pub(crate) struct Controller {
 }
 
 impl Controller {
-    /// `order`: that of the error estimate, which falls as `h^(order + 1)`; `changes`: whether contacts change between smooth laws;
+    /// `order`: that of the error estimate, which falls as `h^(order + 1)`; `changes`: whether contacts may change;
     /// `angle`: longest step in radians of the fastest mode that vibrates.
     pub(crate) fn new(
         rtol: f64,

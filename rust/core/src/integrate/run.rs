@@ -112,6 +112,8 @@ pub(super) struct Setup<'a, M> {
     pub forcing: Forcing,
     pub load_scale: f64,
     budget: Budget,
+    /// Way out if the run fails.
+    other: OtherMethod,
 }
 
 impl<'a, M: Method> Setup<'a, M> {
@@ -157,8 +159,25 @@ impl<'a, M: Method> Setup<'a, M> {
         let riders = Riders::new(system, excitation);
         riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
         let start = start.state(system, &forcing, &riders, excitation)?;
-        let budget = Budget::new::<M>(system, excitation, expected, control);
-        Ok(Self { system, method, control, start, excitation, output, record, forcing, load_scale, budget })
+        let other = match system.first_smooth() {
+            None if excitation.riders().is_empty() => OtherMethod::Exact,
+            _ if M::STABLE => OtherMethod::None,
+            _ => OtherMethod::Implicit,
+        };
+        let budget = Budget::new::<M>(system, excitation, expected, control, (&start, other))?;
+        Ok(Self {
+            system,
+            method,
+            control,
+            start,
+            excitation,
+            output,
+            record,
+            forcing,
+            load_scale,
+            budget,
+            other,
+        })
     }
 
     /// The run on equations of one kind, with the memory of the method.
@@ -171,25 +190,26 @@ impl<'a, M: Method> Setup<'a, M> {
     where
         'a: 'r,
     {
-        let Self { system, method, control, start, excitation, output, record, load_scale, budget, .. } =
-            self;
+        let Self {
+            system,
+            method,
+            control,
+            start,
+            excitation,
+            output,
+            record,
+            load_scale,
+            budget,
+            other,
+            ..
+        } = self;
         let has_edges = !C::Equations::LINEAR;
         let has_segments = system.first_segmented().is_some();
         let controller = match (control, M::ERROR_ORDER) {
-            (Control::Adaptive { rtol }, Some(order)) => Some(Controller::new(
-                rtol,
-                system,
-                excitation,
-                order,
-                has_edges && has_segments,
-                M::LONGEST_STEP,
-            )),
+            (Control::Adaptive { rtol }, Some(order)) => {
+                Some(Controller::new(rtol, system, excitation, order, has_segments, M::LONGEST_STEP))
+            }
             _ => None,
-        };
-        let other = match system.first_smooth() {
-            None if excitation.riders().is_empty() => OtherMethod::Exact,
-            _ if M::STABLE => OtherMethod::None,
-            _ => OtherMethod::Implicit,
         };
         let steps = StepControl {
             control,

@@ -337,7 +337,7 @@ impl StepControl {
         if let Some(controller) = &mut self.controller {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
             let no_margin = self.at_edge || interval.until > interval.first + 1;
-            let rounding = || if self.has_edges { ROUNDING * self.norm.of(next) } else { 0.0 };
+            let rounding = || if self.has_edges && bounded { ROUNDING * self.norm.of(next) } else { 0.0 };
             if !controller.accept(h, error, no_margin, rounding) {
                 if h <= 2.0 * SHORTEST * interval.length {
                     // Within so short a time from an edge the error falls hardly faster than the step.

@@ -29,6 +29,12 @@ const LEAST_FACTOR: f64 = 0.2;
 /// Most steps of an interval between samples, a minute of work with 20 columns.
 const MOST_STEPS: usize = 1_000_000;
 
+/// Steps of the shortest length after which an interval is given up: edges take some tens of them.
+const MOST_SHORTEST_STEPS: usize = 10_000;
+
+/// Longest step that damped modes allow, in radians of the fastest: the stability limit of the method on the real axis, 6.1, rounded up.
+const MOST_RADIANS_PER_STEP: f64 = 7.0;
+
 /// Steps between two looks at the watch.
 const BETWEEN: usize = 64;
 
@@ -51,6 +57,7 @@ impl SmoothRun<'_> {
         quasi_static: bool,
     ) -> Result<(Vec<State>, Vec<State>), SensitivityError> {
         let count = self.excitation.count();
+        self.check_length()?;
         let mut out = (vec![start; count], vec![[0.0; 12]; self.smooth.columns.len() * count]);
         let mut walk = Walk::new(self, start);
         if quasi_static {
@@ -74,6 +81,18 @@ impl SmoothRun<'_> {
             return Err(RunError::OutOfRange.into());
         }
         Ok(out)
+    }
+
+    /// Refuses an interval that cannot be passed in the number of steps that it may take.
+    fn check_length(&self) -> Result<(), RunError> {
+        let fastest = self.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
+        let duration =
+            (0..self.excitation.count() - 1).map(|k| self.excitation.interval(k)).fold(0.0, f64::max);
+        let (steps, most) = (duration * fastest / MOST_RADIANS_PER_STEP, MOST_STEPS as f64);
+        if steps > most {
+            return Err(RunError::TooLong { duration, steps, most, fastest, other: OtherMethod::None });
+        }
+        Ok(())
     }
 }
 
@@ -106,11 +125,26 @@ impl Walk {
                 |(column, value): (&[f64; 8], &f64)| column.iter().map(|x| x * x).sum::<f64>().sqrt() * value;
             influence.iter().zip(&peak).map(force).sum()
         };
-        let scale = ROUNDING_MAY_BE * effect(system.influence()) / fastest;
-        let scales = run.smooth.columns.iter().map(|of| {
+        // At rest, and of a preload near it, the terms of a nonlinear link cancel, up to their rounding.
+        let norm = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let rows = || run.smooth.links.iter().map(|&link| (link, &system.rows()[link]));
+        let loads: f64 = rows().map(|(_, row)| norm(&row.rate) * row.load.abs()).sum();
+        let scale = ROUNDING_MAY_BE * (effect(system.influence()) + loads) / fastest;
+        let moved = effect(system.influence()) / fastest;
+        let scales = run.smooth.columns.iter().zip(&run.varied.derivatives).map(|(of, by)| {
             let equations = &of.linear.equations;
             let matrix = equations.matrix.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
-            ROUNDING_MAY_BE * (effect(&equations.influence) + matrix * scale / ROUNDING_MAY_BE) / fastest
+            let terms = rows().map(|(link, row)| {
+                let by = &by.links[link];
+                let (law, load) =
+                    (row.link.law(), row.load.abs() + row.stiffness * moved * norm(&row.deflection));
+                let own =
+                    law.force_derivative(row.rest, &by.law).abs() + law.cancelling_derivative(&by.law) * load;
+                norm(&row.rate) * ((row.stiffness * by.rest).abs() + by.load.abs() + own)
+            });
+            let links = terms.sum::<f64>();
+            ROUNDING_MAY_BE * (effect(&equations.influence) + links + matrix * scale / ROUNDING_MAY_BE)
+                / fastest
         });
         Self {
             state,
@@ -143,7 +177,7 @@ impl Kernel for Interval<'_, '_> {
         let Self { run, walk, sample } = self;
         let (length, start) = (run.excitation.interval(sample), run.excitation.time(sample));
         let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
-        let (mut done, mut steps) = (0.0, 0);
+        let (mut done, mut steps, mut shortest_steps) = (0.0, 0, 0);
         while done < length {
             walk.steps += 1;
             steps += 1;
@@ -163,6 +197,7 @@ impl Kernel for Interval<'_, '_> {
                 );
             }
             let least = h <= shortest;
+            shortest_steps += usize::from(least);
             let (next, mut ratio) = state_step(run, walk, [done / length, h / length], h, &ends);
             // At an edge the slope of a law has no derivative, or one without bound, and the estimates of the errors are too small.
             let passes = run.smooth.passes_edge(run.varied, &walk.state, &next);
@@ -171,6 +206,10 @@ impl Kernel for Interval<'_, '_> {
             }
             if !finite(&next) || ratio.is_nan() {
                 return Err(RunError::OutOfRange.into());
+            }
+            if shortest_steps > MOST_SHORTEST_STEPS {
+                let (time, other) = (start + done, OtherMethod::None);
+                return Err(RunError::StepTooSmall { time, step: h, error: ratio, other }.into());
             }
             let factor =
                 if passes { LEAST_FACTOR } else { (0.9 * ratio.powf(-0.125)).clamp(LEAST_FACTOR, 6.0) };

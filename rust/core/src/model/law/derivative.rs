@@ -91,6 +91,14 @@ impl Law {
         }
     }
 
+    /// Relative size of the terms of [`Law::force_derivative`] that cancel each other; none do but those of a preloaded law.
+    pub(crate) fn cancelling_derivative(&self, LawDerivative(by): &LawDerivative) -> f64 {
+        match &self.0 {
+            Kind::Preloaded(law) => 2.0 * by[1].abs() / law.preload + by[0].abs() / law.stiffness,
+            _ => 0.0,
+        }
+    }
+
     /// Derivative of the slope at a fixed deflection `d`.
     pub(crate) fn tangent_derivative(&self, d: f64, LawDerivative(by): &LawDerivative) -> f64 {
         match &self.0 {

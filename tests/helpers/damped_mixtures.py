@@ -1,0 +1,174 @@
+"""Random damped machines of mixed laws: what one method solves, each solves, and each keeps its tolerance.
+
+    python tests/helpers/damped_mixtures.py [SCENES] [FIRST_SEED]
+
+Preloads, plays and curves lie up to four decades below the loads, stamps are uneven and some are equal, the drive may
+have play. The reference is exact where no link is preloaded; else rk45 at 1e-10 and implicit at 1e-11, trusted where
+they agree to 1e-7. An error is the largest difference of any link load at any sample, over the load scale.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload import GuideloadError, Machine, Motion
+
+Array = NDArray[np.float64]
+RTOLS = 1e-3, 1e-4, 1e-6
+TRUSTED = 1e-7  # of the load scale
+MOST_RADIANS = 5e4  # of the fastest mode at rest, in each of which rk45 takes some steps
+MOST_ERROR = 10.0  # over rtol
+
+
+def scene(seed: int) -> tuple[Machine, Motion]:
+    """The machine and the motion of a seed."""
+    rng = np.random.default_rng((seed, 41))
+
+    def decades(low: float, high: float) -> float:
+        return float(10 ** rng.uniform(low, high))
+
+    mass, size, ratio = decades(0, 3), rng.uniform(0.3, 1.2), decades(-1.3, 0.5)
+    arms = size * rng.uniform(-0.6, 0.6, (6, 3))
+    arms -= arms.mean(axis=0)
+    inertia = mass / 6 * (np.einsum("ij,ij", arms, arms) * np.eye(3) - arms.T @ arms)
+    frequency, spread, load = decades(1.3, 3.0), rng.uniform(0.0, 2.0), mass * 9.81 / 4
+
+    def law(stiffness: float, suffix: str) -> dict[str, Any]:
+        travel = load / stiffness * decades(-4.0, 0.5)
+        match rng.integers(6):
+            case 0:
+                return {f"stiffness{suffix}": stiffness}
+            case 1:
+                sides = {"positive": stiffness * decades(-1, 0), "negative": stiffness}
+                return {f"stiffness{suffix}": sides}
+            case 2:
+                return {f"stiffness{suffix}": stiffness, f"clearance{suffix}": travel}
+            case 3:
+                at = np.cumsum(rng.uniform(0.1, 1.0, 5)) * travel
+                force = np.cumsum(np.diff(at, prepend=0.0) * stiffness * rng.choice([0.01, 0.3, 1.0], 5))
+                return {f"curve{suffix}": [[0.0, 0.0], *np.column_stack((at, force)).tolist()]}
+            case _:
+                return {f"stiffness{suffix}": stiffness, f"preload{suffix}": load * decades(-4.0, 0.7)}
+
+    carriages = []
+    for name, rail, x in (("a", "l", -0.5), ("b", "r", -0.4), ("c", "l", 0.6), ("d", "r", 0.5))[
+        : rng.integers(3, 5)
+    ]:
+        stiffness = mass * frequency**2 / 4 * decades(-spread / 2, spread / 2)
+        damping = 2 * ratio * np.sqrt(stiffness * mass / 4)
+        keys = law(stiffness, "_y") | law(stiffness, "_z")
+        if any(key.startswith("preload") for key in keys):
+            keys["rolling"] = str(rng.choice(["ball", "roller"]))
+        place = {"name": name, "rail": rail, "x": size * x, "length": size * rng.uniform(0.1, 0.5)}
+        carriages.append(keys | place | {"damping_y": damping, "damping_z": 0.9 * damping})
+    free, links = ["y", "z", "rx", "ry", "rz"], []
+    if rng.random() < 0.5:
+        free = ["x", *free]
+        stiffness = mass * frequency**2 * decades(-1, 1)
+        drive = {
+            "name": "drive",
+            "point": [0.0, 0.05, 0.05],
+            "direction": [1.0, 0.05, 0.0],
+            "stiffness": stiffness,
+        }
+        drive["damping"] = 2 * ratio * np.sqrt(stiffness * mass)
+        if rng.random() < 0.5:
+            drive["clearance"] = load / stiffness * decades(-3, 0)
+        links.append(drive)
+    machine = Machine(
+        name="mixture",
+        free=free,
+        gravity=(0.0, -9.80665, 0.0),
+        body={
+            "mass": mass,
+            "center_of_mass": (size * rng.uniform(-0.4, 0.4, 3)).tolist(),
+            "inertia": inertia.tolist(),
+        },
+        rails=[
+            {"name": "l", "position": [0.1 * size, -0.8 * size]},
+            {"name": "r", "position": [0.0, 0.8 * size]},
+        ],
+        carriages=carriages,
+        links=links,
+    )
+    count = int(decades(0.7, 2.0))
+    steps = decades(-1.0, 1.5) / frequency * rng.uniform(0.2, 1.8, count)
+    steps[3 * rng.choice(count // 3, count // 30, replace=False)] = 0.0  # two samples at one time: a jump
+    acceleration = np.zeros((count, 3))
+    acceleration[:, 0] = decades(-1, 1) * np.cumsum(rng.standard_normal(count)) / np.sqrt(count)
+    wrench = np.zeros((count, 6))
+    if rng.random() < 0.5:
+        wrench[:, 1:3] = load * decades(-1, 0.5) * rng.standard_normal((count, 2))
+    return machine, Motion(np.cumsum(steps), acceleration, wrench=wrench)
+
+
+def loads(machine: Machine, motion: Motion, method: str, rtol: float) -> tuple[Array, float]:
+    """Link loads at the samples, and the load scale."""
+    inputs = motion.time, motion.acceleration, motion.wrench
+    solution = machine.scene.solve(*inputs, method=method, rtol=rtol)
+    return np.asarray(solution.link_loads("total")), float(solution.load_scale)
+
+
+def reference(machine: Machine, motion: Motion) -> Array | None:
+    """Link loads to 1e-7 of the load scale; none where the methods differ by more."""
+    if machine.model_level != "smooth nonlinear":
+        return loads(machine, motion, "exact", 1e-6)[0]
+    truth, scale = loads(machine, motion, "rk45", 1e-10)
+    other, _ = loads(machine, motion, "implicit", 1e-11)
+    return truth if np.abs(truth - other).max() <= TRUSTED * scale else None
+
+
+def follows(machine: Machine, motion: Motion) -> bool:
+    """Whether rk45 can follow the scene in reasonable time."""
+    fastest = float(np.abs(machine.scene.modes()[3]).max())
+    return fastest * float(np.ptp(motion.time)) < MOST_RADIANS
+
+
+def faults(seed: int) -> tuple[bool, list[str]]:
+    """Whether the scene of a seed was tried, and what is wrong with it."""
+    try:
+        machine, motion = scene(seed)
+        if not follows(machine, motion):
+            return False, []
+    except GuideloadError:
+        return False, []  # no static equilibrium
+    try:
+        truth = reference(machine, motion)
+    except GuideloadError as error:
+        return True, [f"reference: {error}"]
+    if truth is None:
+        return False, []
+    found = []
+    for method in ("rk45", "implicit"):
+        for rtol in RTOLS:
+            try:
+                got, scale = loads(machine, motion, method, rtol)
+            except GuideloadError as error:
+                found.append(f"{method} at {rtol:g}: {error}")
+                continue
+            off = float(np.abs(got - truth).max()) / scale / rtol
+            if not off <= MOST_ERROR:
+                found.append(f"{method} at {rtol:g}: off by {off:.3g} x rtol")
+    return True, found
+
+
+def main() -> None:
+    count, first = (int(x) for x in (sys.argv[1:] + ["3000", "0"][len(sys.argv) - 1 :]))
+    tried = bad = seed = 0
+    seed = first
+    while tried < count:
+        was_tried, found = faults(seed)
+        tried += was_tried
+        bad += bool(found)
+        for line in found:
+            print(f"{seed}: {line}", flush=True)
+        seed += 1
+    print(f"{tried} scenes of seeds {first} to {seed - 1}, {bad} with a fault")
+
+
+if __name__ == "__main__":
+    main()
