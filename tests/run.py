@@ -43,11 +43,12 @@ def main() -> None:
         step("virtual environment", lambda: venv.create(ENVIRONMENT, with_pip=True))
     with ThreadPoolExecutor(1) as beside:
         rust = beside.submit(rust_lints_and_tests, quick)
-        python_lints()
         if quick:
+            python_lints()
             build_module()
         else:
             run("build and install", str(PYTHON), "-m", "pip", "install", "--quiet", ".[test,docs]")
+            python_lints()
             run("licences and known vulnerabilities", str(PYTHON), "tests/advisories.py")
         run("Python types", str(PYTHON), "-m", "mypy")
         rust.result()
