@@ -185,7 +185,6 @@ def warm_up() -> None:
         "pyarrow.parquet",
         "h5py",
         "xarray",
-        "pint",
         "matplotlib",
     ):
         importlib.import_module(name)
