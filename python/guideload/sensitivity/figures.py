@@ -94,12 +94,6 @@ class CarriageQuantities:
             parts.append(self.run.gradient(weights))
         return parts[0] if size else np.hypot(*parts)
 
-    def sum_of_squares(self) -> tuple[Array, Array]:
-        """The sum of the squared resultants at all samples [N2]."""
-        across = np.zeros_like(self.loads)
-        across[:, :, 1:3] = 2.0 * self.loads[:, :, 1:3]
-        return 0.25 * (across**2).sum(axis=(0, 2)), self._by_carriage(across)
-
     def mean_load(self) -> tuple[Array, Array]:
         """The mean load over distance [N] of the carriages with ratings; nan for the others. Raises LifeError."""
         values = np.full(len(self.names), np.nan)
@@ -139,12 +133,3 @@ class CarriageQuantities:
             weights = np.zeros_like(self.loads)
             weights[:, one.index] = mean / (exponent * power.sum()) * by_loads
             yield one, mean, self.run.gradient(weights)
-
-    def _by_carriage(self, weights: Array) -> Array:
-        """Derivatives (p, carriage) of figures with these weights (time, carriage, 6) of their own loads."""
-        out = np.empty((self.columns, len(self.names)))
-        for i in range(len(self.names)):
-            alone = np.zeros_like(weights)
-            alone[:, i] = weights[:, i]
-            out[:, i] = self.run.gradient(alone)
-        return out
