@@ -71,8 +71,9 @@
 //! and external loads, with a [`Method`] and a [`Control`] of your choice; a [`Record`] receives the states, and [`group_load`], [`position`] or
 //! [`reaction`] read them. [`EquivalentLoad`] judges a load over its travel.
 //!
-//! All of this works without the feature `std` and without an allocator, then with up to eight carriages. The feature `std`, a default, adds [`batch`]
-//! (Monte Carlo), [`sensitivity`] (derivatives), [`smoother`] (the motion from a measured trace) and [`bands`] (the uncertainty of the loads).
+//! All of this works without the feature `std`, a default, and without an allocator, then with up to eight carriages. The feature `studies` adds
+//! `batch` (Monte Carlo), `sensitivity` (derivatives), `smoother` (the motion from a measured trace) and `bands` (the uncertainty of the
+//! loads), which take as long to compile as all the rest.
 //!
 //! # Units and source
 //!
@@ -90,18 +91,18 @@
 //! - `output`: loads and motions from states; what a run records.
 //! - `life`: the equivalent load of a carriage, and integrals of its power over the travel.
 //! - `integrate`: the loop over the samples, step-size control, and the methods. **A new integrator goes into `integrate`.**
-//! - `variation`: scenes whose numbers vary; `sensitivity`: exact derivatives by them; both with `std` only.
-//! - `smoother`, `bands`, `batch`: with `std` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
+//! - `variation`: scenes whose numbers vary; `sensitivity`: exact derivatives by them; both with the feature `studies` only.
+//! - `smoother`, `bands`, `batch`: with `studies` only. A new statistic of Monte Carlo samples goes into `batch/measure` and
 //!   `batch/requirements`.
 //! - `machine`, `live`: the short way, and nothing else.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
-// Modules that need `std` are gated; what they alone use below them is not: the linker leaves it out.
-#![cfg_attr(not(feature = "std"), allow(dead_code, unused_imports))]
+// Modules that need a feature are gated; what they alone use below them is not, as it is not compiled to code then.
+#![cfg_attr(not(feature = "studies"), allow(dead_code, unused_imports))]
 
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub mod bands;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub mod batch;
 mod contacts;
 mod equations;
@@ -114,12 +115,12 @@ mod machine;
 mod model;
 mod numeric;
 mod output;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub mod sensitivity;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub mod smoother;
 mod system;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 mod variation;
 
 // The short way: a machine by named values, and the method chosen for it.
@@ -160,12 +161,12 @@ pub use output::Watched;
 pub use life::{EquivalentLoad, Integrals, Interval, Preload};
 
 // Errors.
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub use batch::BatchError;
 #[cfg(feature = "std")]
 pub use error::Stopped;
 pub use error::{ExcitationError, OtherMethod, RunError, SceneError};
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub use variation::{ChangeError, SampleError};
 
 /// The Rust of the README, run as a test.

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 const PERIOD: f64 = 2e-3;
 /// Propagators that the short way keeps; another number may change the last bit.
-const CACHED: usize = if cfg!(feature = "std") { 16 } else { 1 };
+const CACHED: usize = 16;
 const BODY: MassProperties = MassProperties {
     mass: 1250.0,
     center_of_mass: [0.12, -0.65, 0.18],
@@ -114,7 +114,6 @@ fn at_rest_the_carriages_bear_the_weight() {
     );
 }
 
-#[cfg(feature = "std")] // a vector of states
 #[test]
 fn loads_at_samples_are_those_of_the_recorded_states() {
     let (simulation, motion) = (simulation(CARRIAGE), motion(300));

@@ -26,7 +26,7 @@ mod propagator_derivative;
 mod riding;
 mod sampled;
 mod series;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 mod side_by_side;
 mod smooth;
 #[cfg(feature = "std")]
@@ -41,6 +41,8 @@ pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;
 pub(crate) use series::{CubicForce, PowerSeries, advance, work};
+#[cfg(feature = "studies")]
+pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus};
 pub(crate) use smooth::SmoothEquations;
 #[cfg(feature = "std")]
 pub use {leap::Leap, linearized::Linearized, two_steps::TwoSteps};
@@ -48,7 +50,6 @@ pub use {leap::Leap, linearized::Linearized, two_steps::TwoSteps};
 pub(crate) use {
     leap::{LEAP, LeapBounds, LeapSamples},
     propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages},
-    side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus},
 };
 
 use crate::excitation::{Instant, Ramp};

@@ -12,9 +12,9 @@ mod exponential;
 mod free_vibration;
 mod glide;
 mod landing;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 mod lane_group;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 mod lane_scene;
 mod leap;
 mod leap_plan;
@@ -24,7 +24,7 @@ mod radau;
 mod recorder;
 mod rk45;
 mod run;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 mod side_by_side;
 mod start;
 mod step_cache;
@@ -42,6 +42,6 @@ pub use rk45::Rk45;
 #[cfg(feature = "std")]
 pub(crate) use run::check_output;
 pub use run::{run, run_from};
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub(crate) use side_by_side::{SceneRun, run_side_by_side, scenes_side_by_side};
 pub use start::Start;

@@ -21,10 +21,10 @@ pub(crate) const LANES: usize = 8;
 pub(crate) const MAX_LANES: usize = 8;
 
 /// Number of lanes of the vectors, with `pulp`.
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 pub(crate) struct LaneCount;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 impl pulp::WithSimd for LaneCount {
     type Output = usize;
 
