@@ -9,7 +9,8 @@ import pytest
 from machines import link, machine
 
 from guideload.base.errors import ConfigError
-from guideload.machine.laws import EXPONENT, Sides
+from guideload.catalogue.stiffness import CONTACT_EXPONENT
+from guideload.machine.laws import Sides
 from guideload.machine.machine import Carriage, Machine
 
 DEFLECTION = np.linspace(-40e-6, 40e-6, 161)
@@ -94,7 +95,7 @@ def test_forces_are_those_of_the_description() -> None:
     for rolling, exponent in (("ball", 1.5), ("roller", 10.0 / 9.0)):  # Hertz; line contact
         law = link(stiffness=5e8, preload=2e3, rolling=rolling).law
         assert law.force(law.edges) == pytest.approx(2e3 * 2.0**exponent * np.array([-1, 1]), rel=1e-12)
-        assert EXPONENT[rolling] == exponent
+        assert CONTACT_EXPONENT[rolling] == exponent
 
 
 def test_a_curve_from_zero_on_holds_for_both_directions() -> None:

@@ -9,7 +9,8 @@ import pytest
 
 from guideload._core import Law
 from guideload.base.errors import ValueRefused
-from guideload.machine.laws import EXPONENT, Sides
+from guideload.catalogue.stiffness import CONTACT_EXPONENT
+from guideload.machine.laws import Sides
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Change, Form, Parameters
@@ -54,7 +55,11 @@ def law_keys(stiffness: Any, clearance: float, preload: Any, rolling: Any, curve
         sides = {"positive_stiffness": stiffness.positive, "negative_stiffness": stiffness.negative}
         return {key: share * value for key, value in sides.items()} | {"clearance": clearance}
     if preload is not None:
-        return {"stiffness": share * stiffness, "preload": share * preload, "exponent": EXPONENT[rolling]}
+        return {
+            "stiffness": share * stiffness,
+            "preload": share * preload,
+            "exponent": CONTACT_EXPONENT[rolling],
+        }
     return {"stiffness": share * stiffness, "clearance": clearance}
 
 

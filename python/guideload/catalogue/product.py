@@ -20,6 +20,7 @@ from guideload.base.config import ConfigModel, entries, in_range, number
 from guideload.base.errors import ValueRefused, shown
 from guideload.base.ranges import (
     ACCELERATION,
+    CLEARANCE,
     DEFLECTION,
     FACTOR,
     FORCE,
@@ -29,10 +30,17 @@ from guideload.base.ranges import (
     PRELOAD,
     RATED_MOMENT,
     RATING,
+    SHARE,
     SPEED,
     STIFFNESS,
 )
 from guideload.catalogue.rating import LIFE_EXPONENT, Rating
+from guideload.catalogue.stiffness import (
+    StiffnessEstimate,
+    estimated_stiffness,
+    preload_of_interference,
+    row_length_of_moment,
+)
 
 Text = Annotated[StrictStr, Field(min_length=1)]
 Force = Annotated[float, in_range(RATING, above=0.0)]
@@ -44,6 +52,7 @@ Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 MOST_POINTS = 8  # of a curve of one direction: the core takes 16 for both
 # Two ends at +-length/2 with half the stiffness each tilt like a row of this length over length.
 ROW_OVER_LENGTH = 3.0**0.5
+PRINTED_PRELOAD = ("preload", "share_of_C", "share_of_C0", "radial_clearance")
 
 
 def _rising(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
@@ -92,6 +101,23 @@ class Curves(ConfigModel):
     side: Curve = Field(description="points from [0, 0] on, deflection and force > 0")
 
 
+def _interval(value: object) -> object:
+    """A number as the interval of itself."""
+    return value if isinstance(value, list | tuple) else (value, value)
+
+
+def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
+    if ends[0] > ends[1]:
+        raise ValueRefused("[least, largest]", list(ends))
+    return ends
+
+
+Share = Annotated[float, in_range(SHARE, least=0.0)]
+Clearance = Annotated[float, in_range(CLEARANCE)]
+Shares = Annotated[tuple[Share, Share], BeforeValidator(_interval), AfterValidator(_ascending)]
+Clearances = Annotated[tuple[Clearance, Clearance], BeforeValidator(_interval), AfterValidator(_ascending)]
+
+
 def _stiffness(value: object) -> float | Directions:
     if isinstance(value, dict | Directions):
         return Directions.model_validate(value)
@@ -99,10 +125,12 @@ def _stiffness(value: object) -> float | Directions:
 
 
 class PreloadClass(ConfigModel):
-    """The elastic law of a carriage in one preload class.
+    """A preload class of a carriage: its elastic law, and the preload that the catalogue prints.
 
     A stiffness alone is a linear law. A stiffness with a preload is the law of two preloaded rows, whose stiffness at
-    no load it is. A curve is the whole law; a preload beside it is used for life and friction only.
+    no load it is. A curve is the whole law; a preload beside it is used for life and friction only. Without stiffness
+    and curve, the stiffness is estimated from the preload. A preload given as a share of C or C0, or by the radial
+    clearance, leaves the law linear.
     """
 
     name: Text = Field(description='a name that is unique in the product, e.g. "ZA"')
@@ -110,17 +138,37 @@ class PreloadClass(ConfigModel):
         default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
     )
     curve: Curves | None = Field(default=None, description="load-deflection curves instead of the stiffness")
-    preload: Preload | None = Field(default=None, description='preload of each row, e.g. "2.09 kN"')
+    preload: Preload | None = Field(
+        default=None,
+        description='preload of each row, e.g. "2.09 kN", which makes the law that of preloaded rows',
+    )
+    share_of_C: Shares | None = Field(
+        default=None, description="printed preload over C, a number or [least, largest], e.g. [0.05, 0.07]"
+    )
+    share_of_C0: Shares | None = Field(
+        default=None, description="printed preload over C0, a number or [least, largest], e.g. 0.02"
+    )
+    radial_clearance: Clearances | None = Field(
+        default=None, description='printed radial clearance, negative with preload, e.g. ["-12 um", "-5 um"]'
+    )
 
     @model_validator(mode="after")
     def _one_law(self) -> PreloadClass:
-        if (self.stiffness is None) == (self.curve is None):
-            raise ValueRefused("exactly one of stiffness and curve", self.model_dump(exclude_unset=True))
+        if self.stiffness is not None and self.curve is not None:
+            raise ValueRefused("at most one of stiffness and curve", self.model_dump(exclude_unset=True))
+        given = [key for key in PRINTED_PRELOAD if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise ValueRefused("one preload", given, "keep the one that the catalogue prints")
         sided = isinstance(self.stiffness, Directions) and self.stiffness.press != self.stiffness.lift
         if sided and self.preload is not None:
             way_out = "the stiffness of preloaded rows at no load is the same both ways: give it, or a curve"
             raise ValueRefused("no preload beside a stiffness that differs by side", self.preload, way_out)
         return self
+
+    @property
+    def has_law(self) -> bool:
+        """Whether its stiffness or curve is given."""
+        return self.stiffness is not None or self.curve is not None
 
 
 class SealForce(ConfigModel):
@@ -135,6 +183,11 @@ class SealForce(ConfigModel):
         return self.value * (2.0 if self.per == "end seal" else 1.0)
 
 
+def _size(value: object) -> object:
+    """A number as text."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
 class Product(ConfigModel):
     """A carriage type of a maker. Loads act along lift and press (y) and side (z); moments are about the same axes."""
 
@@ -146,6 +199,10 @@ class Product(ConfigModel):
     )
     unverified: tuple[Text, ...] = Field(
         default=(), description="keys whose values were not compared with the cited page; reports tell them"
+    )
+    series: StrictStr = Field(default="", description='series of the maker, e.g. "HG"')
+    size: Annotated[str, BeforeValidator(_size)] = Field(
+        default="", description="nominal size, which is mostly the width of the rail in mm, e.g. 25"
     )
     type: Literal["ball", "roller"] = Field(description='rolling elements: "ball" or "roller"')
     dynamic: Rating | None = Field(
@@ -167,6 +224,9 @@ class Product(ConfigModel):
         default=None, description="distance of the rows across the rail, the `width` of a carriage"
     )
     row_length: Length | None = Field(default=None, description="length of the loaded rows along the rail")
+    body_length: Length | None = Field(
+        default=None, description="length of the steel body without end caps, which the rows nearly have"
+    )
     carriage_length: Length | None = Field(default=None, description="length of the carriage with end caps")
     mass: Annotated[float, in_range(MASS, above=0.0)] | None = Field(
         default=None, description="mass of the carriage"
@@ -214,7 +274,8 @@ class Product(ConfigModel):
     @property
     def source(self) -> str:
         """Maker, edition and page; says so if the page is not known."""
-        return f"{self.maker}, {self.edition}, {f'page {self.page}' if self.page else 'page not known'}"
+        page = f"page {self.page}" if self.page[:1].isdigit() else self.page
+        return f"{self.maker}, {self.edition}, {page or 'page not known'}"
 
     def class_named(self, name: str | None) -> PreloadClass | None:
         """The preload class of this name, or the only one; None if there is none. Raises ValueRefused."""
@@ -228,8 +289,71 @@ class Product(ConfigModel):
             )
         return classes[name]
 
+    def preload_range(self, preload_class: str | None) -> tuple[float, float] | None:
+        """Least and largest preload of a class [N]; None if its record has none. Raises ValueRefused.
+
+        A radial clearance gives it by the mechanics of the contacts, if C0 and the length of the rows are known.
+        """
+        found = self.class_named(preload_class)
+        if found is None:
+            return None
+        if found.preload is not None:
+            return found.preload, found.preload
+        for shares, rating in (
+            (found.share_of_C, None if self.dynamic is None else self.dynamic.value),
+            (found.share_of_C0, self.static),
+        ):
+            if shares is not None and rating is not None:
+                return shares[0] * rating, shares[1] * rating
+        length = self.loaded_length
+        if found.radial_clearance is None or self.static is None or length is None:
+            return None
+        most, least = (
+            preload_of_interference(self.type, self.static, length, -clearance)
+            for clearance in found.radial_clearance
+        )
+        return least, most
+
+    def stiffness_estimate(self, preload_class: str | None) -> StiffnessEstimate | None:
+        """The estimated stiffness of a class without stiffness and curve.
+
+        None if it is given, or cannot be estimated. Raises ValueRefused for an unknown class.
+        """
+        found, preload = self.class_named(preload_class), self.preload_range(preload_class)
+        length = self.loaded_length
+        if found is None or found.has_law or preload is None or self.static is None or length is None:
+            return None
+        return estimated_stiffness(self.type, self.static, length, preload)
+
+    def stiffness_source(self, preload_class: str | None) -> str:
+        """`by catalogue`, `estimated, within 30 %`; `none` where it is neither given nor can be estimated.
+
+        Raises ValueRefused for an unknown class.
+        """
+        found, estimate = self.class_named(preload_class), self.stiffness_estimate(preload_class)
+        if estimate is not None:
+            return estimate.words
+        return "by catalogue" if found is not None and found.has_law else "none"
+
+    def missing_for_estimate(self, preload_class: str | None) -> tuple[str, ...]:
+        """Keys to add to the record so that the stiffness of a class can be estimated. Raises ValueRefused."""
+        found = self.class_named(preload_class)
+        if found is None:
+            return ("preload_classes",)
+        lacks = {
+            "static": self.static is None,
+            "body_length": self.loaded_length is None,
+            "dynamic": found.share_of_C is not None and self.dynamic is None,
+            f"share_of_C of {found.name}": all(getattr(found, key) is None for key in PRINTED_PRELOAD),
+        }
+        return tuple(key for key, missing in lacks.items() if missing)
+
     def law_keys(self, preload_class: str | None) -> dict[str, dict[str, Any]]:
-        """Keys of a carriage with the elastic laws along y (lift positive) and z, by axis; empty without a class."""
+        """Keys of a carriage with the elastic laws along y (lift positive) and z, by axis.
+
+        Empty without a class, and where the stiffness is neither given nor can be estimated. Raises ValueRefused for an
+        unknown class.
+        """
         found = self.class_named(preload_class)
         if found is None:
             return {}
@@ -237,7 +361,10 @@ class Product(ConfigModel):
             press, lift, side = found.curve.press, found.curve.lift, found.curve.side
             along_y = (*((-d, -f) for d, f in press[:0:-1]), *lift)
             return {"y": {"curve_y": along_y}, "z": {"curve_z": side}}
-        stiffness = found.stiffness
+        estimate = self.stiffness_estimate(preload_class)
+        stiffness = found.stiffness if estimate is None else estimate.stiffness
+        if stiffness is None:
+            return {}
         if not isinstance(stiffness, Directions):
             along: dict[str, Any] = {"y": stiffness, "z": stiffness}
         elif stiffness.press == stiffness.lift:
@@ -252,9 +379,29 @@ class Product(ConfigModel):
         }
 
     @property
-    def model_length(self) -> float | None:
-        """`length` of a carriage of the model, whose two ends tilt like the loaded rows [m]."""
-        return None if self.row_length is None else self.row_length / ROW_OVER_LENGTH
+    def loaded_length(self) -> float | None:
+        """Length of the loaded rows [m], or of the body, or the length that the static moment needs."""
+        known = self.row_length or self.body_length
+        if known is None and self.static is not None and self.static_moments.pitch is not None:
+            return row_length_of_moment(self.type, self.static, self.static_moments.pitch)
+        return known
+
+    def model_distances(self, with_law: bool) -> dict[str, float]:
+        """`length` and `width` [m] of a carriage of the model, as far as the record gives them.
+
+        length    its two ends tilt like the loaded rows
+        width     spacing of the rows
+        with_law  whether the product gives the elastic law as well. Then length and width that are not in the record
+                  follow from static moments: with rows at 45 degrees, roll stiffness over stiffness is (M0/C0)^2.
+        """
+        length, width = (
+            self.loaded_length if with_law else self.row_length or self.body_length,
+            self.row_spacing,
+        )
+        if with_law and width is None and self.static is not None and self.static_moments.roll is not None:
+            width = 2.0 * self.static_moments.roll / self.static
+        found = {"length": None if length is None else length / ROW_OVER_LENGTH, "width": width}
+        return {key: distance for key, distance in found.items() if distance is not None}
 
 
 def product_by_name(products: Mapping[str, Product], name: str, where: str) -> Product:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import AXES
@@ -15,7 +16,6 @@ from guideload.life.mean_load import integrals, mean_load
 from guideload.life.record import Record
 from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
-from guideload.machine.laws import EXPONENT
 from guideload.motion.uncertainty import COVER
 
 SMALL_MOMENT = 1e-6  # N m per N of load: a smaller moment without rating is rounding
@@ -69,7 +69,7 @@ class CarriageLife(Criteria):
         if carriage.preload_y is None or carriage.rolling is None:
             return None
         loads = self.record.result.carriage_loads[:, self.index, 1]
-        loaded, other = row_loads(loads, carriage.preload_y, EXPONENT[carriage.rolling])
+        loaded, other = row_loads(loads, carriage.preload_y, CONTACT_EXPONENT[carriage.rolling])
         return float(loaded.max()), float(other.min())
 
     @cached_property

@@ -26,14 +26,13 @@ from guideload._core import Law
 from guideload.base.config import ConfigModel, entries, in_range, number
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import CLEARANCE, COMPLIANCE, DEFLECTION, FORCE, PRELOAD, STIFFNESS
+from guideload.catalogue.stiffness import CONTACT_EXPONENT
 
 Value = TypeVar("Value")
 CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
 LEVELS: tuple[ModelLevel, ...] = get_args(ModelLevel)
 LEVEL_OF_KIND = {"linear": 0, "sided": 1, "curve": 1, "preloaded": 2}  # indices into LEVELS
-# Exponent n of F ~ deflection^n of one row: Hertz point contact; line contact by the rolling bearing standards.
-EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
 NO_EXACT = "preloaded contacts have no exact solution"
 MOST_POINTS = 16  # that the core takes for a curve
 ROUNDING = 1e-12  # relative to the largest force of a curve: rounding of the force interpolated at 0 m
@@ -242,7 +241,7 @@ class ElasticModel(ConfigModel):
             )
             return Law.sided(positive, negative, clearance)
         if preload is not None:
-            return Law.preloaded(stiffness, preload, EXPONENT[keys["rolling"]])
+            return Law.preloaded(stiffness, preload, CONTACT_EXPONENT[keys["rolling"]])
         stiffness = stiffness / (1.0 + stiffness * compliance)
         return Law.sided(stiffness, stiffness, clearance)
 

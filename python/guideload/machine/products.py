@@ -49,7 +49,7 @@ def filled(values: Any) -> Any:
     """Unchecked values of a machine whose carriages have the keys of their products, unless they have their own.
 
     A product gives length and width, and the elastic law along each axis for which the carriage has neither stiffness
-    nor curve.
+    nor curve; length and width that follow from static moments only together with the law along y.
     """
     products = _products(values)
     if not products:
@@ -64,10 +64,6 @@ def filled(values: Any) -> Any:
 def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
     given = {key: value for key, value in table.items() if value is not None}
     added: dict[str, Any] = {}
-    if product.model_length is not None and not {"stiffness_pitch", "stiffness_yaw"} <= given.keys():
-        added["length"] = product.model_length
-    if product.row_spacing is not None and "stiffness_roll" not in given:
-        added["width"] = product.row_spacing
     try:
         laws = product.law_keys(given.get("preload_class"))
     except ValueRefused:  # an unknown preload class: `product_problems` tells it
@@ -75,6 +71,12 @@ def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
     for axis, keys in laws.items():
         if not any(f"{key}_{axis}" in given for key in LAW_KEYS):
             added |= keys
+    distances = product.model_distances(with_law="stiffness_y" in added or "curve_y" in added)
+    if {"stiffness_pitch", "stiffness_yaw"} <= given.keys():
+        distances.pop("length", None)
+    if "stiffness_roll" in given:
+        distances.pop("width", None)
+    added |= distances
     return {**table, **{key: value for key, value in added.items() if key not in given}}
 
 

@@ -33,7 +33,7 @@ def product_report(product: Product) -> Report:
     lines = [
         f"{key}: {_words(value)}{' (not compared with the source)' if key in product.unverified else ''}"
         for key, value in values.items()
-        if value not in ((), {})
+        if value not in ((), {}, "")
     ]
     return Report(
         title=product.name,

@@ -168,10 +168,12 @@ def with_product(machine: Machine, product: Product, preload_class: str | None) 
     for carriage in machine.carriages:
         keys = {key: getattr(carriage, key) for key in type(carriage).model_fields}
         keys |= {"product": product.name, "preload_class": preload_class, "type": None}
-        if product.model_length is not None:
-            keys |= {"length": product.model_length, "stiffness_pitch": None, "stiffness_yaw": None}
-        if product.row_spacing is not None:
-            keys |= {"width": product.row_spacing, "stiffness_roll": None}
+        distances = product.model_distances(with_law=bool(laws))
+        keys |= distances
+        if "length" in distances:
+            keys |= {"stiffness_pitch": None, "stiffness_yaw": None}
+        if "width" in distances:
+            keys["stiffness_roll"] = None
         if laws:
             before = [law.stiffness for law in carriage.laws]
             keys |= {f"{key}_{axis}": None for key in LAW_KEYS for axis in "yz"} | {"rolling": None}
