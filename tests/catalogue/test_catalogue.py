@@ -38,7 +38,7 @@ def test_the_packaged_examples_cite_their_source_and_mark_what_was_not_checked()
         assert product.maker and product.edition and product.dynamic is not None
         assert "page not known" in product_report(product).text().replace("\n", " ") or product.page
     assert set(catalogue["HGH25CA"].unverified) >= {"dynamic", "static", "static_moments"}
-    assert "HGH25CA: not compared with the source" in "\n".join(catalogue.remarks())
+    assert "values not compared with the source: HGH25CA" in "\n".join(catalogue.remarks())
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_a_machine_file_with_a_catalogue(tmp_path: Path) -> None:
         (
             "HGH25CA",
             "HGH26CA",
-            r'toml, row \d+: .*product: .*of mine.toml, got "HGH26CA"; did you mean "HGH25CA"',
+            r'toml, row \d+: .*product: .*of mine.toml, or a packaged one, got "HGH26CA"; did you mean "HGH25CA"',
         ),
         ('"ZA"', '"ZC"', r"row \d+: carriages\[0\].preload_class: .*of HGH25CA \(Z0, ZA, ZB\)"),
         ('preload_class = "ZA"', "", 'add the key "preload_class"'),

@@ -9,27 +9,38 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from machines import machine
 
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import ConfigError, ValueRefused
 from guideload.catalogue import packaged
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.packaged import packaged_catalogue, packaged_product
 from guideload.catalogue.product import Product
+from guideload.machine.components import Carriage
+from guideload.machine.machine import Machine
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
+FACTS_OF_USER = {
+    "name": "p",
+    "maker": "mine",
+    "edition": "e",
+    "type": "ball",
+    "static": 1e4,
+    "row_length": 0.05,
+    "preload_classes": [{"name": "A", "stiffness": 1e8}],
+}
 PRODUCTS = packaged_catalogue().products
 
 
 def values(product: Product) -> Iterator[tuple[str, object]]:
     """The values of a product in the units and under the keys of the facts."""
-    for key in ("name", "maker", "series", "type"):
+    for key in ("name", "maker", "series", "size", "type"):
         yield key, getattr(product, key)
     yield "edition", f"{product.edition}, {product.page}" if product.page else product.edition
-    yield "size", int(product.size) if product.size.isdigit() else product.size
     assert product.dynamic is not None and product.static is not None
     yield "dynamic_N", product.dynamic.value
     yield "dynamic_base_km", product.dynamic.base / 1e3
@@ -97,14 +108,19 @@ def test_every_record_is_that_of_the_facts(shared_data: Path) -> None:
         assert all(getattr(product, key) for key in product.unverified)
 
 
+def rail(product: Product) -> float:
+    """Width of the rail in mm, or the first number of "55/85"."""
+    return float(str(product.size).split("/")[0])
+
+
 LAWS: dict[str, tuple[float, Callable[[Any], float]]] = {
     "C0/C": (1.3, lambda p: p.static / p.dynamic.value),
     "pitch moment/(C0 length)": (1.4, lambda p: p.static_moments.pitch / p.static / p.loaded_length),
     "yaw moment/pitch moment": (1.1, lambda p: p.static_moments.yaw / p.static_moments.pitch),
-    "roll moment/(C0 size)": (1.35, lambda p: p.static_moments.roll / p.static / float(p.size.split("/")[0])),
-    "C0/(length size)": (1.3, lambda p: p.static / p.loaded_length / float(p.size.split("/")[0])),
+    "roll moment/(C0 size)": (1.35, lambda p: p.static_moments.roll / p.static / rail(p)),
+    "C0/(length size)": (1.3, lambda p: p.static / p.loaded_length / rail(p)),
     # Blocks and flanges of all sizes are in one series.
-    "mass/(length size^2)": (1.75, lambda p: p.mass / p.loaded_length / float(p.size.split("/")[0]) ** 2),
+    "mass/(length size^2)": (1.75, lambda p: p.mass / p.loaded_length / rail(p) ** 2),
 }
 ODD = {("RGH15CA", "roll moment/(C0 size)")}  # printed so; the head of the file says it
 
@@ -193,3 +209,95 @@ def test_unknown_names_tell_a_near_one() -> None:
         assert words in caught.value.hint
     with pytest.raises(ValueRefused, match="Bosch Rexroth"):
         packaged_catalogue("SKF")
+
+
+# ---- machines that name packaged products
+
+
+def named(product: str, preload_class: str | None = None, **keys: object) -> Machine:
+    """A machine on two carriages of one rail, which name a product."""
+    tables = [
+        {"name": name, "rail": "1", "x": x, "damping_y": 1e4, "damping_z": 1e4, "product": product}
+        | ({} if preload_class is None else {"preload_class": preload_class})
+        | keys
+        for name, x in (("a", -0.2), ("b", 0.2))
+    ]
+    return machine(*tables)  # type: ignore[arg-type]
+
+
+def test_a_machine_takes_law_length_and_width_from_a_packaged_product() -> None:
+    """Also on one rail: the width that follows from the static roll moment resists roll."""
+    for name, preload_class, stiffness in (("HGH25CA", "ZA", 539e6), ("HIWIN HGH25CA", "ZB", 705e6)):
+        built = named(name, preload_class)
+        carriage = built.carriages[0]
+        assert (carriage.stiffness_y, carriage.stiffness_z) == (stiffness, stiffness)
+        assert carriage.length == pytest.approx(0.058 / 3**0.5) and carriage.width == pytest.approx(
+            2 * 420 / 52820
+        )
+        assert [product.name for product in built.products] == [name]
+        assert Machine.model_validate_json(built.model_dump_json()) == built
+        assert built.model_copy(update={"name": "other"}).products == built.products
+        assert built.scene.static_link_loads().size == 12
+
+
+def test_every_packaged_product_carries_a_machine() -> None:
+    for product in PRODUCTS:
+        for one in product.preload_classes:
+            carriage = named(product.name, one.name).carriages[0]
+            assert isinstance(carriage.stiffness_y, float) and 5e6 < carriage.stiffness_y < 1e10
+            assert product.stiffness_source(one.name) != "none"
+
+
+def test_own_values_win() -> None:
+    own = {**FACTS_OF_USER, "name": "HGH25CA"}
+    built = machine(
+        {
+            "name": "a",
+            "rail": "1",
+            "x": 0.0,
+            "damping_y": 1e4,
+            "damping_z": 1e4,
+            "product": "HGH25CA",
+            "width": 0.02,
+        },
+        products=[own],
+        free=["y", "z"],
+    )
+    assert [one.maker for one in built.products] == ["mine"] and built.carriages[0].stiffness_y == 1e8
+    carriage = named("HGW25CC", "ZA", stiffness_y="50 N/um", width="30 mm").carriages[0]
+    assert (carriage.stiffness_y, carriage.width) == (5e7, 0.03)
+    estimate = packaged_product("HGW25CC").stiffness_estimate("ZA")
+    assert estimate is not None and carriage.stiffness_z == estimate.stiffness
+    # Without the product's law along y no width is derived, as the user's stiffness may hold more than the contacts.
+    assert (
+        named("HGW25CC", "ZA", stiffness_y="50 N/um", stiffness_roll="1 kN m/rad").carriages[0].width is None
+    )
+    assert one_of_two_rails(stiffness_y="50 N/um").width is None
+
+
+def one_of_two_rails(**keys: object) -> Carriage:
+    keys = {"rail": "1", "x": 0.0, "damping_y": 1e4, "damping_z": 1e4, "name": "a"} | keys
+    return machine({**keys, "product": "HGW25CC", "preload_class": "ZA"}, free=["y", "z"]).carriages[0]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("product", "preload_class", "key", "words"),
+    [
+        ("HGH26CA", None, "product", "did you mean"),
+        ("HGH25CA", None, "preload_class", "Z0, ZA, ZB"),
+        ("HGH25CA", "ZC", "preload_class", "Z0, ZA, ZB"),
+    ],
+)
+def test_refusals_of_machines(product: str, preload_class: str | None, key: str, words: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        named(product, preload_class)
+    assert {problem.path[-1] for problem in caught.value.problems} == {key} and words in str(caught.value)
+
+
+def test_a_product_without_stiffness_names_what_an_estimate_lacks() -> None:
+    mine = {key: value for key, value in FACTS_OF_USER.items() if key != "preload_classes"}
+    for classes_, words in (([], "preload_classes"), ([{"name": "A"}], "share_of_C of A")):
+        with pytest.raises(ConfigError) as caught:
+            table = {"name": "a", "rail": "1", "x": 0.0, "damping_y": 1e4, "damping_z": 1e4, "product": "p"}
+            machine(table, products=[{**mine, "preload_classes": classes_}], free=["y", "z"])  # type: ignore[arg-type]
+        assert len(caught.value.problems) == 1 and f"add {words} to its record" in str(caught.value)

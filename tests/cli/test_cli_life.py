@@ -89,4 +89,5 @@ def test_init_writes_a_catalogue_that_check_and_show_take(tmp_path: Path) -> Non
     assert "4 products, all valid" in guideload("catalogue", "check", file).stdout
     assert "HSR35LA" in guideload("catalogue", "show", file).stdout
     shown = guideload("catalogue", "show", file, "HGH25CA").stdout
-    assert "static: 52\u202f800 (not compared with the source)" in shown and "end seal" in shown
+    assert "static: 52\u202f800" in shown and "end seal" in shown
+    assert shown.count("not compared with the source") == 1

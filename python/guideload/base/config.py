@@ -120,6 +120,11 @@ def entries(value: object, names: tuple[str, ...]) -> object:
     return value
 
 
+def interval(value: object) -> object:
+    """The ends of an interval; a single value is both."""
+    return entries(value, ("least", "largest")) if isinstance(value, list | tuple) else (value, value)
+
+
 # Expected value by pydantic's type of error; other types have pydantic's message.
 EXPECTED = {
     "string_type": "text in quotes",

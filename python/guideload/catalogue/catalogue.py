@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from os import PathLike
 
@@ -10,6 +11,7 @@ from pydantic import Field, field_validator
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, ValueRefused
+from guideload.base.number_text import first_names
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.product import Product, product_by_name
 
@@ -43,13 +45,36 @@ class Catalogue(ConfigModel):
         """The product of this name. Raises ValueRefused with the nearest names."""
         return product_by_name({product.name: product for product in self.products}, name, "the catalogue")
 
+    def selected(
+        self,
+        maker: str | None = None,
+        series: str | None = None,
+        size: str | None = None,
+        kind: str | None = None,
+        least: float | None = None,
+        longest: float | None = None,
+    ) -> tuple[Product, ...]:
+        """The products that are so, sorted by their dynamic load rating for 100 km; those without one are last.
+
+        kind     "ball" or "roller"
+        least    N, dynamic load rating for 100 km
+        longest  m, body; a product whose body length is not known is left out
+        """
+        wanted = {"maker": maker, "series": series, "size": size, "type": kind}
+        words = {key: text.casefold() for key, text in wanted.items() if text is not None}
+        found = [
+            one
+            for one in self.products
+            if all(str(getattr(one, key)).casefold() == text for key, text in words.items())
+            and (least is None or least <= one.rating_for_100_km < math.inf)
+            and (longest is None or (one.body_length or math.inf) <= longest)
+        ]
+        return tuple(sorted(found, key=lambda one: one.rating_for_100_km))
+
     def remarks(self) -> Iterator[str]:
         """What a reader of the catalogue should know: records without page, rating or law, unverified values."""
-        for product in self.products:
-            missing = [
-                key for key in ("page", "dynamic", "static", "preload_classes") if not getattr(product, key)
-            ]
-            if missing:
-                yield f"{product.name}: no {', '.join(missing)}"
-            if product.unverified:
-                yield f"{product.name}: not compared with the source: {', '.join(product.unverified)}"
+        for key in ("page", "dynamic", "static", "preload_classes"):
+            if names := [product.name for product in self.products if not getattr(product, key)]:
+                yield f"no {key}: {first_names(names)}"
+        if names := [product.name for product in self.products if product.unverified]:
+            yield f"values not compared with the source: {first_names(names)}"

@@ -69,13 +69,22 @@ def records() -> tuple[Record, ...]:
     return tuple(found)
 
 
+def is_packaged(name: str) -> bool:
+    """Whether `packaged_product` knows this name."""
+    return len(_called(name)) == 1
+
+
+def _called(name: str) -> list[Record]:
+    words = name.split()
+    return [one for one in records() if one.name == name or one.is_called(words)]
+
+
 def packaged_product(name: str) -> Product:
     """The packaged product of a name: "HGH25CA", "HIWIN HGH25CA", or with words of its edition behind.
 
     Raises ValueRefused for an unknown name, with the nearest one, and for a name that several records have, with them.
     """
-    words = name.split()
-    found = [one for one in records() if one.name == name or one.is_called(words)]
+    found = _called(name)
     if len(found) == 1:
         return found[0].product(name)
     if found:
@@ -83,9 +92,10 @@ def packaged_product(name: str) -> Product:
         listed = ", ".join(f'"{one.full_name}"' for one in found)
         hint = f"several have it: {listed}; write the maker before and a word of the edition behind"
         raise ValueRefused("one packaged product", name, f'{hint}, as in "{first.full_name}"')
-    near = get_close_matches(name, [one.name for one in records()], n=1)
+    names = {one.name.casefold(): one.name for one in records()}
+    near = get_close_matches(name.casefold(), names, n=1)
     way_out = "`guideload catalogue list` shows what is packaged; for another, name a catalogue file"
-    raise ValueRefused("a packaged product", name, f'did you mean "{near[0]}"?' if near else way_out)
+    raise ValueRefused("a packaged product", name, f'did you mean "{names[near[0]]}"?' if near else way_out)
 
 
 def packaged_catalogue(maker: str | None = None) -> Catalogue:

@@ -1,8 +1,9 @@
-"""The commands for a catalogue file: check, show."""
+"""The commands for catalogues, packaged ones and files of a user: list, find, show, check."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,38 +13,99 @@ from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.terminal import print_report, print_text
 
-catalogue_argument = click.argument("catalogue_file", metavar="CATALOGUE.TOML", type=options.InputFile)
+if TYPE_CHECKING:
+    from guideload.catalogue.catalogue import Catalogue
+
+file_argument = click.argument("file", metavar="[CATALOGUE.TOML]", type=options.InputFile, required=False)
 
 
 @click.group()
 def catalogue() -> None:
-    """Check and show catalogues of carriages; `guideload init --catalogue` writes one with examples."""
+    """Find carriages in the packaged catalogues or in a file of your own.
+
+    `guideload init --catalogue` writes such a file with examples.
+    """
+
+
+@catalogue.command("list")
+@file_argument
+def list_series(file: Path | None) -> None:
+    """List makers and series, with their sizes and number of products."""
+    from guideload.reports.catalogue import series_report
+
+    print_report(series_report(_catalogue(file)))
 
 
 @catalogue.command()
-@catalogue_argument
+@click.option("--maker", help="Maker, e.g. THK.")
+@click.option("--series", help="Series, e.g. HG.")
+@click.option("--size", help="Size, e.g. 25.")
+@click.option("--type", "kind", type=click.Choice(("ball", "roller")), help="Rolling elements.")
+@click.option("--least-C", "least", help='Least dynamic load rating for 100 km of travel, e.g. "30 kN".')
+@click.option("--longest-body", "longest", help='Longest steel body, e.g. "80 mm".')
+@file_argument
+def find(
+    maker: str | None,
+    series: str | None,
+    size: str | None,
+    kind: str | None,
+    least: str | None,
+    longest: str | None,
+    file: Path | None,
+) -> None:
+    """Find products, sorted by their dynamic load rating."""
+    from guideload.base.units import quantity
+    from guideload.catalogue.catalogue import Catalogue
+    from guideload.reports.catalogue import catalogue_report
+
+    try:
+        amounts = [
+            None if text is None else quantity(text, unit) for text, unit in ((least, "N"), (longest, "m"))
+        ]
+    except ValueRefused as refused:
+        raise InputError(str(refused)) from None
+    found = _catalogue(file).selected(maker, series, size, kind, *amounts)
+    if not found:
+        raise InputError(
+            "no product is so: leave an option out; `guideload catalogue list` shows makers and series"
+        )
+    print_report(catalogue_report(Catalogue(products=found)))
+
+
+@catalogue.command()
+@click.argument("names", metavar="[CATALOGUE.TOML] [PRODUCT]", nargs=-1)
+def show(names: tuple[str, ...]) -> None:
+    """Show all values of a PRODUCT, or all products."""
+    from guideload.catalogue.packaged import packaged_product
+    from guideload.reports.catalogue import catalogue_report, product_report
+
+    file = Path(names[0]) if names and names[0].lower().endswith(".toml") else None
+    products = names if file is None else names[1:]
+    if len(products) > 1:
+        raise click.UsageError(
+            f"expected one product, got {' '.join(products)}: put a name with spaces in quotes"
+        )
+    if not products:
+        return print_report(catalogue_report(_catalogue(file)))
+    try:
+        found = packaged_product(*products) if file is None else _catalogue(file)[products[0]]
+    except ValueRefused as refused:
+        raise InputError(str(refused) if file is None else f"{file}: {refused}") from None
+    print_report(product_report(found))
+
+
+@catalogue.command()
+@click.argument("catalogue_file", metavar="CATALOGUE.TOML", type=options.InputFile)
 def check(catalogue_file: Path) -> None:
     """Check a catalogue file, and tell what its records lack."""
-    from guideload.catalogue.catalogue import Catalogue
-
-    found = Catalogue.from_toml(catalogue_file)
+    found = _catalogue(catalogue_file)
     lines = [f"{catalogue_file}: {counted(len(found.products), 'product')}, all valid.", *found.remarks()]
     print_text("\n".join(lines))
 
 
-@catalogue.command()
-@catalogue_argument
-@click.argument("product", required=False)
-def show(catalogue_file: Path, product: str | None) -> None:
-    """Show the products of a catalogue, or all values of one PRODUCT."""
+def _catalogue(file: Path | None) -> Catalogue:
+    """The catalogue of a file, or all packaged products."""
     from guideload.catalogue.catalogue import Catalogue
-    from guideload.reports.catalogue import catalogue_report, product_report
+    from guideload.catalogue.packaged import packaged_catalogue
 
-    found = Catalogue.from_toml(catalogue_file)
-    if product is None:
-        print_report(catalogue_report(found))
-        return
-    try:
-        print_report(product_report(found[product]))
-    except ValueRefused as refused:
-        raise InputError(f"{catalogue_file}: {refused}") from None
+    return packaged_catalogue() if file is None else Catalogue.from_toml(file)

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
+from guideload.base.config import interval
 from guideload.cli.options import FileKind
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -37,6 +38,8 @@ class FileSchema(GenerateJsonSchema):
 
     def function_before_schema(self, schema: Any) -> JsonSchemaValue:
         json_schema = super().function_before_schema(schema)
+        if schema["function"]["function"] is interval:
+            return {"anyOf": [json_schema["prefixItems"][0], json_schema]}
         if json_schema.get("items") == {"type": "string"}:  # a single text means a list with this entry
             return {"anyOf": [{"type": "string"}, json_schema]}
         return json_schema

@@ -271,7 +271,8 @@ class Carriage(ElasticModel):
     )
     product: Name | None = Field(
         default=None,
-        description="a product of the catalogue; it gives length and stiffness if they are left out",
+        description='a packaged product, or one of the catalogue file or of [[products]], e.g. "HGH25CA"; it gives '
+        "length, width and stiffness if they are left out",
     )
     preload_class: Name | None = Field(
         default=None, description='preload class of the product, e.g. "ZA"; needed if the product has several'

@@ -44,7 +44,7 @@ from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_only, table_of
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
-from guideload.machine.products import filled, product_problems, with_catalogue
+from guideload.machine.products import filled, product_problems, with_catalogue, with_packaged
 from guideload.machine.riders import MOST_RIDERS, Rider
 from guideload.machine.straightness import with_straightness
 
@@ -97,7 +97,8 @@ class Machine(ConfigModel):
         default=(), description="one [[payloads]] table for each mass that comes and goes"
     )
     catalogue: Name | None = Field(
-        default=None, description='a catalogue file, relative to the machine file, e.g. "catalogue.toml"'
+        default=None,
+        description='a file of products that are not packaged, relative to the machine file, e.g. "mine.toml"',
     )
     products: tuple[Product, ...] = Field(
         default=(), description="one [[products]] table for each product that is not in a catalogue file"
@@ -161,7 +162,7 @@ class Machine(ConfigModel):
     @classmethod
     def _with_checked_names(cls, values: Any, handler: ModelWrapValidatorHandler[Machine]) -> Machine:
         """Check the names before the components are validated, so that all problems are reported at once."""
-        given, values = values, with_types(values)
+        given, values = values, with_packaged(with_types(values))
         problems = [
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in _name_conflicts(values)

@@ -1,14 +1,17 @@
-"""Carriages that name a product: the keys that the product gives, and the products of a catalogue file."""
+"""Carriages that name a product: the keys that the product gives, and the products of a catalogue file or packaged."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.base.number_text import joined
 from guideload.catalogue.catalogue import Catalogue
-from guideload.catalogue.product import Product, product_by_name
+from guideload.catalogue.packaged import is_packaged, packaged_product
+from guideload.catalogue.product import Product
 from guideload.machine.carriage_types import with_types
 
 LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
@@ -33,16 +36,30 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
         return values  # the field `products` tells it
     names = _texts("name", own)
     found = [product for product in Catalogue.from_toml(path).products if product.name not in names]
-    if wanted <= {*names, *(product.name for product in found)}:  # else keep all, for the nearest name
+    known = {*names, *(product.name for product in found)}
+    if all(name in known or is_packaged(name) for name in wanted):  # else keep all, for the nearest name
         found = [product for product in found if product.name in wanted]
     return {**values, "products": (*own, *found)}
+
+
+def with_packaged(values: Any) -> Any:
+    """Unchecked values of a machine with the packaged products that its carriages name, unless it has its own."""
+    own = values.get("products", ()) if isinstance(values, dict) else None
+    if not isinstance(own, list | tuple):
+        return values
+    found = []
+    for name in sorted(_texts("product", values.get("carriages", ())) - _texts("name", own)):
+        try:
+            found.append(packaged_product(name))
+        except ValueRefused:  # `product_problems` tells it
+            continue
+    return {**values, "products": (*own, *found)} if found else values
 
 
 def _texts(key: str, tables: object) -> set[str]:
     """The texts that unchecked tables have under a key."""
     listed = tables if isinstance(tables, list | tuple) else ()
-    found = (table.get(key) for table in listed if isinstance(table, dict))
-    return {text for text in found if isinstance(text, str)}
+    return {text for text in (_key(table, key) for table in listed) if isinstance(text, str)}
 
 
 def filled(values: Any) -> Any:
@@ -81,7 +98,7 @@ def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
 
 
 def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
-    """Problems of unchecked carriages: products and preload classes that are unknown."""
+    """Problems of unchecked carriages: unknown products and preload classes, and products without stiffness."""
     tables, products = values.get("carriages", ()), _products(values)
     for i, table in enumerate(tables if isinstance(tables, list | tuple) else ()):
         name, chosen = (_key(table, key) for key in ("product", "preload_class"))
@@ -93,15 +110,34 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
                 )
             continue
         try:
-            where = values.get("catalogue") or "[[products]]; name a catalogue file by the key catalogue"
-            product = product_by_name(products, str(name), str(where))
+            product = _product(products, str(name), str(values.get("catalogue") or "[[products]]"))
         except ValueRefused as refused:
             yield ("carriages", i, "product"), refused
             continue
         try:
-            product.class_named(chosen)
+            laws = product.law_keys(chosen)
         except ValueRefused as refused:
             yield ("carriages", i, "preload_class"), refused
+            continue
+        if not laws and not all(any(_key(table, f"{key}_{axis}") for key in LAW_KEYS) for axis in "yz"):
+            missing = joined(product.missing_for_estimate(chosen))
+            hint = f"add {missing} to its record, or give the carriage stiffness_y and stiffness_z"
+            words = "a product whose stiffness is given or can be estimated"
+            yield ("carriages", i, "product"), ValueRefused(words, name, hint)
+
+
+def _product(products: Mapping[str, Product], name: str, where: str) -> Product:
+    """The product of a machine with this name. Raises ValueRefused with the nearest names, own ones first."""
+    if name in products:
+        return products[name]
+    try:
+        return packaged_product(name)
+    except ValueRefused as refused:
+        near = get_close_matches(name, products, n=1)
+        if name in refused.hint:  # several have it
+            raise
+        hint = f'did you mean "{near[0]}"?' if near else refused.hint
+        raise ValueRefused(f"a product of {where}, or a packaged one", name, hint) from None
 
 
 def _key(table: Any, key: str) -> Any:

@@ -63,8 +63,7 @@ class Candidate:
     @property
     def size(self) -> float:
         """What candidates are ranked by: the dynamic load rating for 100 km of travel [N]."""
-        rating = self.product.dynamic
-        return math.inf if rating is None else rating.value * (rating.base / 1e5) ** (1.0 / rating.exponent)
+        return self.product.rating_for_100_km
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,121 @@
+"""A preload class of a product: the elastic law of its carriages, and the preload that the catalogue prints."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Annotated
+
+from pydantic import AfterValidator, BeforeValidator, Field, StrictStr, model_validator
+
+from guideload.base.config import ConfigModel, entries, in_range, interval, number
+from guideload.base.errors import ValueRefused
+from guideload.base.ranges import CLEARANCE, DEFLECTION, FORCE, PRELOAD, SHARE, STIFFNESS
+
+Text = Annotated[StrictStr, Field(min_length=1)]
+Preload = Annotated[float, in_range(PRELOAD, above=0.0)]
+Stiffness = Annotated[float, in_range(STIFFNESS, above=0.0)]
+MOST_POINTS = 8  # of a curve of one direction: the core takes 16 for both
+PRINTED_PRELOAD = ("preload", "share_of_C", "share_of_C0", "radial_clearance")
+
+
+def _rising(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Check that a curve starts at [0, 0], and that deflection and force rise."""
+    if points[:1] != ((0.0, 0.0),) or not 2 <= len(points) <= MOST_POINTS:
+        raise ValueRefused(f"2 to {MOST_POINTS} points from [0, 0] on", points, "deflection and force > 0")
+    for i, (low, high) in enumerate(zip(points, points[1:], strict=False)):
+        if not (high[0] > low[0] and high[1] >= low[1]) or points[-1][1] == 0.0:
+            raise ValueRefused("rising deflections, and forces that do not fall", points, f"see [{i + 1}]")
+    return points
+
+
+CurvePoint = Annotated[
+    tuple[
+        Annotated[float, in_range(DEFLECTION)],
+        Annotated[float, in_range(FORCE)],
+    ],
+    BeforeValidator(partial(entries, names=("deflection", "force"))),
+]
+Curve = Annotated[tuple[CurvePoint, ...], AfterValidator(_rising)]
+
+
+class Directions(ConfigModel):
+    """A stiffness for each direction of the load."""
+
+    press: Stiffness = Field(
+        description='under a load that presses the carriage on its rail, e.g. "539 N/um"'
+    )
+    lift: Stiffness = Field(description='under a load that lifts the carriage off its rail, e.g. "420 N/um"')
+    side: Stiffness = Field(description='under a load across the rail, e.g. "380 N/um"')
+
+
+class Curves(ConfigModel):
+    """A load-deflection curve for each direction of the load."""
+
+    press: Curve = Field(description='points from [0, 0] on, e.g. [["0 um", "0 N"], ["20 um", "9 kN"]]')
+    lift: Curve = Field(description="points from [0, 0] on, deflection and force > 0")
+    side: Curve = Field(description="points from [0, 0] on, deflection and force > 0")
+
+
+def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
+    if ends[0] > ends[1]:
+        raise ValueRefused("[least, largest]", list(ends))
+    return ends
+
+
+Share = Annotated[float, in_range(SHARE, least=0.0)]
+Clearance = Annotated[float, in_range(CLEARANCE)]
+Shares = Annotated[tuple[Share, Share], BeforeValidator(interval), AfterValidator(_ascending)]
+Clearances = Annotated[tuple[Clearance, Clearance], BeforeValidator(interval), AfterValidator(_ascending)]
+
+
+def _stiffness(value: object) -> float | Directions:
+    if isinstance(value, dict | Directions):
+        return Directions.model_validate(value)
+    return number(value, "N/m", above=0.0, within=STIFFNESS)
+
+
+class PreloadClass(ConfigModel):
+    """A preload class of a carriage: its elastic law, and the preload that the catalogue prints.
+
+    A stiffness alone is a linear law. A stiffness with a preload is the law of two preloaded rows, whose stiffness at
+    no load it is. A curve is the whole law; a preload beside it is used for life and friction only. Without stiffness
+    and curve, the stiffness is estimated from the preload. A preload given as a share of C or C0, or by the radial
+    clearance, leaves the law linear.
+    """
+
+    name: Text = Field(description='a name that is unique in the product, e.g. "ZA"')
+    stiffness: Annotated[float | Directions, BeforeValidator(_stiffness)] | None = Field(
+        default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
+    )
+    curve: Curves | None = Field(default=None, description="load-deflection curves instead of the stiffness")
+    preload: Preload | None = Field(
+        default=None,
+        description='preload of each row, e.g. "2.09 kN", which makes the law that of preloaded rows',
+    )
+    share_of_C: Shares | None = Field(
+        default=None, description="printed preload over C, a number or [least, largest], e.g. [0.05, 0.07]"
+    )
+    share_of_C0: Shares | None = Field(
+        default=None, description="printed preload over C0, a number or [least, largest], e.g. 0.02"
+    )
+    radial_clearance: Clearances | None = Field(
+        default=None, description='printed radial clearance, negative with preload, e.g. ["-12 um", "-5 um"]'
+    )
+
+    @model_validator(mode="after")
+    def _one_law(self) -> PreloadClass:
+        if self.stiffness is not None and self.curve is not None:
+            raise ValueRefused("at most one of stiffness and curve", self.model_dump(exclude_unset=True))
+        given = [key for key in PRINTED_PRELOAD if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise ValueRefused("one preload", given, "keep the one that the catalogue prints")
+        sided = isinstance(self.stiffness, Directions) and self.stiffness.press != self.stiffness.lift
+        if sided and self.preload is not None:
+            way_out = "the stiffness of preloaded rows at no load is the same both ways: give it, or a curve"
+            raise ValueRefused("no preload beside a stiffness that differs by side", self.preload, way_out)
+        return self
+
+    @property
+    def has_law(self) -> bool:
+        """Whether its stiffness or curve is given."""
+        return self.stiffness is not None or self.curve is not None
