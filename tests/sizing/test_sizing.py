@@ -28,6 +28,7 @@ from guideload import (
     simulate,
 )
 from guideload.machine.modes import Modes
+from guideload.reports.sizing import sizing_report
 from guideload.sizing import largest, size
 from guideload.sizing.limits import at_pace, with_payload
 from guideload.sizing.requirements import margins_of
@@ -268,3 +269,54 @@ def test_a_product_replaces_type_stated_rotations_and_keeps_the_structure() -> N
     assert stiffness == pytest.approx([2e8 / 1.8, 4e8 / 2.6], rel=1e-12)
     damping = [one.damping_shares[0] * one.damping_y for one in (before, after)]
     assert damping[1] / damping[0] == pytest.approx(math.sqrt(stiffness[1] / stiffness[0]), rel=1e-12)
+
+
+def test_stiffness_of_a_candidate_tells_its_source() -> None:
+    """Printed, estimated, or the machine file's where the record allows no estimate."""
+    alone = {"body_length": 0.06, "preload_classes": [{"name": "A", "share_of_C": 0.05}]}
+    made = [
+        product("estimated", 2e4, **alone),
+        product("from zero", 3e4, **alone | {"preload_classes": [{"name": "A", "share_of_C": [0, 0.02]}]}),
+        product("printed", 4e4, preload_classes=classes(3e8)),
+        product("unknown", 5e4, preload_classes=[{"name": "A"}]),
+    ]
+    found = size(cart(), MOTION, Catalogue(products=made), conditions=WANTED)
+    assert [one.stiffness_from for one in found.candidates] == [
+        "estimated, within 30 %",
+        "estimated, within a factor of 2",
+        "by catalogue",
+        "by machine file",
+    ]
+    estimate = made[0].stiffness_estimate("A")
+    assert estimate is not None and found.candidates[0].result is not None
+    carriage = found.candidates[0].result.machine.carriages[0]
+    assert carriage.stiffness_y == carriage.stiffness_z == estimate.stiffness
+    words = sizing_report(cart(), found).text().replace("\n", " ")
+    assert (
+        "stiffness of 1 candidate estimated, within 30 %, of 1 candidate estimated, within a factor of 2"
+        in words
+    )
+    assert "of 1 candidate by machine file" in words and "by catalogue" not in words
+
+
+def test_products_that_differ_in_name_only_share_a_run() -> None:
+    twins = [
+        product("a", 2e4, mass=1.0),
+        product("b", 2e4, mass=2.0, page="7"),
+        product("c", 2e4, static=2e4),
+    ]
+    a, b, c = size(cart(), MOTION, Catalogue(products=twins), conditions=WANTED).candidates
+    assert a.life is b.life and c.life is not a.life and [one.product for one in (a, b, c)] == twins
+
+
+def test_two_makers_by_the_names_of_their_products() -> None:
+    from guideload.cli.inputs import EXAMPLES
+
+    run = EXAMPLES / "manipulator.toml", EXAMPLES / "manipulator.csv"
+    pair = "--product", "HGW25CC ZA", "--product", "THK SHS25C C1"
+    text = " ".join(guideload("compare", *run, *pair).stdout.split())
+    assert "HGW25CC ZA: stiffness of all carriages (HGW25CC ZA) estimated, within 30 %" in text
+    for wrong, words in (("HGW25CC", "HGW25CC Z0"), ("HGW25CC ZC", "Z0, ZA, ZB"), ("HGW25C", "did you mean")):
+        assert words in refused("compare", *run, "--product", "HGH25CA ZA", "--product", wrong)
+    text = guideload("size", *run, "--product", "HGW25CC", "--product", "SHS25C").stdout
+    assert "HGW25CC ZA" in text and "SHS25C C1" in text

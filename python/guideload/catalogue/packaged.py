@@ -98,6 +98,21 @@ def packaged_product(name: str) -> Product:
     raise ValueRefused("a packaged product", name, f'did you mean "{names[near[0]]}"?' if near else way_out)
 
 
+def product_and_class(text: str) -> tuple[Product, str | None]:
+    """The packaged product and preload class of a text such as "HGH25CA ZA"; a single class may be left out.
+
+    Raises ValueRefused.
+    """
+    name, _, kind = (text, "", "") if is_packaged(text) else text.rpartition(" ")
+    product = packaged_product(name or text)
+    if not kind and len(product.preload_classes) > 1:
+        classes = ", ".join(one.name for one in product.preload_classes)
+        example = f'"{product.name} {product.preload_classes[0].name}"'
+        raise ValueRefused(f"a product with its preload class ({classes})", text, f"write {example}")
+    found = product.class_named(kind or None)
+    return product, None if found is None else found.name
+
+
 def packaged_catalogue(maker: str | None = None) -> Catalogue:
     """All packaged products, or those of a maker, by unique names. Raises ValueRefused for an unknown maker."""
     makers = {one.maker.lower(): one.maker for one in records()}

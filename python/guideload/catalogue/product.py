@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -43,6 +44,7 @@ Length = Annotated[float, in_range(LENGTH, above=0.0)]
 Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 # Two ends at +-length/2 with half the stiffness each tilt like a row of this length over length.
 ROW_OVER_LENGTH = 3.0**0.5
+PRINTED = "by catalogue"  # source of a stiffness
 
 
 class Moments(ConfigModel):
@@ -166,9 +168,15 @@ class Product(ConfigModel):
             return next(iter(classes.values()), None)
         if not isinstance(name, str) or name not in classes:
             known = ", ".join(classes) or "it has none"
-            raise ValueRefused(
-                f"a preload class of {self.name} ({known})", name, 'add the key "preload_class"'
+            near = get_close_matches(str(name), classes, n=1)
+            hint = (
+                'add the key "preload_class"'
+                if name is None
+                else f'did you mean "{near[0]}"?'
+                if near
+                else ""
             )
+            raise ValueRefused(f"a preload class of {self.name} ({known})", name, hint)
         return classes[name]
 
     def preload_range(self, preload_class: str | None) -> tuple[float, float] | None:
@@ -208,14 +216,14 @@ class Product(ConfigModel):
         return estimated_stiffness(self.type, self.static, length, preload)
 
     def stiffness_source(self, preload_class: str | None) -> str:
-        """`by catalogue`, `estimated, within 30 %`; `none` where it is neither given nor can be estimated.
+        """`PRINTED`, `estimated, within 30 %`, or "" where it is neither given nor can be estimated.
 
         Raises ValueRefused for an unknown class.
         """
         found, estimate = self.class_named(preload_class), self.stiffness_estimate(preload_class)
         if estimate is not None:
             return estimate.words
-        return "by catalogue" if found is not None and found.has_law else "none"
+        return PRINTED if found is not None and found.has_law else ""
 
     def missing_for_estimate(self, preload_class: str | None) -> tuple[str, ...]:
         """Keys to add to the record so that the stiffness of a class can be estimated. Raises ValueRefused."""
@@ -288,8 +296,6 @@ class Product(ConfigModel):
 
 def product_by_name(products: Mapping[str, Product], name: str, where: str) -> Product:
     """The product of this name. Raises ValueRefused with the nearest names."""
-    from difflib import get_close_matches
-
     if name in products:
         return products[name]
     near = get_close_matches(name, products, n=1)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from guideload.base.errors import ValueRefused
 from guideload.cli import options
+from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import is_motion_file, paths, read_machine, read_motion
 from guideload.cli.outputs import picture_draft
 from guideload.cli.reporting import shows_report
@@ -15,17 +18,30 @@ from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.cli.reporting import Shown
+    from guideload.machine.machine import Machine
     from guideload.motion.moves import Moves
 
 
 @click.command()
 @shows_report
 @options.or_moves("files", "MACHINE.TOML... TRACE...", nargs=-1)
+@click.option(
+    "--product",
+    "products",
+    multiple=True,
+    help='Packaged product with preload class for all carriages, e.g. "HGH25CA ZA"; repeatable: one run each.',
+)
 @options.picture_option
 @options.overwrite_picture_option
 @options.trace_options
-def compare(files: tuple[Path | Moves, ...], output: Path | None, overwrite: bool, **reading: Any) -> Shown:
-    """Compare machines under a motion, or a machine under several motions.
+def compare(
+    files: tuple[Path | Moves, ...],
+    products: tuple[str, ...],
+    output: Path | None,
+    overwrite: bool,
+    **reading: Any,
+) -> Shown:
+    """Compare machines, motions or products side by side.
 
     A file that ends in .toml is a machine, or a motion if it has [[moves]]; all others are traces. Every machine runs
     under every motion.
@@ -35,21 +51,25 @@ def compare(files: tuple[Path | Moves, ...], output: Path | None, overwrite: boo
 
     machines = [file for file in paths(*files) if file.suffix.lower() == ".toml" and not is_motion_file(file)]
     traces = [file for file in files if file not in machines]
-    if not machines or not traces or len(machines) * len(traces) < 2:
+    runs = len(machines) * len(traces) * max(len(products), 1)
+    if runs < 2:
         raise click.UsageError(
-            "expected machine files (.toml) and traces or motion files, together at least two runs"
+            "expected machine files (.toml) and traces or motion files, together at least two runs; --product, given "
+            "twice, compares two products"
         )
     with picture_draft(output, overwrite, *paths(*files, reading["forces"])) as draft:
         results = {}
         for machine_file in machines:
             with status(f"running {machine_file}"):
-                machine = read_machine(machine_file)
-                for trace_file in traces:
+                for trace_file, (product, machine) in itertools.product(
+                    traces, _equipped(machine_file, products)
+                ):
                     title = _title(machine_file, trace_file, len(machines) > 1, len(traces) > 1)
+                    title = " ".join(filter(None, (title, product)))
                     results[title] = simulate(machine, read_motion(trace_file, machine, **reading))
-        if len(results) < len(machines) * len(traces):
+        if len(results) < runs:
             raise click.UsageError(
-                "two files have the same name: rename one, so that the runs can be told apart"
+                "two files or products have the same name: rename one, so that the runs can be told apart"
             )
         report = comparison_report(results)
         if draft is not None:
@@ -57,6 +77,20 @@ def compare(files: tuple[Path | Moves, ...], output: Path | None, overwrite: boo
 
             plots.save(plots.comparison(results)[0], draft)
     return report, lambda pages: pages.comparison_page(results)
+
+
+def _equipped(machine_file: Path, products: tuple[str, ...]) -> list[tuple[str, Machine]]:
+    """The machine with each product on its carriages; without products as it is."""
+    from guideload.catalogue.packaged import product_and_class
+    from guideload.sizing.size import with_product
+
+    machine = read_machine(machine_file)
+    try:
+        return [(text, with_product(machine, *product_and_class(text))) for text in products] or [
+            ("", machine)
+        ]
+    except ValueRefused as refused:
+        raise InputError(f"--product: {refused}") from None
 
 
 def _title(machine: Path, trace: Path | Moves, machines: bool, traces: bool) -> str:

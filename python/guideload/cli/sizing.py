@@ -46,7 +46,12 @@ class Vector(click.ParamType[tuple[float, ...]]):
 @shows_report
 @options.machine_argument
 @options.trace_argument
-@click.option("--from", "catalogue_file", type=options.InputFile, required=True, help="Catalogue file.")
+@click.option(
+    "--from",
+    "catalogue_file",
+    type=options.InputFile,
+    help="Catalogue file.  [default: the packaged catalogues]",
+)
 @click.option(
     "--product",
     "products",
@@ -59,7 +64,7 @@ class Vector(click.ParamType[tuple[float, ...]]):
 def size(
     machine_file: Path,
     trace_file: Path | Moves,
-    catalogue_file: Path,
+    catalogue_file: Path | None,
     products: tuple[str, ...],
     life: str | None,
     safety: float | None,
@@ -67,13 +72,14 @@ def size(
 ) -> Shown:
     """Find the smallest product of a catalogue whose carriages last, and are safe, under a motion."""
     from guideload.catalogue.catalogue import Catalogue
+    from guideload.catalogue.packaged import packaged_catalogue
     from guideload.reports.sizing import sizing_report
     from guideload.sizing.size import size as find
 
     with status("reading"):
         machine = read_machine(machine_file)
         motion = read_motion(trace_file, machine, **reading)
-        catalogue = Catalogue.from_toml(catalogue_file)
+        catalogue = packaged_catalogue() if catalogue_file is None else Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
         conditions = _conditions(machine, life, safety)
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import joined, load_in_sentence
+from guideload.base.number_text import first_names, joined, load_in_sentence
 from guideload.catalogue.product import Product
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.criteria import Criteria
@@ -17,6 +17,8 @@ from guideload.machine.machine import Machine
 
 SHORT_STROKE = 2.0  # carriage lengths: the life formula may not hold for shorter strokes (THK)
 LARGE_LOAD = 0.5  # of C: the life formula holds below (ISO 14728-1)
+
+MOST_KEYS = 4  # that a note lists; `guideload catalogue show` has all
 
 
 def left_out(machine: Machine, rated: Sequence[Criteria]) -> tuple[str, ...]:
@@ -53,10 +55,12 @@ def limit_notes(
 
 
 def unverified_notes(products: Iterable[Product]) -> Iterator[str]:
-    """A sentence on each product with values that were not compared with the maker's page."""
-    for name, keys in dict.fromkeys((one.name, one.unverified) for one in products):
-        if keys:
-            yield f"{name}: not compared with the maker's page: {joined(keys)}"
+    """A sentence on the products with values that were not compared with the maker's page; none without any."""
+    unverified = {one.name: one.unverified for one in products if one.unverified}
+    if unverified:
+        keys = dict.fromkeys(key for keys in unverified.values() for key in keys)
+        some = joined(keys) if len(keys) <= MOST_KEYS else f"{len(keys)} keys of the catalogue"
+        yield f"{first_names([*unverified])}: not compared with the maker's page: {some}"
 
 
 def _strokes(position: Array | None, rated: Sequence[Criteria]) -> Iterator[str]:

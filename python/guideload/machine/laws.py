@@ -7,7 +7,7 @@ before it in its model, in the order curve, stiffness, preload, clearance, rolli
 
 from __future__ import annotations
 
-from functools import partial
+from functools import lru_cache, partial
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import numpy as np
@@ -228,22 +228,32 @@ class ElasticModel(ConfigModel):
 
         In series, each deflection grows by the compliance times the force, so a slope k becomes k/(1 + k compliance).
         """
-        keys = dict(self)
-        curve, stiffness = keys[f"curve{suffix}"], keys[f"stiffness{suffix}"]
-        preload, clearance = keys[f"preload{suffix}"], keys[f"clearance{suffix}"]
-        if curve is not None:
-            points = np.array(curve)
-            points[:, 0] += compliance * points[:, 1]
-            return Law.curve(np.vstack([-points[:0:-1], points]) if curve[0] == (0.0, 0.0) else points)
-        if isinstance(stiffness, Sides):
-            positive, negative = (
-                k / (1.0 + k * compliance) for k in (stiffness.positive, stiffness.negative)
-            )
-            return Law.sided(positive, negative, clearance)
-        if preload is not None:
-            return Law.preloaded(stiffness, preload, CONTACT_EXPONENT[keys["rolling"]])
-        stiffness = stiffness / (1.0 + stiffness * compliance)
-        return Law.sided(stiffness, stiffness, clearance)
+        keys = (*(f"{key}{suffix}" for key in ("curve", "stiffness", "preload", "clearance")), "rolling")
+        return _law_of(*(getattr(self, key) for key in keys), compliance)
+
+
+@lru_cache(maxsize=1024)
+def _law_of(
+    curve: CurvePoints | None,
+    stiffness: float | Sides | None,
+    preload: float | None,
+    clearance: float,
+    rolling: str | None,
+    compliance: float,
+) -> Law:
+    """The law of these keys: many carriages share one."""
+    if curve is not None:
+        points = np.array(curve)
+        points[:, 0] += compliance * points[:, 1]
+        return Law.curve(np.vstack([-points[:0:-1], points]) if curve[0] == (0.0, 0.0) else points)
+    if isinstance(stiffness, Sides):
+        positive, negative = (k / (1.0 + k * compliance) for k in (stiffness.positive, stiffness.negative))
+        return Law.sided(positive, negative, clearance)
+    assert stiffness is not None
+    if preload is not None and rolling is not None:
+        return Law.preloaded(stiffness, preload, CONTACT_EXPONENT[rolling])
+    stiffness = stiffness / (1.0 + stiffness * compliance)
+    return Law.sided(stiffness, stiffness, clearance)
 
 
 def _refuse_without(value: Value, info: ValidationInfo, keys: list[str], expected: str) -> Value:

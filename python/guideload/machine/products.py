@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,9 @@ from guideload.base.number_text import joined
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.packaged import is_packaged, packaged_product
 from guideload.catalogue.product import Product
+from guideload.catalogue.stiffness import StiffnessEstimate
 from guideload.machine.carriage_types import with_types
+from guideload.machine.components import Carriage
 
 LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
 
@@ -95,6 +97,19 @@ def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
         distances.pop("width", None)
     added |= distances
     return {**table, **{key: value for key, value in added.items() if key not in given}}
+
+
+def stiffness_estimates(
+    carriages: Sequence[Carriage], products: Sequence[Product | None]
+) -> list[StiffnessEstimate | None]:
+    """For each carriage and its product the estimate that its stiffness along y or z is; None if both are given."""
+
+    def estimate(carriage: Carriage, product: Product | None) -> StiffnessEstimate | None:
+        found = None if product is None else product.stiffness_estimate(carriage.preload_class)
+        own = carriage.stiffness_y, carriage.stiffness_z
+        return found if found is not None and found.stiffness in own else None
+
+    return list(map(estimate, carriages, products))
 
 
 def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:

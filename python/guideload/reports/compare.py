@@ -10,6 +10,7 @@ from guideload.base.number_text import KINDS, load_in_table, signed
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.reports.life import unverified_lines
+from guideload.reports.machine import estimate_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
@@ -39,6 +40,11 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
     products = (
         one for machine in machines.values() for one in machine.product_of_carriage if one is not None
     )
+    estimated = [
+        f"{title}: {line.removeprefix('Note: ')}"
+        for title, machine in machines.items()
+        for line in estimate_lines(machine)
+    ]
     warned = [f"{title}: {one.audit.verdict}" for title, one in results.items() if one.audit.warnings]
     peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
@@ -46,7 +52,7 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
     return Report(
         title=f"Comparison: {', '.join(results)}",
         answer=[f"Largest loads: {largest}. {alike}".rstrip()],
-        warnings=[*unverified_lines(products), *warned],
+        warnings=[*unverified_lines(products), *estimated, *warned],
         sections=[
             _differences_section(machines),
             Section("Figures", _figures_table(results), Definitions(DEFINITIONS)),

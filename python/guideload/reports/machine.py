@@ -10,6 +10,7 @@ import numpy as np
 from guideload.audit.warnings import free_at_rest, open_row_notes, rest_notes
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
+from guideload.machine.products import stiffness_estimates
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, free_dofs
 
 if TYPE_CHECKING:
@@ -40,7 +41,10 @@ def machine_report(machine: Machine) -> Report:
     rows = open_row_notes(machine.link_table(), at_rest, "at rest")
     return Report(
         title=f"{machine.name}: machine",
-        answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
+        answer=[
+            f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}",
+            *estimate_lines(machine),
+        ],
         warnings=[*rest_notes(loose), *rows, *_unit_notes(machine, modes)],
         about=free_dofs(machine),
         sections=[*machine_sections(machine), _static_section(machine)],
@@ -244,14 +248,28 @@ def _product_lines(machine: Machine) -> list[str]:
             else [f"C {number(1e-3 * rating.value)} kN for {number(1e-3 * rating.base)} km"]
         )
         ratings += [] if static is None else [f"C0 {number(1e-3 * static)} kN"]
-        unverified = (
-            f"; not compared with its page: {joined(product.unverified)}" if product.unverified else ""
-        )
+        unverified = "; values not compared with its page" if product.unverified else ""
         lines.append(
             f"product {product.name} ({product.maker}; {', '.join(ratings) or 'no ratings'}): "
             f"carriage {joined(users) if users else 'none'}{unverified}"
         )
     return lines
+
+
+def estimate_lines(machine: Machine) -> list[str]:
+    """For the answer: which carriages have an estimated stiffness, and how good it is."""
+    carriages: dict[tuple[str, str], list[str]] = {}  # by product with class, and words of the estimate
+    estimates = stiffness_estimates(machine.carriages, machine.product_of_carriage)
+    for carriage, estimate in zip(machine.carriages, estimates, strict=True):
+        if estimate is not None:
+            product = " ".join(filter(None, (carriage.product, carriage.preload_class)))
+            carriages.setdefault((product, estimate.words), []).append(carriage.name)
+    everywhere = len(machine.carriages)
+    of_products = [
+        f"of {'all carriages' if len(names) == everywhere else f'carriage {joined(names)}'} ({product}) {words}"
+        for (product, words), names in carriages.items()
+    ]
+    return [f"Note: stiffness {'; '.join(of_products)}; the catalogue prints none."] if of_products else []
 
 
 def _links_table(machine: Machine) -> Table:

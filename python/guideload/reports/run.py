@@ -15,7 +15,7 @@ from guideload.life.life import Life
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts
 from guideload.reports.life import life_answer, life_sections, run_life
-from guideload.reports.machine import modes_section, weight_lines
+from guideload.reports.machine import estimate_lines, modes_section, weight_lines
 from guideload.reports.points import points_section
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, free_dofs
 
@@ -39,7 +39,7 @@ def result_report(result: Result) -> Report:
     machine, life = result.machine, run_life(result)
     return Report(
         title=f"{machine.name}: load of the guides",
-        answer=[_largest_load(result), *life_answer(life)],
+        answer=[_largest_load(result), *life_answer(life), *estimate_lines(machine)],
         warnings=[*result.audit.warnings],
         about=free_dofs(machine),
         sections=[

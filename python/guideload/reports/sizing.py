@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
-from guideload.base.number_text import counted, digits, fixed, kilometres, number
+from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number
+from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Definitions, Report, Section, Table, Value
 
@@ -41,10 +43,23 @@ def sizing_report(machine: Machine, sizing: Sizing) -> Report:
     marks = "* the smallest that holds; - does not hold." if table else ""
     return Report(
         title=f"{machine.name}: which carriage",
-        answer=[" ".join([_answer(machine, sizing), *not_run]), *unverified_lines(products)],
+        answer=[
+            " ".join([_answer(machine, sizing), *not_run]),
+            *unverified_lines(products),
+            *_estimate_lines(sizing),
+        ],
         sections=[Section("Candidates", table, marks, Definitions(DEFINITIONS)), Section("Not run", *failed)],
         failed=sizing.smallest is None,
     )
+
+
+def _estimate_lines(sizing: Sizing) -> list[str]:
+    """How many candidates were run with a stiffness that their catalogue does not print."""
+    counts = Counter(one.stiffness_from for one in sizing.candidates if one.life is not None)
+    others = [
+        f"of {counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
+    ]
+    return [f"Note: stiffness {joined(others)}."] if others else []
 
 
 def _candidates_table(sizing: Sizing) -> Table:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError, GuideloadError
@@ -14,6 +14,7 @@ from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import Life, life_of
+from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
@@ -24,6 +25,18 @@ from guideload.sizing.requirements import Margins, margins_of
 if TYPE_CHECKING:
     import pandas as pd
 
+# Of a product, on a run and its life.
+WITHOUT_EFFECT = {
+    "name",
+    "maker",
+    "edition",
+    "page",
+    "unverified",
+    "series",
+    "size",
+    "mass",
+    "preload_classes",
+}
 LAW_KEYS = ("stiffness", "curve", "preload", "clearance")
 
 
@@ -31,8 +44,9 @@ LAW_KEYS = ("stiffness", "curve", "preload", "clearance")
 class Candidate:
     """A product in one preload class on all carriages of the machine, and what comes of it.
 
-    product, preload_class  None if the product has no elastic law: the machine keeps its own
-    result, life            of the run; None if it failed
+    product, preload_class  None if the product has no preload classes
+    result, life            of the run; None if it failed. Products that differ in name and mass only share one, under
+                            the name of the first of them
     margins                 figure over requirement; None if the run failed
     drive_force             N, largest of the drive, with friction; nan if x is free
     first_mode              Hz, lowest natural frequency
@@ -54,6 +68,11 @@ class Candidate:
         return (
             self.product.name if self.preload_class is None else f"{self.product.name} {self.preload_class}"
         )
+
+    @property
+    def stiffness_from(self) -> str:
+        """Where the stiffness of the run comes from: `by catalogue`, `estimated, within 30 %`, `by machine file`."""
+        return self.product.stiffness_source(self.preload_class) or "by machine file"
 
     @property
     def holds(self) -> bool:
@@ -94,6 +113,7 @@ class Sizing:
                 "fails_first": "" if one.margins is None else one.margins.first_to_fail,
                 "drive_force_N": one.drive_force,
                 "first_mode_Hz": one.first_mode,
+                "stiffness_from": one.stiffness_from,
                 "reason": one.reason,
             }
             for one in self.candidates
@@ -117,8 +137,9 @@ def size(
     conditions  requirements; default: the table [life] of the machine
     progress    called with the number of finished candidates and of all
 
-    A product gives its ratings and, if its record has them, stiffness, preload, length and width; else the machine's
-    own stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay. The mass stays.
+    A product gives its ratings and, if its record has them or they can be estimated, stiffness, length and width; else
+    the machine's own stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay.
+    The mass stays.
     Raises ArgumentError for an unknown product, and for a machine without carriages.
     """
     if not machine.carriages:
@@ -130,9 +151,13 @@ def size(
         if name not in known:
             raise ArgumentError(f"products: {name!r} is not in the catalogue, which has {', '.join(known)}")
     trials = [(known[name], kind) for name in chosen for kind in _classes(known[name])]
-    candidates = []
+    candidates: list[Candidate] = []
+    runs: dict[tuple[object, ...], Candidate] = {}
     for done, (product, preload_class) in enumerate(trials, 1):
-        candidates.append(_tried(machine, motion, product, preload_class, conditions))
+        alike = _properties(product, preload_class)
+        if alike not in runs:
+            runs[alike] = _tried(machine, motion, product, preload_class, conditions)
+        candidates.append(replace(runs[alike], product=product, preload_class=preload_class))
         if progress is not None:
             progress(done, len(trials))
     ranked = sorted(candidates, key=lambda one: (one.margins is None, one.size, one.name))
@@ -142,6 +167,13 @@ def size(
 def _classes(product: Product) -> list[str | None]:
     """The preload classes of a product; None for one that has no elastic law."""
     return [kind.name for kind in product.preload_classes] or [None]
+
+
+def _properties(product: Product, preload_class: str | None) -> tuple[object, ...]:
+    """All of a product in a preload class on which a run and its life depend."""
+    kind = product.class_named(preload_class)
+    law = None if kind is None else kind.model_copy(update={"name": "any"})
+    return law, *(getattr(product, key) for key in Product.model_fields if key not in WITHOUT_EFFECT)
 
 
 def _tried(
@@ -163,27 +195,35 @@ def _tried(
 def with_product(machine: Machine, product: Product, preload_class: str | None) -> Machine:
     """The machine with a product on every carriage, which keeps its place and its damping ratio."""
     laws = product.law_keys(preload_class)
-    carriages = []
-    for carriage in machine.carriages:
-        keys = {key: getattr(carriage, key) for key in type(carriage).model_fields}
-        keys |= {"product": product.name, "preload_class": preload_class, "type": None}
-        distances = product.model_distances(with_law=bool(laws))
-        keys |= distances
-        if "length" in distances:
-            keys |= {"stiffness_pitch": None, "stiffness_yaw": None}
-        if "width" in distances:
-            keys["stiffness_roll"] = None
-        if laws:
-            before = [law.stiffness for law in carriage.laws]
-            keys |= {f"{key}_{axis}": None for key in LAW_KEYS for axis in "yz"} | {"rolling": None}
-            keys |= {"clearance_y": 0.0, "clearance_z": 0.0, "damping_in_contact": False}
-            keys |= laws["y"] | laws["z"]
-            new = type(carriage)(**keys)
-            shares = zip(carriage.damping_shares, new.damping_shares, strict=True)
-            for axis, old, law, (share, left) in zip("yz", before, new.laws, shares, strict=True):
-                damping = getattr(carriage, f"damping_{axis}") * math.sqrt(law.stiffness / old)
-                keys[f"damping_{axis}"] = damping * (share / left)
-        carriages.append(keys)
+    distances = product.model_distances(with_law=bool(laws))
+    shared: dict[str, Any] = {
+        "product": product.name,
+        "preload_class": preload_class,
+        "type": None,
+        **distances,
+    }
+    if "length" in distances:
+        shared |= {"stiffness_pitch": None, "stiffness_yaw": None}
+    if "width" in distances:
+        shared["stiffness_roll"] = None
+    if laws:
+        shared |= {f"{key}_{axis}": None for key in LAW_KEYS for axis in "yz"} | {"rolling": None}
+        shared |= {"clearance_y": 0.0, "clearance_z": 0.0, "damping_in_contact": False}
+        shared |= laws["y"] | laws["z"]
+    carriages = [with_same_damping_ratio(one, one.model_copy(update=shared)) for one in machine.carriages]
     return machine.model_copy(
         update={"carriages": tuple(carriages), "products": (product,), "catalogue": None}
     )
+
+
+def with_same_damping_ratio(before: Carriage, new: Carriage) -> Carriage:
+    """The new carriage with the damping ratios that it had before: damping grows with the square root of stiffness."""
+    damping = {
+        f"damping_{axis}": getattr(before, f"damping_{axis}")
+        * math.sqrt(law.stiffness / old.stiffness)
+        * (share / left)
+        for axis, old, law, share, left in zip(
+            "yz", before.laws, new.laws, before.damping_shares, new.damping_shares, strict=True
+        )
+    }
+    return new if before.laws == new.laws else new.model_copy(update=damping)
