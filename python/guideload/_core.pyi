@@ -24,8 +24,8 @@ OscillatorOfModel = tuple[float, float, int]
 SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array, OscillatorOfModel | None]
 
 # Equivalent load of a carriage: weights (2, 5, 2) of the groups A and B, of Fy, Fz, Mx, My, Mz, for positive and for
-# negative values; factor on the smaller group; preload [N], and how it raises small loads: "power" (Rexroth) or
-# "linear" (Thomson).
+# negative values; factor on the smaller group; preload [N], and how it raises small loads: as the loaded one of
+# two rows of balls or rollers, "ball" or "roller", or as printed, "power" (Rexroth) or "linear" (Thomson).
 Rule = tuple[Array, float, float, str]
 # Mass, centre of mass, inertia, whether that is about L, and (first stamp, the one after the last) of each stay.
 PayloadOfBatch = tuple[float, Vector, Sequence[Sequence[float]], bool, Sequence[tuple[int, int]]]
@@ -43,8 +43,11 @@ def equivalent_load_weights(
 ) -> Array:
     """Derivatives (n, 6) of the sum of the first integrals of `equivalent_load_integrals` by the loads."""
 
+def raised_loads(loads: Array, rule: Rule) -> Array:
+    """Loads (n,) [N] with the effect of the preload of a rule, from loads (n,) [N] without it."""
+
 def largest_equivalent_load(loads: Array, rule: Rule) -> tuple[int, float, list[float]]:
-    """Index of the largest equivalent load without the effect of a preload, this load [N], largest size of each column.
+    """Index of the largest equivalent load, this load [N], and the largest size of each column.
 
     loads: (n, 6) N and N m. The index is the first of equal loads; 0 and -inf without loads.
     """

@@ -13,6 +13,7 @@ from moves import BRISK, GENTLE, Move
 
 from guideload._core import Law
 from guideload.base.errors import LifeError
+from guideload.base.number_text import kilometres
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.life.arrangement import arrangements
@@ -22,6 +23,7 @@ from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.row_loads import row_loads
 from guideload.machine.bodies import united
+from guideload.machine.laws import EXPONENT
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 from guideload.motion.motion import Motion
@@ -60,7 +62,7 @@ def test_each_cause_of_the_worst_load_has_its_share() -> None:
     machine = wrong.model_copy(update={"payloads": (part,)})
     life = life_of(simulate(machine, replace(motion, wrench=wrench)))
     parts = life.record.parts
-    assert list(parts) == list(CAUSES)
+    assert [*parts, "preload"] == list(CAUSES)  # no preload is known
     for one in life.carriages:
         assert sum(one.worst.shares.values()) == pytest.approx(one.worst.load, rel=1e-12)
 
@@ -147,14 +149,13 @@ def test_factors_of_the_whole_formula(result: Result) -> None:
 
 
 def test_loads_of_the_rows_are_those_of_the_law() -> None:
-    for exponent in (1.5, 10.0 / 9.0):
+    for rolling, exponent in EXPONENT.items():
         law = Law.preloaded(4e8, 2e3, exponent)
         deflection = np.linspace(0.0, 2.0, 9) * law.edges[-1]
-        loaded, other = row_loads(law.force(deflection), 2e3, exponent)
+        loaded, other = row_loads(law.force(deflection), 2e3, rolling)
         share = deflection / law.edges[-1]
-        assert loaded == pytest.approx(2e3 * (1 + share) ** exponent, rel=1e-9)
-        assert other == pytest.approx(2e3 * np.maximum(1 - share, 0) ** exponent, rel=1e-9, abs=1e-6)
-        assert loaded - other == pytest.approx(law.force(deflection), rel=1e-9, abs=1e-6)
+        assert loaded == pytest.approx(2e3 * (1 + share) ** exponent, rel=1e-13)
+        assert other == pytest.approx(2e3 * np.maximum(1 - share, 0) ** exponent, abs=1e-9)
 
 
 def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
@@ -169,6 +170,37 @@ def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
             assert one.rows is not None
             largest, smallest = one.rows
             assert largest > preload > smallest and (smallest == 0.0) == opens
+
+
+@pytest.mark.parametrize("law", ["class", "curve", "own"])
+def test_preload_counts_by_default_and_the_print_says_what_it_leaves_out(law: str) -> None:
+    """The preload of the class or of the carriage's own law; with the causes, and in the note of the print."""
+    stiffness: dict[str, Any] = {"stiffness": 4e8}
+    if law == "curve":
+        curve = [[0.0, 0.0], [1e-4, 4e4]]
+        stiffness = {"curve": dict.fromkeys(("press", "lift", "side"), curve)}
+    preload = 9e3 if law == "own" else 8e3
+    classes = [{"name": "A", **stiffness, "preload": 8e3}]
+    own = {"preload_y": 7e3, "preload_z": 9e3, "rolling": "ball"} if law == "own" else {}
+    carriages = [one.model_copy(update=own) for one in cart().carriages]
+    products = [Product(**{**PRODUCT, "preload_classes": classes})]
+    run = simulate(
+        cart().model_copy(update={"products": products, "carriages": carriages}), moved(GENTLE, 200.0)
+    )
+    counted, printed = life_of(run), life_of(run, LifeConditions(preload_in_life=False))
+    assert counted.with_preload is None and printed.with_preload is not None
+    for one, other, again in zip(
+        counted.carriages, printed.carriages, printed.with_preload.carriages, strict=True
+    ):
+        assert again.life == one.life < 0.5 * other.life and one.preload == other.preload == preload
+        loaded, _ = row_loads(np.array([other.static.peak]), preload, "ball")
+        assert one.static.peak == pytest.approx(float(loaded[0]), rel=1e-13)
+        assert one.static.safety == pytest.approx(60e3 / one.static.peak, rel=1e-13)
+        assert sum(one.worst.shares.values()) == pytest.approx(one.static.peak, rel=1e-12)
+        assert one.worst.shares["preload"] == pytest.approx(one.static.peak - other.static.peak, rel=1e-9)
+        assert one.mean_load >= preload
+    said = "\n".join(printed.notes)
+    assert f"{kilometres(counted.machine)} km instead of {kilometres(printed.machine)} km" in said
 
 
 def test_carriages_side_by_side_share_the_contact_factor() -> None:
@@ -198,7 +230,9 @@ def test_limits_that_are_passed_are_told(result: Result) -> None:
         return "\n".join(life_of(simulate(cart().model_copy(update={"products": products}), move)).notes)
 
     far = moved(GENTLE)
-    assert notes(far) == ""
+    assert notes(far).startswith("no preload is known of carriage 1a, 1b, 2a and 2b") and "\n" not in notes(
+        far
+    )
     assert "the stroke of" in notes(far, carriage_length="5 m")
     assert "speed reaches 1.6 m/s, but 20 allows 1.5 m/s" in notes(far, max_speed=1.5)
     assert "acceleration reaches 2.2 m/s2, but 20 allows 2 m/s2" in notes(far, max_acceleration=2.0)

@@ -12,7 +12,7 @@ from reference import cart, core_batch
 
 from guideload import simulate
 from guideload._core import Batch, largest_equivalent_load
-from guideload.life.equivalent_load import EquivalentLoad
+from guideload.life.equivalent_load import EquivalentLoad, PreloadEffect
 from guideload.life.mean_load import Travel, integrals, mean_load
 from guideload.machine.machine import Machine
 
@@ -21,17 +21,15 @@ FACTORS = np.array([[0.8, 1.1], [1.0, 1.0], [1.3, 0.9]])  # of the mass and of t
 PRELOADED = {"preload_y": 8e3, "preload_z": 8e3, "rolling": "ball"}
 
 
-def rules() -> list[EquivalentLoad]:
-    """A plain sum, and two groups with moments and a lift factor, without and with both kinds of preload."""
+def rules(effects: tuple[PreloadEffect, ...]) -> list[EquivalentLoad]:
+    """A plain sum, and two groups with moments and a lift factor, with each of these effects of a preload."""
     plain, both = np.zeros((2, 5, 2)), np.zeros((2, 5, 2))
     plain[0, :2] = 1.0
     both[0, 0], both[1, 1], both[0, 2], both[1, 3], both[0, 4] = (1.3, 1.0), 0.9, 4.0, 7.0, 5.0
-    loads = [EquivalentLoad(both, 0.6, (), preload, preload == 800.0) for preload in (0.0, 700.0, 800.0)]
-    return [EquivalentLoad(plain, 1.0), *loads]
+    return [EquivalentLoad(plain, 1.0), *(EquivalentLoad(both, 0.6, (), 700.0, effect) for effect in effects)]
 
 
-def batch(machine: Machine, exponent: float) -> Batch:
-    assigned = rules()
+def batch(machine: Machine, exponent: float, assigned: list[EquivalentLoad]) -> Batch:
     assert MOTION.velocity is not None
     return core_batch(
         machine,
@@ -50,9 +48,12 @@ def batch(machine: Machine, exponent: float) -> Batch:
 
 @pytest.mark.parametrize("laws", [{}, {"clearance_y": 5e-6, "clearance_z": 5e-6}, PRELOADED])
 @pytest.mark.parametrize("exponent", [3.0, 10.0 / 3.0])
-def test_loads_of_samples_are_those_of_single_runs(laws: dict[str, Any], exponent: float) -> None:
-    machine = cart(**laws)
-    samples = batch(machine, exponent)
+@pytest.mark.parametrize("effects", [("power", "linear", "ball"), ("roller", "ball", "roller")])
+def test_loads_of_samples_are_those_of_single_runs(
+    laws: dict[str, Any], exponent: float, effects: tuple[PreloadEffect, ...]
+) -> None:
+    machine, assigned = cart(**laws), rules(effects)
+    samples = batch(machine, exponent, assigned)
     table, failures = samples.run(FACTORS, 1)
     assert not failures
     for width in ("four", "one"):
@@ -64,9 +65,9 @@ def test_loads_of_samples_are_those_of_single_runs(laws: dict[str, Any], exponen
         heavier = machine.body.model_copy(update={"mass": mass * machine.body.mass})
         motion = MOTION.along_x(MOTION.time, scale * MOTION.acceleration[:, 0])
         loads = simulate(machine.model_copy(update={"body": heavier}), motion).carriage_loads
-        for i, rule in enumerate(rules()):
+        for i, rule in enumerate(assigned):
             mean = mean_load(*integrals(travel, loads[:, i], rule, exponent), exponent)
-            _, largest, _ = largest_equivalent_load(loads[:, i].copy(), rules()[i % 2].of_core)
+            _, largest, _ = largest_equivalent_load(loads[:, i].copy(), assigned[i % 2].of_core)
             # Step sizes on smooth laws depend on estimated errors, which change with rounding.
             rel = 1e-8 if laws is PRELOADED else 1e-12
             assert row[2 * i : 2 * i + 2] == pytest.approx([mean, largest], rel=rel)

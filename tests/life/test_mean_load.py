@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from guideload.base.arrays import Array
-from guideload.life.equivalent_load import EquivalentLoad
+from guideload.life.equivalent_load import EquivalentLoad, PreloadEffect
 from guideload.life.mean_load import Travel, integrals, mean_load
 
 WEIGHTS = np.zeros((2, 5, 2))
 WEIGHTS[0, 0], WEIGHTS[1, 1], WEIGHTS[0, 2], WEIGHTS[0, 4], WEIGHTS[1, 3] = (1.2, 1.0), 1.1, 10.0, 12.0, 7.0
 ALONG_Y = np.zeros((2, 5, 2))
 ALONG_Y[0, 0] = 1.0
+OPENING = {"power": 2.8, "linear": 3.0, "ball": 2.0**1.5, "roller": 2.0 ** (10.0 / 9.0)}  # over the preload
 SCAN = 16  # samples of an interval among which the reference looks for changes of sign
 
 
@@ -45,9 +46,21 @@ def crossings(function: Callable[[Any], Any]) -> list[Any]:
     return found
 
 
+def loaded_row(load: Any, preload: Any, rolling: PreloadEffect) -> Any:
+    """What the loaded row carries under a load, by bisection of its deflection."""
+    n = mp.mpf(3) / 2 if rolling == "ball" else mp.mpf(10) / 9
+    low, high = mp.mpf(0), mp.mpf(1)
+    for _ in range(85):
+        middle = (low + high) / 2
+        below = (1 + middle) ** n - (1 - middle) ** n < load / preload
+        low, high = (middle, high) if below else (low, middle)
+    return preload * (1 + low) ** n
+
+
 def reference(travel: Travel, loads: Array, rule: EquivalentLoad, exponent: Any) -> Any:
     """The mean load by numerical integration in 25 digits, cut at every kink."""
     power = path = mp.mpf(0)
+    opening = mp.mpf(rule.preload) * OPENING[rule.effect]
     for i, width in enumerate(np.diff(travel.time)):
         (v0, v1), (a0, a1) = ([mp.mpf(x) for x in history[i : i + 2]] for history in travel[1:])
         step = mp.mpf(width)
@@ -67,14 +80,20 @@ def reference(travel: Travel, loads: Array, rule: EquivalentLoad, exponent: Any)
             return max(groups(s)) + mp.mpf(rule.minor) * min(groups(s))
 
         def load(s: Any, before: Any = before) -> Any:
-            value, opening, preload = before(s), mp.mpf(rule.opening), mp.mpf(rule.preload)
+            value, preload = before(s), mp.mpf(rule.preload)
             if value >= opening:
                 return value
-            return preload + 2 * value / 3 if rule.thomson else preload * (value / opening + 1) ** mp.mpf(1.5)
+            if rule.effect == "power":
+                return preload * (value / opening + 1) ** mp.mpf(1.5)
+            return (
+                preload + 2 * value / 3
+                if rule.effect == "linear"
+                else loaded_row(value, preload, rule.effect)
+            )
 
         kinks = [*crossings(speed), *crossings(lambda s, g=groups: g(s)[0] - g(s)[1])]
         kinks += [s for k in range(1, 6) for s in crossings(lambda s, c=component, k=k: c(k, s))]
-        kinks += crossings(lambda s, b=before: b(s) - mp.mpf(rule.opening))
+        kinks += crossings(lambda s, b=before: b(s) - opening)
         ends = [mp.mpf(0), *sorted(kinks), mp.mpf(1)]
         power += step * mp.quad(lambda s, p=load, v=speed: p(s) ** exponent * abs(v(s)), ends)
         path += step * mp.quad(lambda s, v=speed: abs(v(s)), ends)
@@ -82,19 +101,27 @@ def reference(travel: Travel, loads: Array, rule: EquivalentLoad, exponent: Any)
 
 
 @pytest.mark.parametrize(
-    ("minor", "preload", "thomson"),
-    [(1.0, 0.0, False), (0.6, 0.0, False), (0.6, 7e3, False), (1.0, 7e3, True)],
+    ("minor", "preload", "effect"),
+    [
+        (1, 0, "ball"),
+        (0.6, 0, "ball"),
+        (0.6, 7e3, "power"),
+        (1, 7e3, "linear"),
+        (0.6, 7e3, "ball"),
+        (1, 7e3, "roller"),
+    ],
 )
 @pytest.mark.parametrize(("above", "below"), [(3, 1), (10, 3), (157, 100)])
 def test_the_mean_load_is_exact_for_loads_linear_in_time(
-    above: int, below: int, minor: float, preload: float, thomson: bool
+    above: int, below: int, minor: float, preload: float, effect: PreloadEffect
 ) -> None:
     travel, loads = record(4)
-    rule = EquivalentLoad(WEIGHTS, minor, (), preload, thomson)
+    rule = EquivalentLoad(WEIGHTS, minor, (), preload, effect)
     with mp.workdps(25):
         exact = float(reference(travel, loads, rule, mp.mpf(above) / below))
     found = mean_load(*integrals(travel, loads, rule, above / below), above / below)
-    assert found == pytest.approx(exact, rel=1e-13)  # rounding; asked for are 1e-9
+    # Rounding; of preloaded rows, nodes near the opening. Asked for are 1e-9.
+    assert found == pytest.approx(exact, rel=1e-11 if preload and effect in ("ball", "roller") else 1e-13)
 
 
 def uniform(values: Array) -> tuple[Travel, Array]:

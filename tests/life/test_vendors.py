@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
+from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.catalogue.conditions import LifeConditions, RuleName
+from guideload.catalogue.conditions import RULES, LifeConditions, RuleName
 from guideload.catalogue.product import Moments, Product
 from guideload.catalogue.rating import Rating
 from guideload.life.arrangement import Arrangement
@@ -17,6 +20,7 @@ from guideload.life.rating_life import rating_life
 from guideload.life.record import travel_of
 from guideload.life.static_safety import static_safety
 from guideload.machine.components import Body, Carriage, Rail
+from guideload.machine.laws import EXPONENT
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import simulate
@@ -220,6 +224,39 @@ def test_rules_of_a_single_carriage_with_moments() -> None:
     assert dynamic_load("thk", part, Arrangement(2, 2))(load) == pytest.approx(forces + moments, rel=1e-14)
 
 
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rolling", ["ball", "roller"])
+def test_every_rule_counts_what_the_loaded_row_carries(
+    rule: RuleName, rolling: Literal["ball", "roller"]
+) -> None:
+    """Rule x preload x load, against the rows of the carriage law; with P much smaller and larger than the preload."""
+    n = EXPONENT[rolling]
+    share = np.concatenate(
+        [np.linspace(0.0, 1.0, 101), [1.5, 3.0]]
+    )  # deflection over that at which a row opens
+    for preload in (1.0, 2.09e3, 5e4):
+        law = Law.preloaded(5.39e8, preload, n)
+        load = law.force(share * law.edges[-1])
+        moments = Moments(roll=400.0, pitch=300.0, yaw=300.0)
+        part = product(34.9e3, 52.8e3).model_copy(
+            update={"static_moments": moments, "dynamic_moments": moments}
+        )
+        plain = dynamic_load(rule, part, FOUR)
+        for counted in (
+            dynamic_load(rule, part, FOUR, preload, rolling),
+            static_load(rule, part, FOUR, preload, rolling),
+        ):
+            for direction in np.vstack(
+                [np.eye(6)[1:], -np.eye(6)[1:], np.array([0, 0.3, -0.2, 0.01, 0, -0.02])]
+            ):
+                unit = float(counted.without_preload(direction))
+                if unit == 0.0:
+                    continue  # a moment that the rule leaves out
+                row = preload * (1.0 + share) ** n
+                assert counted(np.outer(load / unit, direction)) == pytest.approx(row, rel=1e-12)
+        assert plain.preload == 0.0
+
+
 def test_effective_loads_of_preloaded_carriages() -> None:
     part, none = product(20e3, 30e3), np.zeros(6)
     load = np.array([0.0, -500.0, 0.0, 0.0, 0.0, 0.0])
@@ -232,4 +269,7 @@ def test_effective_loads_of_preloaded_carriages() -> None:
         assert rule_of(none) == pytest.approx(1000.0, rel=1e-14)  # the preload alone
         assert rule_of(load) == pytest.approx(at_500, rel=1e-14)
         assert rule_of(10.0 * load) == pytest.approx(5000.0, rel=1e-14)
-    assert dynamic_load("thk", part, FOUR, 1000.0)(load) == pytest.approx(500.0, rel=1e-14)
+    for rule in set(RULES) - {"rexroth", "thomson"}:  # their makers print no effect of a preload
+        assert dynamic_load(rule, part, Arrangement(2, 1), 1000.0)(load) == pytest.approx(500.0, rel=1e-14)
+    for rule in RULES:
+        assert static_load(rule, part, FOUR, 1000.0)(load) == pytest.approx(500.0, rel=1e-14)

@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lives import PRODUCT
 from numpy.typing import NDArray
 from reference import on_rails, random_motion
 from scipy.integrate import solve_ivp
 
 from guideload import Body, Link, Machine, Motion, sensitivities
 from guideload.base.errors import ArgumentError, RunError
+from guideload.catalogue.product import Product
 from guideload.sensitivity import VariedMachine
+from guideload.sensitivity.figures import CarriageQuantities
 
 Array = NDArray[Any]
 
@@ -158,6 +161,33 @@ def test_all_quantities_by_differences_of_tight_runs(start: Any) -> None:
         for mine, high, low in zip(found, *ends, strict=True):
             wanted = (high - low) / (2.0 * step[k])
             assert np.abs(mine[k] - wanted).max() <= 1e-5 * np.abs(wanted).max()
+
+
+def test_mean_load_and_life_by_differences_of_tight_runs() -> None:
+    """The preload acts on the loads, and on what the loaded row carries under them."""
+    laws = {"preload_y": 900.0, "preload_z": 600.0, "rolling": "ball"}
+    bare = on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws).model_dump()
+    bare["carriages"][0]["preload_y"] = 700.0
+    for one in bare["carriages"]:
+        one["product"] = "20"
+    machine = Machine(**bare | {"products": [Product(**PRODUCT)], "gravity": (0.0, -9.3, -3.1)})
+    motion = random_motion(1, count=20)
+    motion = Motion(motion.time, 12.0 * motion.acceleration, velocity=0.5 + 0.0 * motion.acceleration)
+    preloads = "carriages[1a].preload_y", "carriages[2a].preload_y", "carriages[1a].preload_z"
+    to = {"mass": "body.mass", "y": list(preloads[:2]), "z": preloads[2]}
+    varied = VariedMachine(machine, to)
+    assert [column.form for column in varied.columns] == ["value", "factor", "value"]
+    figures = CarriageQuantities(varied.run(motion))
+    (mean, d_mean), (life, d_life) = figures.mean_load(), figures.life()
+    assert (mean > 700.0).all() and np.isfinite(life).all()
+    for k, value in enumerate(varied.values):
+        step = 1e-4 * value * np.eye(len(to))[k]
+        high, low = (
+            CarriageQuantities(varied.run(motion, varied.values + side * step)) for side in (1.0, -1.0)
+        )
+        for mine, name in ((d_mean, "mean_load"), (d_life, "life")):
+            difference = (getattr(high, name)()[0] - getattr(low, name)()[0]) / (2.0 * step[k])
+            assert np.allclose(mine[k], difference, rtol=1e-5, atol=1e-7 * np.abs(difference).max())
 
 
 @pytest.mark.parametrize("gravity", [0.0, 1e-3])

@@ -90,6 +90,24 @@ def test_life_and_safety_of_samples_are_those_of_single_runs(
         assert result.column("static_safety")[i] == pytest.approx(life.weakest.static.safety, rel=rel)
 
 
+def test_a_preload_that_varies_counts_with_its_value() -> None:
+    machine = with_product(cart())
+    machine = with_carriages(machine, lambda one: PRELOADED)
+    cases = {"carriages.*.preload_y": [5e3, 8e3, 9e3], "carriages[1b].preload_z": [4e3, 8.5e3, 3e3]}
+    result = run_study(Study(machine=machine, motion=MOTION, cases=cases, method="implicit", rtol=1e-9))
+    for i, (y, z) in enumerate(zip(*cases.values(), strict=True)):
+        values = {one.name: {"preload_y": y} for one in machine.carriages}
+        values["1b"]["preload_z"] = z
+        drawn = with_carriages(machine, lambda one, at=values: at[one.name])
+        life = life_of(simulate(drawn, MOTION, "implicit", rtol=1e-9))
+        for one in life.carriages:
+            assert one.mean_load > max(y, z if one.name == "1b" else PRELOADED["preload_z"])
+            assert result.column(f"life_km[{one.name}]")[i] == pytest.approx(1e-3 * one.life, rel=1e-7)
+            assert result.column(f"static_safety[{one.name}]")[i] == pytest.approx(
+                one.static.safety, rel=1e-7
+            )
+
+
 def test_carriages_side_by_side_keep_their_contact_factor() -> None:
     machine = with_product(cart(life={"rule": "thk"}), carriage_length="600 mm")
     result = studied(machine)

@@ -30,6 +30,10 @@ class LifeConditions(ConfigModel):
     """How life and static safety are judged."""
 
     rule: RuleName = Field(default="sum", description="rule of the equivalent load; sum is on the safe side")
+    preload_in_life: bool = Field(
+        default=True,
+        description="whether the preload counts, if it is known; false: as the maker prints the rule",
+    )
     reliability: Annotated[float, PlainValidator(_probability)] = Field(
         default=0.9, description="probability that the life is reached"
     )

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import AXES
@@ -59,7 +58,7 @@ class CarriageLife(Criteria):
     @cached_property
     def factor_safety(self) -> float:
         """f_W that, put into the catalogue's formula with statics with m a, gives the safety of the simulated loads."""
-        peak = float(self.static_rule.without_preload(self.record.quasi_static[:, self.index]).max())
+        peak = float(self.static_rule(self.record.quasi_static[:, self.index]).max())
         return self.static.peak / peak if peak else float("nan")
 
     @cached_property
@@ -69,7 +68,7 @@ class CarriageLife(Criteria):
         if carriage.preload_y is None or carriage.rolling is None:
             return None
         loads = self.record.result.carriage_loads[:, self.index, 1]
-        loaded, other = row_loads(loads, carriage.preload_y, CONTACT_EXPONENT[carriage.rolling])
+        loaded, other = row_loads(loads, carriage.preload_y, carriage.rolling)
         return float(loaded.max()), float(other.min())
 
     @cached_property
@@ -78,15 +77,16 @@ class CarriageLife(Criteria):
         at, record = self.static.instant, self.record
         loads = record.result.carriage_loads[at, self.index]
         parts = record.parts.at(at, self.index)
-        shares = self.static_rule.shares(loads, np.stack(list(parts.values())))
+        of_parts = self.static_rule.shares(loads, np.stack(list(parts.values())))
+        shares = dict(zip(parts, of_parts.tolist(), strict=True))
+        if self.static_rule.preload:
+            shares["preload"] = self.static.peak - float(of_parts.sum())
         noise, data = float("nan"), record.result.quantities
         if "resultant_sd" in data:
             noise = COVER * float(data["resultant_sd"][at, self.index])
         when = PHASES[record.phase[min(at, record.phase.size - 1)]]
         time = float(record.travel.time[at])
-        return WorstInstant(
-            time, self.static.peak, dict(zip(parts, shares.tolist(), strict=True)), noise, when
-        )
+        return WorstInstant(time, self.static.peak, shares, noise, when)
 
 
 def carriage_life(record: Record, criteria: Criteria) -> CarriageLife:

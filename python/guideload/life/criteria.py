@@ -16,6 +16,7 @@ from guideload.life.arrangement import Arrangement, arrangements
 from guideload.life.equivalent_load import AXES, RULES, EquivalentLoad, dynamic_load, static_load
 from guideload.life.rating_life import rating_life
 from guideload.life.static_safety import safety
+from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
 
 NO_ARM = 1e-9  # m: a link of a carriage with a shorter arm about an axis carries no moment about it
@@ -29,6 +30,7 @@ class Criteria:
     index                 of the carriage in the machine
     rating, static_rating  dynamic rating of the product, and its static rating C0 [N]
     contact_factor        f_C
+    preload               N, of the carriage, whether it counts or not; 0 with clearance, None if it is not known
     rule, static_rule     rules of the equivalent load, for the life and for the static safety
     conditions            how life and static safety are judged
     """
@@ -40,6 +42,7 @@ class Criteria:
     rating: Rating
     static_rating: float
     contact_factor: float
+    preload: float | None
     rule: EquivalentLoad
     static_rule: EquivalentLoad
     conditions: LifeConditions
@@ -88,7 +91,9 @@ def _criteria(
 ) -> Criteria:
     assert product.dynamic is not None and product.static is not None
     carriage = machine.carriages[index]
-    preload = product.class_named(carriage.preload_class)
+    preload = _preload(carriage, product)
+    effect = (carriage.rolling or product.type) if conditions.preload_in_life else None
+    counted = (preload or 0.0, effect)
     contact = place.contact_factor if conditions.contact_factor is None else conditions.contact_factor
     return Criteria(
         name=carriage.name,
@@ -98,10 +103,21 @@ def _criteria(
         rating=product.dynamic,
         static_rating=product.static,
         contact_factor=contact,
-        rule=dynamic_load(conditions.rule, product, place, (preload and preload.preload) or 0.0),
-        static_rule=static_load(conditions.rule, product, place),
+        preload=preload,
+        rule=dynamic_load(conditions.rule, product, place, *counted),
+        static_rule=static_load(conditions.rule, product, place, *counted),
         conditions=conditions,
     )
+
+
+def _preload(carriage: Carriage, product: Product) -> float | None:
+    """The preload [N] of a carriage: its own, else that of its preload class; 0 with clearance, None if unknown."""
+    if own := max(carriage.preload_y or 0.0, carriage.preload_z or 0.0):
+        return own
+    chosen = product.class_named(carriage.preload_class)
+    if chosen is not None and chosen.preload is not None:
+        return chosen.preload
+    return 0.0 if carriage.clearance_y or carriage.clearance_z else None
 
 
 def require_rated_moments(machine: Machine, criteria: Criteria) -> None:

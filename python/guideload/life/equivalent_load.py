@@ -2,17 +2,19 @@
 
 All rules have one form. With c = (Fy, Fz, Mx, My, Mz), each component weighted by its sign, a rule adds the weighted
 magnitudes in two groups A and B, and P = max(A, B) + minor min(A, B); minor is 1 for a plain sum. So a rule is data,
-and P is linear in time wherever the loads are and no component, and not A - B, changes its sign.
+and P is linear in time wherever the loads are and no component, and not A - B, changes its sign. A preload raises small
+P; by how much, the core knows.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload._core import raised_loads
 from guideload.base.arrays import Array
 from guideload.catalogue.conditions import RuleName
 from guideload.catalogue.product import Moments, Product
@@ -20,8 +22,10 @@ from guideload.life.arrangement import Arrangement
 
 COMPONENTS = ("Fy", "Fz", "Mx", "My", "Mz")  # columns 1 to 5 of a load
 AXES = ("roll", "yaw", "pitch")  # Mx, My, Mz
-OPENING = 2.8  # effective load by Rexroth and SKF: load over preload above which a preload has no effect
-OPENING_THOMSON = 3.0
+# How a preload raises small loads: as the loaded one of two rows of balls or rollers, which carries F0 (1 + e)^n under
+# P = F0 ((1 + e)^n - (1 - e)^n); or as makers print it.
+PreloadEffect = Literal["ball", "roller", "power", "linear"]
+PRINTED: dict[RuleName, PreloadEffect] = {"rexroth": "power", "thomson": "linear"}
 
 
 class Rule(NamedTuple):
@@ -89,8 +93,7 @@ RULES: dict[RuleName, Rule] = {
         True,
         (),
         "Bosch Rexroth; not compared with a primary source",
-        "P = |Fy| + |Fz| + C (|Mx|/Mt + |My|/ML + |Mz|/ML); "
-        "below 2.8 times the preload F_pr: F_pr (P/(2.8 F_pr) + 1)^1.5",
+        "P = |Fy| + |Fz| + C (|Mx|/Mt + |My|/ML + |Mz|/ML)",
     ),
     "thomson": Rule(
         1.0,
@@ -98,7 +101,7 @@ RULES: dict[RuleName, Rule] = {
         False,
         (),
         "Thomson",
-        "P = |Fy| + |Fz|; single carriage: + C/M |M| of each axis; below 3 times the preload F_p: F_p + 2/3 P",
+        "P = |Fy| + |Fz|; single carriage: + C/M |M| of each axis",
     ),
 }
 
@@ -112,24 +115,19 @@ class EquivalentLoad:
     minor     factor on the smaller group
     missing   moments that the rule counts, but for which the product has no rated moment
     preload   N, that raises small loads; 0: none
-    thomson   whether the preload acts by Thomson's formula, and not by that of Rexroth and SKF
+    effect    how it raises them
     """
 
     weights: Array
     minor: float
     missing: tuple[str, ...] = ()
     preload: float = 0.0
-    thomson: bool = False
-
-    @property
-    def opening(self) -> float:
-        """Load [N] below which the preload acts."""
-        return self.preload * (OPENING_THOMSON if self.thomson else OPENING)
+    effect: PreloadEffect = "ball"
 
     @property
     def of_core(self) -> tuple[Array, float, float, str]:
         """The rule as an argument of `_core`."""
-        return self.weights, self.minor, self.preload, "linear" if self.thomson else "power"
+        return self.weights, self.minor, self.preload, self.effect
 
     def groups(self, loads: Array) -> tuple[Array, Array]:
         """A and B [N] of loads (..., 6): force [N] and moment [N m]."""
@@ -149,20 +147,16 @@ class EquivalentLoad:
         """The effective load [N] of a load [N]: small loads add to the preload, large ones replace it."""
         if not self.preload:
             return load
-        if self.thomson:
-            raised = self.preload + 2.0 / 3.0 * load
-        else:
-            raised = self.preload * (load / self.opening + 1.0) ** 1.5
-        return np.where(load < self.opening, raised, load)
+        return raised_loads(np.ravel(load), self.of_core).reshape(np.shape(load))
 
     def __call__(self, loads: Array) -> Array:
         """P [N] of loads (..., 6): force [N] and moment about the carriage centre [N m]."""
         return self.with_preload(self.without_preload(loads))
 
     def shares(self, loads: Array, parts: Array) -> Array:
-        """P [N] of one load (6,) split into the shares of its parts (k, 6), whose sum is the load.
+        """P [N] of one load (6,) without the effect of the preload, split into the shares of its parts (k, 6).
 
-        P without preload is linear in the load as long as no sign changes, so the shares add up to it.
+        The parts add up to the load. This P is linear in it as long as no sign changes, so the shares add up to it.
         """
         signs: NDArray[np.intp] = (loads[1:] < 0.0).astype(np.intp)
         slopes = [
@@ -180,11 +174,15 @@ PLAIN_SUM = EquivalentLoad(
 
 
 def dynamic_load(
-    rule: RuleName, product: Product, arrangement: Arrangement, preload: float = 0.0
+    rule: RuleName,
+    product: Product,
+    arrangement: Arrangement,
+    preload: float = 0.0,
+    effect: PreloadEffect | None = None,
 ) -> EquivalentLoad:
     """The equivalent load for the life.
 
-    preload: N, of the carriage; only the rules rexroth and thomson count it.
+    preload: N, of the carriage. effect: None: as the maker prints the rule, which mostly leaves the preload out.
     """
     chosen = RULES[rule]
     rating = None if product.dynamic is None else product.dynamic.value
@@ -192,14 +190,26 @@ def dynamic_load(
         weights, missing = _weights(chosen, product, arrangement, product.static, product.static_moments)
     else:
         weights, missing = _weights(chosen, product, arrangement, rating, product.dynamic_moments)
-    counted = preload if rule in ("rexroth", "thomson") else 0.0
-    return EquivalentLoad(weights, chosen.minor, missing, counted, rule == "thomson")
+    return _preloaded(EquivalentLoad(weights, chosen.minor, missing), preload, effect or PRINTED.get(rule))
 
 
-def static_load(rule: RuleName, product: Product, arrangement: Arrangement) -> EquivalentLoad:
-    """The equivalent load for the static safety (ISO 14728-2): a plain sum, moments over static moments."""
+def static_load(
+    rule: RuleName,
+    product: Product,
+    arrangement: Arrangement,
+    preload: float = 0.0,
+    effect: PreloadEffect | None = None,
+) -> EquivalentLoad:
+    """The equivalent load for the static safety (ISO 14728-2): a plain sum, moments over static moments.
+
+    preload: N, of the carriage. effect: None: it does not count, as in print.
+    """
     weights, missing = _weights(RULES[rule], product, arrangement, product.static, product.static_moments)
-    return EquivalentLoad(weights, 1.0, missing)
+    return _preloaded(EquivalentLoad(weights, 1.0, missing), preload, effect)
+
+
+def _preloaded(rule: EquivalentLoad, preload: float, effect: PreloadEffect | None) -> EquivalentLoad:
+    return rule if effect is None else replace(rule, preload=preload, effect=effect)
 
 
 def _weights(

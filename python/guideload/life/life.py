@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arguments import checked
+from guideload.base.number_text import fixed, kilometres
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.bands import LifeBand, life_bands
 from guideload.life.by_place import RailDamage, rail_damage
@@ -83,7 +85,23 @@ class Life:
         return (
             *limit_notes(record.result.machine, self.carriages, record.travel, position),
             *load_notes(record, self.carriages),
+            *self._note_on_preload(),
         )
+
+    @cached_property
+    def with_preload(self) -> Life | None:
+        """With the preload that `preload_in_life = false` leaves out; None if nothing is left out."""
+        if self.conditions.preload_in_life or not any(one.preload for one in self.carriages):
+            return None
+        return life_of(self.record.result, self.conditions.model_copy(update={"preload_in_life": True}))
+
+    def _note_on_preload(self) -> Iterator[str]:
+        if (counted := self.with_preload) is not None:
+            yield (
+                f"with the preload, all carriages together last {kilometres(counted.machine)} km instead of "
+                f"{kilometres(self.machine)} km, and the smallest static safety is "
+                f"{fixed(counted.weakest.static.safety, 2)} instead of {fixed(self.weakest.static.safety, 2)}"
+            )
 
     @property
     def shortest(self) -> CarriageLife:

@@ -36,6 +36,13 @@ def limit_notes(
     """
     if names := left_out(machine, rated):
         yield f"without ratings, and left out: carriage {joined(names)}"
+    if unknown := [one.name for one in rated if one.preload is None]:
+        yield (
+            f"no preload is known of carriage {joined(unknown)}, so none counts for life and static safety; a preload "
+            "class with a preload, or preload_y, gives it"
+        )
+    if not rated[0].conditions.preload_in_life and any(one.preload for one in rated):
+        yield "preload_in_life is false: the preload counts only as far as the maker's rule says so"
     yield from _strokes(position, rated)
     for what, key, unit, history in (
         ("speed", "max_speed", "m/s", travel.velocity),

@@ -16,6 +16,7 @@ CAUSES = {
     "process force": "quasi-static load of the forces on the body",
     "rail error": "quasi-static load of mounting errors and of rails that are not straight",
     "vibration": "dynamic overshoot, and what the elastic laws add if they are not linear",
+    "preload": "what the loaded row of the carriage carries beyond this load",
 }
 ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding
 

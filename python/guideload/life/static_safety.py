@@ -22,7 +22,8 @@ class StaticSafety:
     safety   C0/P0 at the worst instant, P0 with the moments that the rule counts
     peak     N, P0 at this instant
     instant  its index
-    alone    smallest safety under each load alone: C0 over the force, M0 over the moment; only of rated moments
+    alone    smallest safety under each load alone, without preload: C0 over the force, M0 over the moment; only of
+             rated moments
     """
 
     safety: float
@@ -34,7 +35,8 @@ class StaticSafety:
 def static_safety(
     loads: Array, product: Product, rule: EquivalentLoad, contact_factor: float
 ) -> StaticSafety:
-    """The static safety under loads (n, 6): force [N] and moment [N m]. P0 is largest at an instant: it is convex.
+    """The static safety under loads (n, 6): force [N] and moment [N m]. P0 is largest at an instant: it is convex, and
+    the preload raises all loads in their order.
 
     contact_factor: f_C, that reduces C0 of carriages side by side.
     """

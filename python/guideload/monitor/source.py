@@ -101,7 +101,7 @@ def _checksum(constants: dict[str, Any]) -> int:
             _reals(carriage["by_state"], (states, components)),
             _reals(rule["weights"], (2, 2, components)),
             _reals([rule["minor"], rule["preload"], rule["opening"]], (3,)),
-            _counts(rule["counted"], rule["plain"], rule["linear_preload"]),
+            _counts(rule["counted"], rule["plain"], rule["preload_form"]),
             _reals([carriage["limit"], carriage["bins_per_load"], carriage["capacity"]], (3,)),
         ]
     size = sum(map(len, parts[7:])) // len(constants["carriages"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from guideload.base.errors import LifeError
@@ -13,6 +13,7 @@ from guideload.base.number_text import (
     fixed,
     joined,
     kilometres,
+    load_in_sentence,
     load_in_table,
     number,
     percent,
@@ -161,13 +162,13 @@ def _life_table(life: Life, band: LifeBand | None) -> Table:
 def _causes_section(life: Life) -> Section:
     """The causes of the worst instant of each carriage, and their definitions."""
     worst = [one.worst for one in life.carriages]
-    causes = list(worst[0].shares)
+    causes = [cause for cause in CAUSES if any(cause in one.shares for one in worst)]
     noise = [None if one.noise != one.noise else one.noise for one in worst]
     table = Table(
         Column("", [one.name for one in life.carriages]),
         Column("P0", [one.load for one in worst], "N", "load"),
         Column("at", [one.time for one in worst], "s", "time"),
-        *(Column(cause, [one.shares[cause] for one in worst], "N", "load") for cause in causes),
+        *(Column(cause, [one.shares.get(cause, 0.0) for one in worst], "N", "load") for cause in causes),
         Column("noise", noise, "N", "load"),
         Column("while", [one.phase for one in worst]),
     )
@@ -220,6 +221,25 @@ def _formulas(life: Life) -> list[str]:
     ]
 
 
+def _preload_formula(carriages: Sequence[Criteria]) -> Iterator[str]:
+    """How the preload raises the equivalent load; nothing where none counts."""
+    words = {
+        "ball": "its loaded row carries F0 (1 + e)^1.5 where P = F0 ((1 + e)^1.5 - (1 - e)^1.5) is below 2.83 F0",
+        "roller": "its loaded row carries F0 (1 + e)^(10/9) where P = F0 ((1 + e)^(10/9) - (1 - e)^(10/9)) is below "
+        "2.16 F0",
+        "power": "F0 (P/(2.8 F0) + 1)^1.5 where P is below 2.8 F0",
+        "linear": "F0 + 2/3 P where P is below 3 F0",
+    }
+    for effect, text in words.items():
+        counted: dict[float, list[str]] = {}
+        for one in carriages:
+            if one.rule.preload and one.rule.effect == effect:
+                counted.setdefault(one.rule.preload, []).append(one.name)
+        if counted:
+            forces = (f"{load_in_sentence(force)} (carriage {joined(of)})" for force, of in counted.items())
+            yield f"A preload F0 raises it: {text}. F0 = {joined(forces)}."
+
+
 def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
     """Formulas of equivalent load, mean load and life, with their numbers."""
     one = carriages[0]
@@ -228,6 +248,7 @@ def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
     factors = joined(f"{number(value)}" for value in dict.fromkeys(c.contact_factor for c in carriages))
     return [
         f"Equivalent load, rule {conditions.rule} ({rule.source}): {rule.note}.",
+        *_preload_formula(carriages),
         "P_m = (int P^p |v| dt / int |v| dt)^(1/p), exact for loads that are linear between the samples. "
         f"L = a1 base (f_H f_T f_C C / (f_W P_m))^p with p = {digits(one.rating.exponent, 4)}, f_H = "
         f"{number(conditions.hardness_factor)}, f_T = {number(conditions.temperature_factor)}, f_C = {factors}, f_W = "

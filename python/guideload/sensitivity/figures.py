@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -121,15 +122,37 @@ class CarriageQuantities:
             np.ascontiguousarray(motion.acceleration[:, 0]),
         )
         for one in criteria_of(machine, machine.life):
-            if one.rule.preload and not one.rule.thomson:
+            preload, by_columns = self._preload(one)
+            rule = replace(one.rule, preload=preload)
+            if preload and rule.effect == "power":
                 raise LifeError(
                     f"carriage {one.name}: the rule {machine.life.rule} jumps by 1 % where the load passes 2.8 times "
-                    "the preload, so its mean load has no derivative; leave the preload class out, or run a study"
+                    "the preload, so its mean load has no derivative; leave preload_in_life = false out, or run a study"
                 )
             loads, exponent = np.ascontiguousarray(self.loads[:, one.index]), one.rating.exponent
-            power, path = integrals(travel, loads, one.rule, exponent)
+            power, path = integrals(travel, loads, rule, exponent)
             mean = mean_load(power, path, exponent)
-            by_loads = equivalent_load_weights(*travel, loads, one.rule.of_core, exponent)
+            by_loads = equivalent_load_weights(*travel, loads, rule.of_core, exponent)
             weights = np.zeros_like(self.loads)
             weights[:, one.index] = mean / (exponent * power.sum()) * by_loads
-            yield one, mean, self.run.gradient(weights)
+            derivatives = self.run.gradient(weights)
+            if preload:
+                # Loads and preload times a factor give the mean times it: by Euler, the derivatives add up to the mean.
+                by_preload = (mean - float((loads * weights[:, one.index]).sum())) / preload
+                derivatives = derivatives + by_preload * by_columns
+            yield one, mean, derivatives
+
+    def _preload(self, one: Criteria) -> tuple[float, Array]:
+        """The preload [N] that a carriage's rule counts, with the values of the columns, and its derivatives (p,)."""
+        carriage, at_rest = self.run.machine.carriages[one.index], self.run.at_rest
+        found = one.rule.preload, np.zeros(self.columns)
+        for key in ("preload_y", "preload_z") if one.rule.preload else ():
+            own, by = getattr(carriage, key) or 0.0, np.zeros(self.columns)
+            paths = {f"carriages[{carriage.name}].{key}", f'carriages["{carriage.name}"].{key}'}
+            for i, column in enumerate(at_rest.columns):
+                if paths & set(column.paths):
+                    by[i] = own if column.form == "factor" else 1.0
+                    own = float(by[i] * at_rest.values[i])
+            if own and (key == "preload_y" or own > found[0]):
+                found = own, by
+        return found

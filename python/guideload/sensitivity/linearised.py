@@ -22,7 +22,8 @@ class Linearised:
 
     All six dofs of L, in the order x y z rx ry rz; SI units, those of a derivative per unit of its column.
 
-    columns   the values
+    columns   what varies
+    values    (p,) the values, SI units
     free      (n,) indices of the free dofs
     scene     the scene with these values
     system    its derivatives in the core
@@ -33,8 +34,10 @@ class Linearised:
     static_carriage_loads, d_static_carriage_loads (carriages, 6), (p, carriages, 6), about the carriage centres
     """
 
-    def __init__(self, columns: tuple[Column, ...], free: NDArray[np.intp], system: VariedSystem) -> None:
-        self.columns, self.free, self.system = columns, free, system
+    def __init__(
+        self, columns: tuple[Column, ...], values: Array, free: NDArray[np.intp], system: VariedSystem
+    ) -> None:
+        self.columns, self.values, self.free, self.system = columns, values, free, system
         self.scene: Scene = system.scene()
         (self.mass, self.damping, self.stiffness), self.weight = self.scene.matrices()
         (self.d_mass, self.d_damping, self.d_stiffness), self.d_weight = system.matrices()

@@ -78,4 +78,4 @@ class VariedMachine:
         if given.shape != (len(self.columns),) or not np.isfinite(given).all():
             raise ArgumentError(f"values: expected {len(self.columns)} finite numbers, got {values!r:.80}")
         free = np.array([DOFS.index(dof) for dof in self.machine.free])
-        return Linearised(self.columns, free, self._scene.at(given))
+        return Linearised(self.columns, given, free, self._scene.at(given))

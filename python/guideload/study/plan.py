@@ -209,7 +209,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     free: dict[str, Any] = dict.fromkeys(names, True)
     free["machine"] = dict.fromkeys(("catalogue", "products", "life"), True)
     rules = [rule for one in metadata.rated() for rule in (one.rule, one.static_rule)]
-    rules_text = [(digest(rule.weights), rule.minor, rule.preload, rule.thomson) for rule in rules]
+    rules_text = [(digest(rule.weights), rule.minor, rule.preload, rule.effect) for rule in rules]
     exact = (*exact, None if design is None else design.copula, rules_text)
     text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})

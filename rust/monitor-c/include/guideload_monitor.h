@@ -61,13 +61,13 @@ enum {
 };
 
 /* First word of the constants: version of this header. */
-#define GUIDELOAD_LAYOUT 0x474C4302u
+#define GUIDELOAD_LAYOUT 0x474C4303u
 
 /* Constants of a machine, with a checksum. Written by `guideload monitor build`; not to be changed by hand. */
 typedef struct {
     float weights[2][2][GUIDELOAD_COMPONENTS];
     float minor, preload, opening;
-    uint32_t counted, plain, linear_preload;
+    uint32_t counted, plain, preload_form;
 } guideload_rule;
 
 typedef struct {

@@ -212,10 +212,11 @@ impl Converter {
     }
 
     fn rule<T: Real>(&mut self, rule: &EquivalentLoad) -> Rule<T> {
-        let (preload, linear_preload) = match rule.preload {
+        let (preload, preload_form) = match rule.preload {
             Preload::None => (0.0, 0),
             Preload::Power(force) => (force, 0),
             Preload::Linear(force) => (force, 1),
+            Preload::Rows { force, exponent } => (force, if exponent == 1.5 { 2 } else { 3 }),
         };
         let plain = rule.minor == 1.0;
         let mut weights = rule.weights;
@@ -238,7 +239,7 @@ impl Converter {
             opening: self.number(rule.preload.opening()),
             counted: (0..5).filter(|&component| rule.counts(component)).map(|component| 1 << component).sum(),
             plain: plain.into(),
-            linear_preload,
+            preload_form,
         }
     }
 }

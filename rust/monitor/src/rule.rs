@@ -23,8 +23,9 @@ pub struct Rule<T> {
     pub counted: u32,
     /// 1 if all weights are in group A and P is their plain sum, else 0.
     pub plain: u32,
-    /// How the preload acts: 0 as `F (P / opening + 1)^1.5`, 1 as `F + 2/3 P`.
-    pub linear_preload: u32,
+    /// How the preload acts: 0 as `F (P / opening + 1)^1.5`, 1 as `F + 2/3 P`, 2 and 3 as the load of the loaded one of two rows of balls, of
+    /// rollers.
+    pub preload_form: u32,
 }
 
 /// What a rule makes of a load.
@@ -60,7 +61,7 @@ impl<T: Real> Rule<T> {
         opening: T::ZERO,
         counted: 0,
         plain: 1,
-        linear_preload: 0,
+        preload_form: 0,
     };
 
     /// Groups and signs of a load.
@@ -90,12 +91,32 @@ impl<T: Real> Rule<T> {
     pub(crate) fn raised(&self, load: T) -> T {
         if load >= self.opening {
             load
-        } else if self.linear_preload != 0 {
+        } else if self.preload_form == 1 {
             self.preload + T::from_f64(2.0 / 3.0) * load
-        } else {
+        } else if self.preload_form == 0 {
             let ratio = load / self.opening + T::ONE;
             self.preload * ratio * ratio.sqrt()
+        } else {
+            self.loaded_row(load)
         }
+    }
+
+    /// Load of the loaded one of two preloaded rows, N: `F (1 + e)^n` with `P = F ((1 + e)^n - (1 - e)^n)`, by three of Newton's steps.
+    #[inline(never)]
+    fn loaded_row(&self, load: T) -> T {
+        let balls = self.preload_form == 2;
+        let exponent = if balls { 3.0 / 2.0 } else { 10.0 / 9.0 };
+        let power = |x: T| if balls { x.sqrt() } else { x.cbrt().cbrt() };
+        let (share, ratio) = (load / self.opening, load / self.preload);
+        let slope = T::from_f64(if balls { 0.942_809_041_582_063_4 } else { 0.972_053_765_003_075_5 });
+        let mut e = share * (slope + (T::ONE - slope) * share * share);
+        for _ in 0..3 {
+            let (more, less) = (T::ONE + e, T::ONE - e);
+            let (above, below) = (power(more), power(less));
+            e = e - (more * above - less * below - ratio) / (T::from_f64(exponent) * (above + below));
+            e = if e > T::ONE { T::ONE } else { e };
+        }
+        self.preload * (T::ONE + e) * power(T::ONE + e)
     }
 }
 

@@ -45,7 +45,9 @@ mod _core {
     #[pymodule_export]
     use super::law::PyLaw;
     #[pymodule_export]
-    use super::life::{equivalent_load_integrals, equivalent_load_weights, largest_equivalent_load};
+    use super::life::{
+        equivalent_load_integrals, equivalent_load_weights, largest_equivalent_load, raised_loads,
+    };
     #[pymodule_export]
     use super::monitor::PyMonitor;
     #[pymodule_export]

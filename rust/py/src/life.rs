@@ -11,7 +11,7 @@ use crate::interrupt::compute;
 /// Intervals between two looks for signals: about a millisecond.
 const INTERVALS: usize = 16_384;
 
-/// Weights (2, 5, 2), minor factor, preload in N, and its formula: "power" or "linear".
+/// Weights (2, 5, 2), minor factor, preload in N, and how it acts: "power", "linear", or as rows of balls or rollers, "ball" or "roller".
 pub type Rule<'py> = (PyReadonlyArray3<'py, f64>, f64, f64, String);
 
 /// The rule of the equivalent load.
@@ -26,8 +26,12 @@ pub fn equivalent_load((weights, minor, preload, formula): &Rule<'_>) -> PyResul
         _ if *preload == 0.0 => Preload::None,
         "power" => Preload::Power(*preload),
         "linear" => Preload::Linear(*preload),
+        "ball" => Preload::Rows { force: *preload, exponent: 1.5 },
+        "roller" => Preload::Rows { force: *preload, exponent: 10.0 / 9.0 },
         other => {
-            return Err(PyValueError::new_err(format!("formula: expected power or linear, got {other:?}")));
+            return Err(PyValueError::new_err(format!(
+                "formula: expected power, linear, ball or roller, got {other:?}"
+            )));
         }
     };
     Ok(EquivalentLoad { weights: [*first, *second], minor: *minor, preload })
@@ -137,7 +141,22 @@ pub fn equivalent_load_weights<'py>(
     Ok(weights)
 }
 
-/// The index of the largest equivalent load without the effect of a preload, this load, and the largest size of each component (6,).
+/// Loads (n,) with the effect of the preload of a rule, from loads without it.
+#[pyfunction]
+pub fn raised_loads<'py>(
+    py: Python<'py>,
+    loads: PyReadonlyArray1<'py, f64>,
+    rule: Rule<'py>,
+) -> PyResult<Array1<'py>> {
+    let (rule, loads) = (equivalent_load(&rule)?, numbers(&loads, "loads")?);
+    let raised = zeros(py, &[loads.len()])?;
+    for (to, load) in raised.readwrite().as_slice_mut()?.iter_mut().zip(loads) {
+        *to = rule.preload.raised(load);
+    }
+    Ok(raised)
+}
+
+/// The index of the largest equivalent load, this load, and the largest size of each component (6,).
 #[pyfunction]
 pub fn largest_equivalent_load<'py>(
     py: Python<'py>,
@@ -157,6 +176,6 @@ pub fn largest_equivalent_load<'py>(
                 (instant, peak) = (k, found);
             }
         }
-        Ok((instant, peak, sizes))
+        Ok((instant, rule.preload.raised(peak), sizes))
     })
 }

@@ -274,7 +274,7 @@ impl PyMonitor {
             rule.set_item("opening", carriage.rule.opening)?;
             rule.set_item("counted", carriage.rule.counted)?;
             rule.set_item("plain", carriage.rule.plain)?;
-            rule.set_item("linear_preload", carriage.rule.linear_preload)?;
+            rule.set_item("preload_form", carriage.rule.preload_form)?;
             one.set_item("rule", rule)?;
             one.set_item("limit", carriage.limit)?;
             one.set_item("bins_per_load", carriage.bins_per_load)?;

@@ -57,7 +57,7 @@ impl<'a> Batch<'a> {
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
         intervals.sort_unstable_by(f64::total_cmp);
-        let requirements = Requirements::new(measures, drive_is_held, base.groups, &motion);
+        let requirements = Requirements::new(measures, drive_is_held, &base, &motion);
         let windows = windows(excitation, base.payloads, requirements)?;
         Ok(Self {
             lanes: Lanes::new(&base, &windows, Start::AtRest, false, Width::Widest),

@@ -3,7 +3,7 @@
 use super::equivalent::EquivalentRows;
 use super::load_rows::BLOCK;
 use super::travel::{NEARLY_CONSTANT, Travel};
-use crate::life::COMPONENTS;
+use crate::life::{COMPONENTS, Preload};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
 
@@ -56,6 +56,7 @@ fn earlier(values: &Values, before: f64) -> Values {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn power_integral(
     equivalent: &EquivalentRows,
+    preload: Preload,
     travel: &Travel,
     rows: &[Values],
     before: usize,
@@ -96,7 +97,7 @@ pub(super) fn power_integral(
     for i in 0..BLOCK {
         if bends[i] {
             let first = if i == 0 { last } else { components(i - 1) };
-            powers[i] = equivalent.power(travel, before + i, [&first, &components(i)]);
+            powers[i] = equivalent.power(preload, travel, before + i, [&first, &components(i)]);
         }
     }
     let mut partial = [0.0; LANES];

@@ -30,7 +30,7 @@ pub(super) fn measure_side_by_side(
     let mut done: Vec<Result<(), SampleError>> = samples.iter().map(|_| Ok(())).collect();
     let mut last: Vec<Option<(System, State)>> = samples.iter().map(|_| None).collect();
     for one in &mut *samples {
-        one.memory.begin(&windows[0].requirements);
+        one.memory.begin(&windows[0].requirements, one.sample, groups);
     }
     let mut by_itself = vec![false; samples.len()];
     for window in windows {

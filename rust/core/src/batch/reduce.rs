@@ -7,10 +7,12 @@ use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::Excitation;
+use crate::life::Preload;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
 use crate::output::Record;
 use crate::system::{Bounded, Input, ROUNDING, State, StateBox};
+use crate::variation::{Group, Instance};
 
 /// Memory of one thread.
 #[derive(Debug)]
@@ -21,6 +23,8 @@ pub(super) struct Memory {
     /// The last instant before the block, of each equivalent load.
     ends: Vec<Ends>,
     lost: Vec<bool>,
+    /// Preload of each equivalent load.
+    preloads: Vec<Preload>,
 }
 
 impl Memory {
@@ -31,17 +35,20 @@ impl Memory {
             statistics: Vec::new(),
             ends: Vec::new(),
             lost: Vec::new(),
+            preloads: Vec::new(),
         }
     }
 
     /// Begins the statistics of a sample.
-    pub(super) fn begin(&mut self, requirements: &Requirements) {
+    pub(super) fn begin(&mut self, requirements: &Requirements, sample: &Instance, groups: &[Group]) {
         self.statistics.clear();
         self.statistics.resize(requirements.signals.len(), RunningStatistics::NONE);
         self.ends.clear();
         self.ends.resize(requirements.equivalents.len(), Ends::default());
         self.lost.clear();
         self.lost.resize(requirements.contacts.len(), false);
+        self.preloads.clear();
+        self.preloads.extend(requirements.equivalents.iter().map(|one| one.preload(sample, groups)));
     }
 
     /// Writes one number per measure to `out`; excitation: of the whole motion.
@@ -51,7 +58,13 @@ impl Memory {
         excitation: &Excitation,
         out: &mut [f64],
     ) -> Result<(), RunError> {
-        requirements.write_measures(excitation, &self.statistics, &self.lost, out)
+        let mut statistics = self.statistics.clone();
+        for (wanted, found) in requirements.signals.iter().zip(&mut statistics) {
+            if let Signal::Equivalent(index) = wanted.signal {
+                *found = found.raised(self.preloads[index]);
+            }
+        }
+        requirements.write_measures(excitation, &statistics, &self.lost, out)
     }
 }
 
@@ -141,7 +154,7 @@ impl Kernel for FlushKernel<'_, '_> {
     fn run(self) {
         let Reduce { window, excitation, memory, samples, filled, only_extremes, safe, .. } = self.0;
         let Window { requirements, first: offset, .. } = *window;
-        let Memory { rows, block, statistics, ends, lost } = &mut **memory;
+        let Memory { rows, block, statistics, ends, lost, preloads } = &mut **memory;
         // Where more than extremes are wanted, no sample is left out.
         let (before, filled) = (samples[0], *filled);
         // The last instant is repeated past the end; these copies do not count.
@@ -175,6 +188,7 @@ impl Kernel for FlushKernel<'_, '_> {
                         let equivalent = &requirements.equivalents[index];
                         statistics.add(power_integral(
                             equivalent,
+                            preloads[index],
                             travel,
                             &rows.values,
                             before,

@@ -11,7 +11,7 @@ use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::life::{COMPONENTS, EquivalentLoad};
 use crate::numeric::float::{pow, sqrt};
-use crate::variation::{Base, Group};
+use crate::variation::Base;
 
 /// A signal: a history from which statistics are computed, by the indices of its load rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +82,7 @@ pub(super) fn check(base: &Base, measures: &[Measure]) -> Result<(), BatchError>
 }
 
 impl Requirements {
-    pub(super) fn new(measures: &[Measure], drive_is_held: bool, groups: &[Group], motion: &Motion) -> Self {
+    pub(super) fn new(measures: &[Measure], drive_is_held: bool, base: &Base, motion: &Motion) -> Self {
         let has_mean = measures.iter().any(|measure| matches!(measure, Measure::MeanLoad(_)));
         let travel = motion.speed.filter(|_| has_mean);
         let mut requirements = Self {
@@ -96,15 +96,15 @@ impl Requirements {
         };
         // The first pass finds the rows. Those of one component come side by side, because their extremes fall into the same blocks of
         // samples. The second pass finds their indices.
-        requirements.add_measures(measures, drive_is_held, groups);
+        requirements.add_measures(measures, drive_is_held, base);
         requirements.rows.sort();
         (requirements.signals, requirements.sources, requirements.equivalents) = Default::default();
-        requirements.add_measures(measures, drive_is_held, groups);
+        requirements.add_measures(measures, drive_is_held, base);
         requirements
     }
 
     /// Adds what measures need.
-    fn add_measures(&mut self, measures: &[Measure], drive_is_held: bool, groups: &[Group]) {
+    fn add_measures(&mut self, measures: &[Measure], drive_is_held: bool, base: &Base) {
         for &measure in measures {
             let source = match measure {
                 Measure::Load(group, quantity, statistic) => {
@@ -124,11 +124,12 @@ impl Requirements {
                     Source::Statistic(self.signal(signal, Some(statistic)), statistic)
                 }
                 Measure::MeanLoad(group) if self.travel.is_some() => {
-                    let signal = Signal::Power(self.equivalent(group, groups[group].mean_rule));
+                    let signal = Signal::Power(self.equivalent(base, group, base.groups[group].mean_rule));
                     Source::Mean(self.signal(signal, None))
                 }
                 Measure::PeakLoad(group) => {
-                    let signal = Signal::Equivalent(self.equivalent(group, groups[group].peak_rule));
+                    let signal =
+                        Signal::Equivalent(self.equivalent(base, group, base.groups[group].peak_rule));
                     Source::Statistic(self.signal(signal, Some(Statistic::Max)), Statistic::Max)
                 }
                 Measure::Drive(_) | Measure::MeanLoad(_) => Source::Nothing,
@@ -153,11 +154,12 @@ impl Requirements {
     }
 
     /// The index of the equivalent load of a group by a rule.
-    fn equivalent(&mut self, group: usize, rule: EquivalentLoad) -> usize {
+    fn equivalent(&mut self, base: &Base, group: usize, rule: EquivalentLoad) -> usize {
         let rows = core::array::from_fn::<_, COMPONENTS, _>(|component| {
             rule.counts(component).then(|| self.row(LoadRow::Group { component: 1 + component, group }))
         });
-        self.equivalents.push(EquivalentRows::new(rule, rows));
+        let preload = base.groups[group].preload(base.links);
+        self.equivalents.push(EquivalentRows::new(rule, group, preload, rows));
         self.equivalents.len() - 1
     }
 

@@ -113,7 +113,7 @@ pub(super) fn measure(
     out: &mut [f64],
 ) -> Result<(), SampleError> {
     let requirements = &runs.windows[0].requirements;
-    memory.begin(requirements);
+    memory.begin(requirements, sample, groups);
     let mut last = None;
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;

@@ -1,5 +1,7 @@
 //! Running statistics of one signal of one sample.
 
+use crate::life::Preload;
+
 /// Running statistics of a signal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunningStatistics {
@@ -26,6 +28,12 @@ impl RunningStatistics {
         rest: 0.0,
         start: 0.0,
     };
+
+    /// The statistics of a load that a preload raises: the larger the load without it, the larger the one with it.
+    pub(super) fn raised(self, preload: Preload) -> Self {
+        let [smallest, largest] = [self.smallest, self.largest].map(|load| preload.raised(load));
+        Self { smallest, largest, ..self }
+    }
 
     /// Adds to the integral, and the rounding error to `rest` (Knuth), so that the length of the motion costs no digits.
     #[cfg_attr(feature = "std", inline(always))]

@@ -1,11 +1,12 @@
 //! The equivalent load of a carriage: one number for its force and moment, by the rule of a maker.
 
+use super::rows::{loaded_row, opening};
 use crate::numeric::float::pow;
 
 /// Number of components that a rule counts: Fy, Fz, Mx, My, Mz, entries 1 to 5 of a load.
 pub(crate) const COMPONENTS: usize = 5;
 
-/// A preload that raises small loads, by its force F in N.
+/// A preload that raises small loads, by its force in N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Preload {
     /// No effect.
@@ -14,6 +15,14 @@ pub enum Preload {
     Power(f64),
     /// `F + 2/3 P` below 3 F (Thomson).
     Linear(f64),
+    /// The load of the loaded one of two rows that are preloaded against each other, as by [`crate::Law::preloaded`]: `F (1 + e)^n`, where
+    /// `P = F ((1 + e)^n - (1 - e)^n)`, below the load `2^n F` at which the other row opens.
+    Rows {
+        /// F.
+        force: f64,
+        /// n, above 1: 3/2 for balls, 10/9 for rollers.
+        exponent: f64,
+    },
 }
 
 impl Preload {
@@ -23,6 +32,29 @@ impl Preload {
             Self::None => 0.0,
             Self::Power(force) => 2.8 * force,
             Self::Linear(force) => 3.0 * force,
+            Self::Rows { force, exponent } => force * opening(exponent),
+        }
+    }
+
+    /// The effect of a preload that is larger by a factor.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::None => Self::None,
+            Self::Power(force) => Self::Power(factor * force),
+            Self::Linear(force) => Self::Linear(factor * force),
+            Self::Rows { force, exponent } => Self::Rows { force: factor * force, exponent },
+        }
+    }
+
+    /// P with the effect of the preload, from P without it, N.
+    pub fn raised(self, load: f64) -> f64 {
+        match self {
+            Self::Power(force) if load < self.opening() => force * pow(load / self.opening() + 1.0, 1.5),
+            Self::Linear(force) if load < self.opening() => force + 2.0 / 3.0 * load,
+            Self::Rows { force, exponent } if load < self.opening() => {
+                force * loaded_row(load / force, exponent)[0]
+            }
+            _ => load,
         }
     }
 }
@@ -77,13 +109,6 @@ impl EquivalentLoad {
 
     /// P of the components of a load, N.
     pub fn of(&self, load: &[f64; COMPONENTS]) -> f64 {
-        let load = self.without_preload(load);
-        match self.preload {
-            Preload::Power(force) if load < self.preload.opening() => {
-                force * pow(load / self.preload.opening() + 1.0, 1.5)
-            }
-            Preload::Linear(force) if load < self.preload.opening() => force + 2.0 / 3.0 * load,
-            _ => load,
-        }
+        self.preload.raised(self.without_preload(load))
     }
 }

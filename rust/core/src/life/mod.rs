@@ -2,6 +2,7 @@
 
 mod equivalent_load;
 mod power_of_linear;
+mod rows;
 mod travel;
 #[cfg(feature = "std")]
 mod weights;

@@ -45,7 +45,7 @@ fn over(k: usize) -> f64 {
 }
 
 /// `x^p`, by products for the usual whole exponents.
-fn power(x: f64, exponent: f64) -> f64 {
+pub(super) fn power(x: f64, exponent: f64) -> f64 {
     match exponent {
         3.0 => x * x * x,
         _ => pow(x, exponent),

@@ -1,7 +1,8 @@
 //! Integrals over one interval of the motion, exact for loads linear in time and a speed quadratic in time.
 
 use super::equivalent_load::{COMPONENTS, EquivalentLoad, Preload};
-use super::power_of_linear::mean_of_product;
+use super::power_of_linear::{mean_of_product, power};
+use super::rows::{for_each_part, nodes};
 use crate::numeric::float::{copysign, sqrt};
 
 /// The travel between two instants: the acceleration is linear in time, so the velocity is quadratic.
@@ -229,9 +230,27 @@ impl EquivalentLoad {
                 (ends.map(|load| factor * (load / self.preload.opening() + 1.0)), 1.5 * exponent)
             }
             Preload::Linear(force) if raised => (ends.map(|load| force + 2.0 / 3.0 * load), exponent),
+            Preload::Rows { .. } if raised => return self.row_loads(exponent, travel, [from, to], ends),
             _ => (ends, exponent),
         };
         f64::abs(mean_of_product(first, last, travel.on_piece(from, to), exponent)) * (to - from)
+    }
+
+    /// Integral over a piece on which both rows carry load, by nodes.
+    #[inline(never)]
+    fn row_loads(&self, exponent: f64, travel: &Interval, piece: [f64; 2], ends: [f64; 2]) -> f64 {
+        let opening = self.preload.opening();
+        let mut sum = 0.0;
+        for_each_part(piece, ends.map(|load| load / opening), |[from, to], [first, last]| {
+            let [even, odd, bend] = travel.on_piece(from, to);
+            let mut mean = 0.0;
+            for [x, weight] in nodes([first, last]) {
+                let load = 0.5 * opening * ((1.0 - x) * first + (1.0 + x) * last);
+                mean += weight * power(self.preload.raised(load), exponent) * (even + x * (odd + x * bend));
+            }
+            sum += 0.5 * f64::abs(mean * (to - from));
+        });
+        sum
     }
 }
 

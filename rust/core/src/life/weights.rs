@@ -1,19 +1,9 @@
 //! Derivatives of the integrals of a power of the equivalent load by the loads at both ends of an interval.
 
 use super::equivalent_load::{COMPONENTS, EquivalentLoad, Preload};
+use super::rows::{SIX_NODES, for_each_part, loaded_row};
 use super::travel::{Cuts, Interval, between};
 use crate::numeric::float::{pow, sqrt};
-
-/// Nodes and weights of the Gauss-Legendre rule of six points on -1 to 1, exact up to degree 11: on a piece the integrand is a polynomial of
-/// degree 5 for an exponent of 3, and nearly one for 10/3.
-const NODES: [[f64; 2]; 6] = [
-    [-0.932_469_514_203_152, 0.171_324_492_379_170_35],
-    [-0.661_209_386_466_264_5, 0.360_761_573_048_138_6],
-    [-0.238_619_186_083_196_9, 0.467_913_934_572_691_05],
-    [0.238_619_186_083_196_9, 0.467_913_934_572_691_05],
-    [0.661_209_386_466_264_5, 0.360_761_573_048_138_6],
-    [0.932_469_514_203_152, 0.171_324_492_379_170_35],
-];
 
 impl EquivalentLoad {
     /// Derivatives of `∫ P^p |v| dt` over an interval by the components Fy, Fz, Mx, My, Mz at both ends; see [`EquivalentLoad::integrals`]. Without the
@@ -34,14 +24,28 @@ impl EquivalentLoad {
         }
         cuts.for_each_piece(|from, to| {
             for (from, to) in self.pieces(loads, from, to) {
-                for [x, weight] in NODES {
-                    let s = 0.5 * (from + to) + 0.5 * (to - from) * x;
-                    let there = between(loads, s);
-                    let speed = travel.speed(s).abs() * travel.length * 0.5 * (to - from) * weight;
-                    for (component, slope) in self.slopes_of_power(exponent, &there).into_iter().enumerate() {
-                        out[0][component] += (1.0 - s) * speed * slope;
-                        out[1][component] += s * speed * slope;
+                // Of six nodes: on a piece the integrand is a polynomial of degree 5 for an exponent of 3, and nearly one for 10/3.
+                let mut add = |[from, to]: [f64; 2]| {
+                    for [x, weight] in SIX_NODES {
+                        let s = 0.5 * (from + to) + 0.5 * (to - from) * x;
+                        let there = between(loads, s);
+                        let speed =
+                            travel.speed(s).abs() * travel.length * 0.5 * f64::abs(to - from) * weight;
+                        for (component, slope) in
+                            self.slopes_of_power(exponent, &there).into_iter().enumerate()
+                        {
+                            out[0][component] += (1.0 - s) * speed * slope;
+                            out[1][component] += s * speed * slope;
+                        }
                     }
+                };
+                let share = |s: f64| self.without_preload(&between(loads, s)) / self.preload.opening();
+                match self.preload {
+                    Preload::Rows { .. } if share(0.5 * (from + to)) < 1.0 => {
+                        let ends = [share(from), share(to)].map(|share| f64::min(share, 1.0));
+                        for_each_part([from, to], ends, |part, _| add(part));
+                    }
+                    _ => add([from, to]),
                 }
             }
         });
@@ -88,6 +92,10 @@ impl EquivalentLoad {
                 (force * raised * sqrt(raised), 1.5 * force * sqrt(raised) / opening)
             }
             Preload::Linear(force) if plain < opening => (force + 2.0 / 3.0 * plain, 2.0 / 3.0),
+            Preload::Rows { force, exponent } if plain < opening => {
+                let [row, slope] = loaded_row(plain / force, exponent);
+                (force * row, slope)
+            }
             _ => (plain, 1.0),
         };
         let factor = exponent * pow(effective, exponent - 1.0) * slope;

@@ -94,7 +94,7 @@ pub struct Group {
     pub axes: Axes,
     /// Rule of the equivalent load whose mean is measured.
     pub mean_rule: EquivalentLoad,
-    /// Rule of the equivalent load whose largest value is measured, for the static safety; its preload has no effect.
+    /// Rule of the equivalent load whose largest value is measured, for the static safety.
     pub peak_rule: EquivalentLoad,
 }
 
@@ -103,6 +103,17 @@ impl Group {
     pub fn new(links: Vec<usize>, center: Vector3<f64>) -> Self {
         let [mean_rule, peak_rule] = [EquivalentLoad::SUM_OF_FORCES; 2];
         Self { links, center, axes: Axes::MACHINE, mean_rule, peak_rule }
+    }
+
+    /// The preload of its links together, N: the larger one of those along y and along z.
+    pub(crate) fn preload(&self, links: &[Link]) -> f64 {
+        let mut along = [0.0; 2];
+        for link in self.links.iter().map(|&link| &links[link]) {
+            let direction = self.axes.components(link.direction());
+            along[0] += link.law().preload() * f64::abs(direction.y);
+            along[1] += link.law().preload() * f64::abs(direction.z);
+        }
+        f64::max(along[0], along[1])
     }
 }
 

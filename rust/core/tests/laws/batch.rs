@@ -21,7 +21,7 @@ pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
     }
     let groups = CART_CENTERS.iter().enumerate();
     let groups = groups.map(|(i, center)| {
-        let [mean_rule, peak_rule] = [rules()[i], rules()[i % 2]];
+        let [mean_rule, peak_rule] = [rules()[[0, 1, 4, 5][i]], rules()[[0, 1, 5, 4][3 - i]]];
         Group { mean_rule, peak_rule, ..Group::new((4 * i..4 * i + 4).collect(), (*center).into()) }
     });
     (machine, groups.collect())

@@ -248,18 +248,21 @@ impl Random {
 }
 
 /// Rules of the equivalent load: the plain sum of forces; two groups with moments and a lift factor; and such ones with a preload, N.
-pub fn rules() -> [EquivalentLoad; 4] {
+pub fn rules() -> [EquivalentLoad; 6] {
     let mut weights = [[[0.0; 2]; 5]; 2];
     weights[0][0] = [1.3, 1.0];
     weights[1][1] = [0.9; 2];
     (weights[0][2], weights[1][3], weights[0][4]) = ([4.0; 2], [7.0; 2], [5.0; 2]);
     let two = EquivalentLoad { weights, minor: 0.6, preload: Preload::None };
     let [power, linear] = [Preload::Power(900.0), Preload::Linear(900.0)];
+    let [balls, rollers] = [1.5, 10.0 / 9.0].map(|exponent| Preload::Rows { force: 900.0, exponent });
     [
         EquivalentLoad::SUM_OF_FORCES,
         two,
         EquivalentLoad { preload: power, ..two },
         EquivalentLoad { preload: linear, minor: 1.0, ..two },
+        EquivalentLoad { preload: balls, ..two },
+        EquivalentLoad { preload: rollers, minor: 1.0, ..two },
     ]
 }
 
@@ -282,6 +285,6 @@ pub fn mean_and_largest(
         let found = mean.integrals(exponent, &travel, [&components(k - 1), &components(k)]);
         (power, path) = (power + found.power, path + found.path);
     }
-    let peak = (0..loads.len()).map(|k| largest.without_preload(&components(k))).fold(0.0, f64::max);
+    let peak = (0..loads.len()).map(|k| largest.of(&components(k))).fold(0.0, f64::max);
     [(power / path).powf(1.0 / exponent), peak]
 }

@@ -1,6 +1,6 @@
 //! Integrals of equivalent loads over the travel are exact for loads and accelerations linear in time.
 
-use guideload::{EquivalentLoad, Interval, Preload};
+use guideload::{EquivalentLoad, Interval, Law, Preload};
 
 use crate::common::{Random, close, rules};
 
@@ -66,6 +66,55 @@ fn integrals_add_up_over_parts_of_an_interval() {
             };
             let parts: f64 = (0..64).map(|k| over(k as f64 / 64.0, (k + 1) as f64 / 64.0)).sum();
             close(over(0.0, 1.0), parts, 2e-14, parts);
+        }
+    }
+}
+
+/// The effect of preloaded rows on P is the load of the row that their elastic law loads, at any deflection.
+#[test]
+fn rows_carry_what_their_elastic_law_says() {
+    let preload = 2090.0;
+    for exponent in [1.5, 10.0 / 9.0, 1.001, 1.3, 1.7, 2.0] {
+        let law = Law::preloaded(539e6, preload, exponent).unwrap();
+        let opening = 2.0 * exponent * preload / 539e6;
+        let rows = Preload::Rows { force: preload, exponent };
+        close(rows.opening(), law.force(opening), 1e-14, preload);
+        for k in 0..=3000 {
+            let share = f64::from(k) / 1000.0;
+            for share in [share, share + 1e-7, f64::max(share - 1e-12, 0.0)] {
+                let row = preload * (1.0 + share).powf(exponent);
+                let other = preload * f64::max(1.0 - share, 0.0).powf(exponent);
+                close(rows.raised(law.force(share * opening)), row, 1e-13, row);
+                close(rows.raised(row - other), row, 1e-13, row);
+            }
+        }
+    }
+}
+
+/// Integrals under preloaded rows are those of their parts, also towards and across the opening, where the row load is not smooth.
+#[test]
+fn integrals_under_preloaded_rows_add_up() {
+    for (exponent, rows) in [(3.0, 1.5), (10.0 / 3.0, 10.0 / 9.0)] {
+        let rule = EquivalentLoad {
+            preload: Preload::Rows { force: 900.0, exponent: rows },
+            ..EquivalentLoad::SUM_OF_FORCES
+        };
+        let opening = rule.preload.opening();
+        for [first, last] in
+            [[0.0, 0.014], [0.0, 0.9], [0.3, 1.0], [0.999, 0.2], [0.9, 1.1], [1.5, -0.1], [1.0, 2.0]]
+        {
+            let over = |from: f64, to: f64| {
+                let speed = |t: f64| 1.5 + t * (0.4 - 0.3 * t);
+                let travel = Interval {
+                    length: to - from,
+                    velocity: [speed(from), speed(to)],
+                    acceleration: [from, to].map(|t| 0.4 - 0.6 * t),
+                };
+                let load = |t: f64| [opening * (first + (last - first) * t), 0.0, 0.0, 0.0, 0.0];
+                rule.integrals(exponent, &travel, [&load(from), &load(to)]).power
+            };
+            let parts: f64 = (0..4096).map(|k| over(f64::from(k) / 4096.0, f64::from(k + 1) / 4096.0)).sum();
+            close(over(0.0, 1.0), parts, 1e-11, parts);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The monitor agrees with a run of the core, given the same acceleration.
 
-use guideload::{Control, EquivalentLoad, Exact, Excitation, Interval, Output, State, System, run};
+use guideload::{Control, EquivalentLoad, Exact, Excitation, Interval, Output, Preload, State, System, run};
 use guideload_monitor::{Exponent, Motion, Real};
 
 use crate::common::{PERIOD, TestMonitor, constants, full_rule, loads, motion, system};
@@ -54,6 +54,12 @@ fn largest_deviation<T: Real>(rule: EquivalentLoad, exponent: Exponent) -> (f64,
     (deviation / scale, of_sums)
 }
 
+/// The effects of a preload of 900 N, for balls or rollers.
+fn preloads(exponent: Exponent) -> [Preload; 3] {
+    let rows = if exponent == Exponent::Ball { 1.5 } else { 10.0 / 9.0 };
+    [Preload::Power(900.0), Preload::Linear(900.0), Preload::Rows { force: 900.0, exponent: rows }]
+}
+
 #[test]
 fn loads_and_sums_are_those_of_a_run() {
     let (loads, sums) = largest_deviation::<f64>(EquivalentLoad::SUM_OF_FORCES, Exponent::Ball);
@@ -64,10 +70,12 @@ fn loads_and_sums_are_those_of_a_run() {
 #[test]
 fn loads_and_sums_agree_for_every_branch_of_a_rule_and_both_exponents() {
     for exponent in [Exponent::Ball, Exponent::Roller] {
-        let (loads, sums) = largest_deviation::<f64>(full_rule(), exponent);
-        assert!(loads < 1e-12, "{loads:e}");
-        // Powers that are no polynomials are integrated with five nodes.
-        assert!(sums < 1e-9, "{exponent:?}: {sums:e}");
+        for preload in preloads(exponent) {
+            let (loads, sums) = largest_deviation::<f64>(EquivalentLoad { preload, ..full_rule() }, exponent);
+            assert!(loads < 1e-12, "{loads:e}");
+            // Powers that are no polynomials are integrated with five nodes.
+            assert!(sums < 1e-9, "{exponent:?} {preload:?}: {sums:e}");
+        }
     }
     let (_, sums) = largest_deviation::<f64>(EquivalentLoad::SUM_OF_FORCES, Exponent::Roller);
     assert!(sums < 1e-9, "{sums:e}");
@@ -76,9 +84,11 @@ fn loads_and_sums_agree_for_every_branch_of_a_rule_and_both_exponents() {
 #[test]
 fn single_precision_agrees_to_its_digits() {
     for exponent in [Exponent::Ball, Exponent::Roller] {
-        let (loads, sums) = largest_deviation::<f32>(full_rule(), exponent);
-        assert!(loads < 1e-5, "{loads:e}");
-        assert!(sums < 1e-5, "{sums:e}");
+        for preload in preloads(exponent) {
+            let (loads, sums) = largest_deviation::<f32>(EquivalentLoad { preload, ..full_rule() }, exponent);
+            assert!(loads < 1e-5, "{loads:e}");
+            assert!(sums < 1e-5, "{sums:e}");
+        }
     }
 }
 

@@ -75,7 +75,12 @@ impl<S: Simd> PowerIntegral<'_, S> {
         for (place, &Bent { sample, lane }) in some.iter().enumerate() {
             sums[lane] += if one_by_one[place] || more.lane(place) > 0.0 {
                 let end = |end: usize| self.equivalent.components(|row| self.ends(row, sample, lane)[end]);
-                self.equivalent.power(self.travel, start + sample, [&end(0), &end(1)])
+                self.equivalent.power(
+                    self.equivalent.rule.preload,
+                    self.travel,
+                    start + sample,
+                    [&end(0), &end(1)],
+                )
             } else {
                 sum.lane(place)
             };

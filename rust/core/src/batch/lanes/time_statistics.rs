@@ -45,7 +45,7 @@ pub(super) fn statistics(
         finite &= number(4).is_finite() && number(5).is_finite();
         finite &= !wanted.extremes || (number(0).is_finite() && number(1).is_finite());
         let root = |x: f64| if let Signal::Resultant(..) = wanted.signal { x.sqrt() } else { x };
-        out.push(RunningStatistics {
+        let found = RunningStatistics {
             // Adding zero removes the sign of a zero, which differs between processors.
             smallest: root(number(0)) + 0.0,
             largest: root(number(1)) + 0.0,
@@ -54,6 +54,12 @@ pub(super) fn statistics(
             sum: number(4),
             rest: number(2),
             start: root(number(5)) + 0.0,
+        };
+        let preload = |index: usize| requirements.equivalents[index].rule.preload;
+        out.push(if let Signal::Equivalent(index) = wanted.signal {
+            found.raised(preload(index))
+        } else {
+            found
         });
     }
     finite

@@ -131,6 +131,11 @@ impl Law {
         matches!(self.0, Kind::Linear(_))
     }
 
+    /// Preload of a row of a preloaded law, N; 0 of others.
+    pub fn preload(&self) -> f64 {
+        if let Kind::Preloaded(law) = &self.0 { law.preload } else { 0.0 }
+    }
+
     /// Whether it consists of straight segments: every law but a preloaded one.
     pub fn is_piecewise_linear(&self) -> bool {
         match self.0 {
