@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 from command_line import TRACE, guideload
 
-from guideload.base.number_text import kilometres
+from guideload.base.number_text import kilometres, rounded
 from guideload.catalogue.conditions import RuleName
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.life import RULES
@@ -51,7 +51,8 @@ def test_life_tells_the_answer_with_its_band_and_draws_the_rails(machine_file: P
     for one, low, high in zip(life.carriages, band.lower, band.upper, strict=True):
         assert 0.5 * low < one.life < 2.0 * high
     words = " ".join(text.split())
-    answer = f"all carriages last {kilometres(life.machine)} km (wanted: {kilometres(9e7)} km)"
+    hours, wanted = (rounded(life.hours(travel)) for travel in (life.machine, 9e7))
+    answer = f"last {hours} h if the motion repeats without a pause (wanted: {kilometres(9e7)} km, {wanted} h), that is"
     assert answer in " ".join(text.split("\n"))
     assert "NOT REACHED: life." in words and "HIWIN" in words
 

@@ -271,15 +271,15 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
 @pytest.mark.slow
 def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> None:
     rate(file, "")
-    file.write_text(STUDY.replace('peak_resultant = "0.5 N"', 'life = "1e15 km"'))
+    file.write_text(STUDY.replace('peak_resultant = "0.5 N"', 'life = "1e12 km"'))
     out = tmp_path / "out"
     ended = guideload("study", file, "-o", out, "--report", out / "report.html")
-    assert "a failure by fatigue before 1 000 000 000 000 000 km: " in " ".join(ended.stdout.split())
+    assert "h (1 000 000 000 000 km): " in " ".join(ended.stdout.split())
     result = StudyResult.load(out)
-    assert result.metadata.limits == {"life_km": 1e15, "static_safety": 1.0}
+    assert result.metadata.limits == {"life_km": 1e12, "static_safety": 1.0}
     row = result.probabilities().loc["life_km", "1a"]
     life = 50.0 * (20e3 / result.column("mean_load_N[1a]")) ** 3
-    assert row["count"] == np.count_nonzero(life < 1e15) > 0
+    assert row["count"] == np.count_nonzero(life < 1e12) > 0
     assert set(LIFE_PICTURES) < names(out)
     page = (out / "report.html").read_text(encoding="utf-8")
     for caption in ("life", "static_safety", "failure"):

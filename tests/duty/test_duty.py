@@ -14,6 +14,7 @@ from moves import GENTLE
 
 from guideload import LoadCase, duty_cycle, life_of, simulate
 from guideload.base.errors import ArgumentError, ConfigError, LifeError
+from guideload.base.number_text import rounded
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 from guideload.duty.duty_cycle import DutyCycle
@@ -129,7 +130,7 @@ def test_the_command_tells_life_shares_and_the_worst_case(file: Path) -> None:
     assert code == 0, text
     duty = DutyCycle.from_toml(file)
     assert duty.cases[1].machine.body.mass == 1500.0 and duty.cases[0].machine.body.mass == 1250.0
-    assert f"all carriages last {1e-3 * duty.machine_life:.0f} km" in text
+    assert f"all carriages last {' '.join(rounded(duty.hours(duty.machine_life)).split())} h" in text
     assert f"uses {100 * duty.shares.max():.1f} % of the life" in text and f"in case {duty.worst[0]}" in text
     assert "Note: HGH25CA: not compared with the maker's page" in text[: text.index("Cases")]
     assert "Duty cycle" in page.read_text(encoding="utf-8").replace("duty cycle", "Duty cycle")

@@ -27,8 +27,10 @@ from guideload.machine.laws import EXPONENT
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 from guideload.motion.motion import Motion
+from guideload.reports.life import life_report
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
+from guideload.sizing.requirements import margins_of
 
 
 @pytest.fixture(scope="module")
@@ -130,10 +132,34 @@ def test_hours_and_years_follow_from_the_plan(result: Result) -> None:
     assert plan.years(plan.distance) == pytest.approx(1 / 60 / 4000, rel=1e-14)
     always = life_of(result)
     assert always.hours(always.distance) * 3600 == pytest.approx(np.ptp(result.quantities["time"]), rel=1e-14)
-    assert np.isnan(always.years(1.0))
+    assert always.years(1.0) == always.hours(1.0) / 8766  # continuous operation
     assert not life_of(result, LifeConditions(life="1e9 km")).holds
     assert not life_of(result, LifeConditions(safety=1e3)).holds
     assert always.holds
+
+
+@pytest.mark.parametrize(
+    ("unit", "per_cycle"), [("m", 0.0), ("h", 1 / 60), ("years", 1 / 60 / 4000), ("cycles", 1.0)]
+)
+def test_a_required_life_in_any_unit_divides_at_the_life(result: Result, unit: str, per_cycle: float) -> None:
+    plan = LifeConditions(cycles_per_hour=60, hours_per_year=4000)
+    life = life_of(result, plan)
+    reached = life.machine * (per_cycle / life.distance if per_cycle else 1.0)
+    for factor, holds in ((1 - 1e-12, True), (1 + 1e-12, False)):
+        wanted = life_of(result, plan.model_copy(update={"life": f"{factor * reached!r} {unit}"}))
+        assert wanted.wanted == pytest.approx(factor * life.machine, rel=1e-14)
+        assert wanted.holds is holds
+        assert margins_of(wanted).ratios["life"] == pytest.approx(1 / factor, rel=1e-14)
+
+
+def test_a_life_that_fatigue_will_not_end_is_said_so(result: Result) -> None:
+    text = "fatigue will not end it"
+    light, heavy = (life_of(result, LifeConditions(load_factor=factor)) for factor in (1e-2, 100.0))
+    assert light.hours(light.machine) > 1e5 > heavy.hours(heavy.machine)
+    assert text in life_report(light, band=False).answer[0]
+    assert text not in life_report(heavy, band=False).answer[0]
+    missed = life_of(result, LifeConditions(load_factor=1e-2, life=2 * light.machine))
+    assert text not in life_report(missed, band=False).answer[0]
 
 
 def test_factors_of_the_whole_formula(result: Result) -> None:

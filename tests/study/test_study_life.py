@@ -14,11 +14,13 @@ from scipy import integrate
 
 from guideload import LifeConditions, Machine, Study, life_of, run_study, simulate
 from guideload.base.errors import ArgumentError, ConfigError
+from guideload.base.number_text import kilometres
 from guideload.catalogue.product import Product
 from guideload.machine.components import Carriage
 from guideload.motion.motion import Motion
 from guideload.reports.study import study_report
 from guideload.study.metadata import StudyMetadata
+from guideload.study.quantities import QUANTITIES
 from guideload.study.result import StudyResult
 
 MOTION = moved(GENTLE, 500.0)
@@ -161,6 +163,25 @@ def test_requirements_of_the_machine_are_limits_and_those_of_the_study_go_first(
     assert (own.column("life_km") < 300.0).sum() == own.cases()["exceeded"].str.contains("life").sum()
 
 
+@pytest.mark.parametrize("unit", ["h", "years", "cycles"])
+def test_a_life_in_any_unit_is_the_same_limit(unit: str) -> None:
+    machine = cart(life={"life": "300 km", "cycles_per_hour": 500, "hours_per_year": 4000})
+    repetition = life_of(simulate(machine, MOTION)).repetition
+    cycles = 3e5 / repetition.distance
+    text = f"{cycles / {'cycles': 1.0, 'h': 500.0, 'years': 500.0 * 4000.0}[unit]!r} {unit}"
+    required = machine.model_copy(update={"life": machine.life.model_copy(update={"life": text})})
+    for result in (studied(machine), studied(required), studied(machine, limits={"life": text})):
+        assert result.metadata.limits["life_km"] == pytest.approx(300.0, rel=1e-14)
+        assert result.metadata.repetition == repetition
+    probability = result.failure_probability(text)["probability"]
+    assert probability.tolist() == pytest.approx(
+        result.failure_probability(300.0)["probability"].tolist(), rel=1e-12
+    )
+    assert QUANTITIES["life_km"].limit(text, repetition) == pytest.approx(
+        300.0, rel=1e-14
+    )  # of `probability --limit`
+
+
 def test_a_study_is_resumed_with_other_ratings_but_not_with_another_rule(tmp_path: Any) -> None:
     machine = cart(life=CONDITIONS)
     before = studied(machine).metadata
@@ -235,7 +256,7 @@ def test_the_report_has_the_figures_of_life() -> None:
     assert f"failure by fatigue before 900 km: {100 * row['probability']:.3g} %" in text
     assert f"the rating life is shorter in {100 * row['shorter']:.3g} % of the samples" in text
     summary = result.summary()
-    assert f"median {summary.loc[('life_km', ''), 'q50']:.0f} km" in text
+    assert f"median {kilometres(1e3 * summary.loc[('life_km', ''), 'q50'])} km" in text
     assert f"1 % quantile {summary.loc[('static_safety', ''), 'q01']:.2f}" in text
 
 

@@ -107,9 +107,15 @@ def milliseconds(seconds: float, count: int = 3) -> str:
     return digits(1e3 * seconds, count)
 
 
+@_finite
+def rounded(value: float) -> str:
+    """A life without its unit, with three digits: `43.7`, `2 340 000`."""
+    return digits(value) if abs(value) < 99.95 else fixed(float(f"{value:.2e}"))
+
+
 def kilometres(metres: float) -> str:
-    """A life in km without its unit, three digits or all before the decimal point: `12 805`, `43.7`."""
-    return digits(1e-3 * metres) if metres < 1e5 else fixed(1e-3 * metres)
+    """A life in km without its unit: `12 800`, `43.7`."""
+    return rounded(1e-3 * metres)
 
 
 def between(low: float, high: float, kind: str = "3 digits") -> str:
@@ -122,6 +128,7 @@ KINDS: dict[str, Callable[[float], str]] = {
     "load": load_in_table,  # N or N m
     "length": length_in_table,
     "life": kilometres,  # from m
+    "hours": rounded,
     "time": seconds,
     "milliseconds": milliseconds,  # from s
     "factor": partial(fixed, decimals=2),

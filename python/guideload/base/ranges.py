@@ -87,6 +87,7 @@ EXPONENT = Range("an exponent", "1", 0.1, 20.0, "lives of bearings have 3 to 10/
 DISTANCE = Range("a travelled distance", "m", 1e-3, 1e15, "a million km in each of a million hours")
 PERIOD = Range("a period", "s", 1e-9, 1e11, "from a nanosecond to three thousand years")
 CYCLES = Range("a number of cycles", "1", 1e-9, 1e12, "a thousand per second for thirty years")
+YEARS = Range("a life in years", "years", 1e-6, 1e4, "from half a minute to ten thousand years")
 YEARLY = Range("hours per year", "1", 1e-3, 8784.0, "all hours of a leap year")
 SHARE = Range("a share", "1", 1e-12, 1e3, "from the rounding of a double to a thousand times the value")
 FREQUENCY = Range("a frequency", "Hz", 1e-6, 1e9, "from a turn in ten days to sound in a nanometre")

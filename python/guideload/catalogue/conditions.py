@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, PlainValidator
+from pydantic import Field, PlainSerializer, PlainValidator
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import CYCLES, DISTANCE, FACTOR, YEARLY
+from guideload.catalogue.life_target import HOUR, LifeTarget, Repetition, life_target
 
 RuleName = Literal["sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson"]
 RULES: tuple[RuleName, ...] = get_args(RuleName)
@@ -16,6 +18,11 @@ Application = Literal["normal", "vibration and shock", "strong shock"]
 # Guidance for the static safety by application (ISO 14728-2 and the makers' tables).
 LEAST_SAFETY: dict[Application, float] = {"normal": 1.0, "vibration and shock": 2.0, "strong shock": 3.0}
 
+Target = Annotated[
+    LifeTarget,
+    PlainValidator(partial(life_target, unit="m", above=0.0, within=DISTANCE)),
+    PlainSerializer(str, return_type=str),
+]
 Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 
 
@@ -49,8 +56,10 @@ class LifeConditions(ConfigModel):
     application: Application = Field(
         default="normal", description="kind of use, which sets the least static safety: 1, 2 or 3"
     )
-    life: Annotated[float, in_range(DISTANCE, above=0.0)] | None = Field(
-        default=None, description='life to be reached, e.g. "20000 km"'
+    life: Target | None = Field(
+        default=None,
+        description="life to be reached, in travel, hours of operation, years or cycles (repetitions of the motion), "
+        'e.g. "20000 km", "10000 h", "10 years", "5e6 cycles"',
     )
     safety: Factor | None = Field(
         default=None, description="static safety to be reached, instead of that of the use"
@@ -59,10 +68,17 @@ class LifeConditions(ConfigModel):
         default=None, description="repetitions of the motion per hour; by default it repeats without a pause"
     )
     hours_per_year: Annotated[float, in_range(YEARLY, above=0.0)] | None = Field(
-        default=None, description="operating hours, e.g. 4000 for two shifts"
+        default=None,
+        description="operating hours, e.g. 4000 for two shifts; by default 8766, continuous operation",
     )
 
     @property
     def least_safety(self) -> float:
         """The static safety to be reached."""
         return LEAST_SAFETY[self.application] if self.safety is None else self.safety
+
+    def repetition(self, distance: float, duration: float) -> Repetition:
+        """The repetition in operation of a motion that travels `distance` [m] in `duration` [s]."""
+        if self.cycles_per_hour is not None:
+            duration = HOUR / self.cycles_per_hour
+        return Repetition(distance, duration, self.hours_per_year)

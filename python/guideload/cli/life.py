@@ -30,7 +30,7 @@ CONDITIONS = ("rule", "reliability", "life", "safety")
     "--rule", type=click.Choice(RULES), help="Rule of the equivalent load, instead of the machine file's."
 )
 @click.option("--reliability", type=options.POSITIVE, help="Probability that the life is reached, e.g. 0.95.")
-@click.option("--life", help='Life to be reached, e.g. "20000 km".')
+@click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".')
 @click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
 @click.option("--no-bands", is_flag=True, help="Leave out the credible bands, which take longest.")
 @options.start_option

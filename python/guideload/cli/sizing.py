@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
 
-life_option = click.option("--life", help='Life to be reached, e.g. "20000 km".')
+life_option = click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".')
 safety_option = click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
 
 

@@ -15,12 +15,12 @@ from guideload.base.config import ConfigModel, number
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
 from guideload.base.ranges import CYCLES, PERIOD
 from guideload.base.toml import located, read_toml
+from guideload.catalogue.life_target import HOUR
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
 from guideload.study.options import TraceOptions
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
-HOUR = 3600.0  # s
 
 
 class CaseFile(ConfigModel):

@@ -19,7 +19,8 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.catalogue.conditions import LifeConditions
-from guideload.duty.description import HOUR, read_duty
+from guideload.catalogue.life_target import HOUR, Repetition
+from guideload.duty.description import read_duty
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.life import Life, life_of
 from guideload.life.rating_life import failure_probability, system_life
@@ -128,13 +129,25 @@ class DutyCycle:
     @property
     def holds(self) -> bool:
         """Whether the machine reaches the life, and every carriage the static safety, that are asked for."""
-        wanted = self.conditions.life or 0.0
-        return self.machine_life >= wanted and self.worst[1].static.safety >= self.conditions.least_safety
+        return (
+            self.machine_life >= (self.wanted or 0.0)
+            and self.worst[1].static.safety >= self.conditions.least_safety
+        )
 
     @checked
     def hours(self, life: float) -> float:
         """Hours in which the machine travels `life` [m]."""
-        return life / float(self.distances.sum()) * self.period / HOUR
+        return self.repetition.hours(life)
+
+    @property
+    def repetition(self) -> Repetition:
+        """The travel in a period, and the period: one cycle of all cases together."""
+        return Repetition(float(self.distances.sum()), self.period, self.conditions.hours_per_year)
+
+    @property
+    def wanted(self) -> float | None:
+        """The life to be reached as travel [m]; None if none is asked for."""
+        return None if self.conditions.life is None else self.repetition.travel(self.conditions.life)
 
     @checked
     def failure_probability(self, travel: float) -> float:

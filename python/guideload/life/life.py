@@ -12,6 +12,7 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.number_text import fixed, kilometres
 from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.life_target import Repetition
 from guideload.life.bands import LifeBand, life_bands
 from guideload.life.by_place import RailDamage, rail_damage
 from guideload.life.carriage_life import CarriageLife, carriage_life
@@ -25,8 +26,6 @@ from guideload.simulation.result import Result
 if TYPE_CHECKING:
     import pandas as pd
 
-SECONDS_PER_HOUR = 3600.0
-
 
 @dataclass(frozen=True, eq=False)
 class Life:
@@ -35,8 +34,7 @@ class Life:
     carriages        life of each carriage that names a product with ratings
     rails            m, life of all carriages of a rail together, by rail
     machine          m, life of all carriages together
-    distance         m, travel in the record
-    duration         s, of one repetition: of the record, or as `cycles_per_hour` says
+    repetition       of the record in operation: its travel and duration
     conditions       how it is judged
     left_out         names of the carriages without ratings
     record           the result, and the loads in parts
@@ -47,8 +45,7 @@ class Life:
     carriages: tuple[CarriageLife, ...]
     rails: dict[str, float]
     machine: float
-    distance: float
-    duration: float
+    repetition: Repetition
     conditions: LifeConditions
     left_out: tuple[str, ...]
     record: Record
@@ -116,13 +113,23 @@ class Life:
     @checked
     def hours(self, life: float) -> float:
         """Hours of operation in which the machine travels `life` [m]."""
-        return life / self.distance * self.duration / SECONDS_PER_HOUR
+        return self.repetition.hours(life)
 
     @checked
     def years(self, life: float) -> float:
-        """Years in which the machine travels `life` [m]; nan without `hours_per_year`."""
-        yearly = self.conditions.hours_per_year
-        return float("nan") if yearly is None else self.hours(life) / yearly
+        """Years in which the machine travels `life` [m], of `hours_per_year` or of continuous operation."""
+        return self.repetition.years(life)
+
+    @property
+    def distance(self) -> float:
+        """Travel in the record [m]."""
+        return self.repetition.distance
+
+    @property
+    def wanted(self) -> float | None:
+        """The life to be reached as travel [m]; None if none is asked for."""
+        target = self.conditions.life
+        return None if target is None else self.repetition.travel(target)
 
     @checked
     def failure_probability(self, travel: float) -> float:
@@ -132,8 +139,8 @@ class Life:
     @property
     def holds(self) -> bool:
         """Whether the machine reaches the life, and every carriage the static safety, that are asked for."""
-        wanted = self.conditions.life or 0.0
-        return self.machine >= wanted and self.weakest.static.safety >= self.conditions.least_safety
+        wanted, safety = self.wanted or 0.0, self.weakest.static.safety
+        return self.machine >= wanted and safety >= self.conditions.least_safety
 
     @cached_property
     def band(self) -> LifeBand | None:
@@ -182,15 +189,11 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     by_rail: dict[str, list[float]] = {}
     for one in carriages:
         by_rail.setdefault(one.rail, []).append(one.life)
-    duration = float(np.ptp(record.travel.time))
-    if conditions.cycles_per_hour is not None:
-        duration = SECONDS_PER_HOUR / conditions.cycles_per_hour
     return Life(
         carriages=carriages,
         rails={rail: float(system_life(lives)) for rail, lives in by_rail.items()},
         machine=float(system_life([one.life for one in carriages])),
-        distance=carriages[0].distance,
-        duration=duration,
+        repetition=conditions.repetition(carriages[0].distance, float(np.ptp(record.travel.time))),
         conditions=conditions,
         left_out=left_out(machine, rated),
         record=record,

@@ -17,6 +17,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.methods import Method
+from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
 from guideload.life.mean_load import Travel, integrals
 from guideload.life.rating_life import failure_probability, system_life
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 RESULTANT = 6  # column of `Peaks`
-SECONDS_PER_HOUR = 3600.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,8 +217,12 @@ class LongRun:
     @checked
     def hours(self, life: float) -> float:
         """Hours of operation in which the machine travels `life` [m]; nan without travel."""
-        distance = self.distance if self.distance > 0.0 else math.nan
-        return life / distance * self.duration / SECONDS_PER_HOUR
+        return self.repetition.hours(life)
+
+    @property
+    def repetition(self) -> Repetition:
+        """The record as one cycle, which repeats without a pause."""
+        return Repetition(self.distance, self.duration, self.machine.life.hours_per_year)
 
     def table(self) -> pd.DataFrame:
         """A row per block: its time, travel, and of each carriage the largest resultant and the share of its damage."""

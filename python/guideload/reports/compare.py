@@ -158,7 +158,8 @@ def _figures(result: Result) -> dict[Figure, float]:
     if any(result.machine.product_of_carriage):
         try:
             life = life_of(result)
-            row |= {("life", "km", "life"): life.machine, ("S0", "", "factor"): life.weakest.static.safety}
+            row |= {("life", "h", "hours"): life.hours(life.machine), ("life", "km", "life"): life.machine}
+            row |= {("S0", "", "factor"): life.weakest.static.safety}
         except LifeError:
             pass  # the report of a run says why
     if "x" not in result.machine.free:

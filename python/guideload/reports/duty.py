@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from guideload.base.number_text import fixed, joined, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
-from guideload.reports.life import rating_formulas, unverified_lines
+from guideload.reports.life import fatigue_text, life_text, rating_formulas, unverified_lines
 from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
 
 DEFINITION = (
@@ -44,16 +44,14 @@ def _answer(duty: DutyCycle) -> str:
     conditions, (name, weakest) = duty.conditions, duty.worst
     life = duty.machine_life
     verdict = "Life and static safety are reached." if duty.holds else "NOT REACHED."
-    asked = risk = ""
-    if conditions.life is not None:
-        asked = f" (wanted: {kilometres(conditions.life)} km)"
-        risk = (
-            f"The probability that one fails before is {percent(duty.failure_probability(conditions.life))}. "
-        )
+    risk = ""
+    if conditions.life is not None and duty.wanted is not None:
+        risk = f"The probability that one fails before is {percent(duty.failure_probability(duty.wanted))}. "
     costliest = int(duty.shares.argmax())
     return (
         f"{verdict} With a probability of {number(100 * conditions.reliability)} % all carriages last "
-        f"{kilometres(life)} km{asked}, that is {fixed(duty.hours(life))} h. {risk}Case {duty.cases[costliest].name} "
+        f"{life_text(life, duty.repetition, conditions)}, that is {kilometres(life)} km"
+        f"{fatigue_text(life, duty.repetition, duty.wanted)}. {risk}Case {duty.cases[costliest].name} "
         f"uses {fixed(100 * duty.shares[costliest], 1)} % of the life. The smallest static safety is "
         f"{fixed(weakest.static.safety, 2)} (least: {number(conditions.least_safety)}), on carriage {weakest.name} in "
         f"case {name}, at {seconds(weakest.worst.time)} s."
@@ -77,13 +75,13 @@ def _cases_table(duty: DutyCycle) -> Table:
 
 
 def _carriages_table(duty: DutyCycle) -> Table:
-    headings = [("carriage",), ("P_m", "N", "load"), ("life", "km", "life"), ("life", "h", "count")]
+    headings = [("carriage",), ("P_m", "N", "load"), ("life", "h", "hours"), ("life", "km", "life")]
     rows: list[tuple[Value, ...]] = []
     for k, one in enumerate(duty.carriages):
         life = float(duty.carriage_lives[k])
         safety, case = min((found.carriages[k].static.safety, i) for i, found in enumerate(duty.lives))
         worst = safety, duty.cases[case].name, one.product.name
-        rows.append((one.name, float(duty.mean_loads[k]), life, duty.hours(life), *worst))
+        rows.append((one.name, float(duty.mean_loads[k]), duty.hours(life), life, *worst))
     life, (case_name, weakest) = duty.machine_life, duty.worst
-    rows.append(("machine", None, life, duty.hours(life), weakest.static.safety, case_name, None))
+    rows.append(("machine", None, duty.hours(life), life, weakest.static.safety, case_name, None))
     return Table.by_rows([*headings, ("S0", "", "factor"), ("in case",), ("product",)], rows)

@@ -17,8 +17,10 @@ from guideload.base.number_text import (
     load_in_table,
     number,
     percent,
+    rounded,
     seconds,
 )
+from guideload.catalogue.life_target import CONTINUOUS
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
@@ -27,10 +29,13 @@ from guideload.life.load_parts import CAUSES
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
+    from guideload.catalogue.conditions import LifeConditions
+    from guideload.catalogue.life_target import Repetition
     from guideload.catalogue.product import Product
     from guideload.life.bands import LifeBand
     from guideload.simulation.result import Result
 
+ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
     "safety C0/P0 at the worst instant (ISO 14728-2). f_W: the load factor with which the "
@@ -93,31 +98,63 @@ def life_sections(life: Life | LifeError | None) -> list[Section]:
 
 def _answer(life: Life, band: LifeBand | None) -> str:
     shortest, weakest, conditions = life.shortest, life.weakest, life.conditions
-    ends = "" if band is None else f", 95 % credible band {between(*band.machine, 'life')} km"
-    time = f"{fixed(life.hours(life.machine))} h"
-    if conditions.hours_per_year is not None:
-        time += f" or {digits(life.years(life.machine))} years"
     required = (
         "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
     )
-    asked = risk = ""
-    if conditions.life is not None:
-        asked = f" (wanted: {kilometres(conditions.life)} km)"
-        risk = f"The probability that one fails before {kilometres(conditions.life)} km is "
-        risk += f"{percent(life.failure_probability(conditions.life))}. "
+    risk, ends = "", "" if band is None else f", 95 % credible band {_ends(*band.machine)} km"
+    if life.wanted is not None and conditions.life is not None:
+        risk = f"The probability that one fails before {conditions.life.text} is "
+        risk += f"{percent(life.failure_probability(life.wanted))}. "
     return (
         f"{_verdict(life)} With a probability of {number(100 * conditions.reliability)} % all carriages last "
-        f"{kilometres(life.machine)} km{asked}, that is {time}{ends}. {risk}Carriage {shortest.name} alone: "
-        f"{kilometres(shortest.life)} km. The smallest static safety is {fixed(weakest.static.safety, 2)} "
-        f"({required}: {number(conditions.least_safety)}), on carriage {weakest.name} at "
-        f"{seconds(weakest.worst.time)} s, {weakest.worst.phase}."
+        f"{life_text(life.machine, life.repetition, conditions, duty_text(conditions))}, that is "
+        f"{kilometres(life.machine)} km{ends}{fatigue_text(life.machine, life.repetition, life.wanted)}. {risk}"
+        f"Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} h. The smallest static safety is "
+        f"{fixed(weakest.static.safety, 2)} ({required}: {number(conditions.least_safety)}), on carriage "
+        f"{weakest.name} at {seconds(weakest.worst.time)} s, {weakest.worst.phase}."
     )
+
+
+def _ends(low: float, high: float) -> str:
+    """The ends [m] of a band, in km: with more digits than a life, because it may be narrow."""
+    return between(1e-3 * low, 1e-3 * high, "4 digits")
+
+
+def life_text(life: float, repetition: Repetition, conditions: LifeConditions, duty: str = "") -> str:
+    """A life [m] in hours, in years where they are stated or wanted, under a duty, and the life to be reached."""
+    target, years = conditions.life, f" or {digits(repetition.years(life))} years of "
+    text = f"{rounded(repetition.hours(life))} h"
+    if conditions.hours_per_year is not None:
+        text += f"{years}{number(conditions.hours_per_year)} h"
+    elif target is not None and target.unit == "years":
+        text += (
+            f"{years}continuous operation ({number(CONTINUOUS)} h; hours_per_year of [life] states others)"
+        )
+    text = f"{text} {duty}".rstrip()
+    if target is None:
+        return text
+    as_hours = "" if target.unit == "s" else f", {rounded(repetition.hours(repetition.travel(target)))} h"
+    return f"{text} (wanted: {target.text}{as_hours})"
+
+
+def duty_text(conditions: LifeConditions) -> str:
+    """How often the motion is run."""
+    cycles = conditions.cycles_per_hour
+    return (
+        "if the motion repeats without a pause" if cycles is None else f"at {number(cycles)} cycles per hour"
+    )
+
+
+def fatigue_text(life: float, repetition: Repetition, wanted: float | None) -> str:
+    """For the end of a sentence: whether the life [m] is reached, and so long that something else ends it."""
+    endless = repetition.hours(life) > ENDLESS and life >= (wanted or 0.0)
+    return ": fatigue will not end it" if endless else ""
 
 
 def _verdict(life: Life) -> str:
     """Whether the life, if one is wanted, and the static safety are reached."""
     conditions = life.conditions
-    reached = {} if conditions.life is None else {"life": life.machine >= conditions.life}
+    reached = {} if life.wanted is None else {"life": life.machine >= life.wanted}
     reached["static safety"] = life.weakest.static.safety >= conditions.least_safety
     if missed := [name for name, held in reached.items() if not held]:
         return f"NOT REACHED: {joined(missed)}."
@@ -140,18 +177,14 @@ def _life_table(life: Life, band: LifeBand | None) -> Table:
     blank = [None] * (len(rails) + 1)
     bands: list[Column] = []
     if band is not None:
-        ends = (band.lower, band.machine[0]), (band.upper, band.machine[1])
-        values = ([*of_carriages, *blank[1:], machine] for of_carriages, machine in ends)
-        bands = [
-            Column(f"band {word}", each, "km", "life")
-            for word, each in zip(("from", "to"), values, strict=True)
-        ]
+        ends = [*zip(band.lower, band.upper, strict=True), *([None] * len(rails)), band.machine]
+        bands = [Column("band", [None if pair is None else _ends(*pair) for pair in ends], "km", "life")]
     return Table(
         Column("", [*(one.name for one in carriages), *(f"rail {rail}" for rail in rails), "machine"]),
         Column("P_m", [*(one.mean_load for one in carriages), *blank], "N", "load"),
+        Column("life", [life.hours(one) for one in lives], "h", "hours"),
         Column("life", lives, "km", "life"),
         *bands,
-        Column("life", [life.hours(one) for one in lives], "h", "count"),
         Column("S0", [*(one.static.safety for one in carriages), *blank], "", "factor"),
         Column("f_W", [*(one.factor_life for one in carriages), *blank], "L", "factor"),
         Column("f_W", [*(one.factor_safety for one in carriages), *blank], "S0", "factor"),
@@ -217,7 +250,7 @@ def _formulas(life: Life) -> list[str]:
     return [
         *rating_formulas(life.carriages),
         f"One record is {digits(life.record.travel.time[-1] - life.record.travel.time[0], 4)} s and "
-        f"{digits(life.distance, 4)} m of travel; it repeats every {digits(life.duration, 4)} s.",
+        f"{digits(life.distance, 4)} m of travel; it repeats every {digits(life.repetition.duration, 4)} s.",
     ]
 
 

@@ -14,7 +14,7 @@ from guideload.base.number_text import (
     seconds,
 )
 from guideload.long_runs.long_run import RESULTANT, LongRun
-from guideload.reports.life import rating_formulas, unverified_lines
+from guideload.reports.life import fatigue_text, life_text, rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, free_dofs
 
 DEFINITION = (
@@ -82,7 +82,8 @@ def _answer(run: LongRun) -> str:
     return (
         f"{text} In {kilometres(run.distance)} km of travel the probability that a carriage fails is "
         f"{percent(run.used)}; with a probability of {number(100 * reliability)} % all carriages last "
-        f"{kilometres(life)} km, that is {fixed(run.hours(life))} h of such operation."
+        f"{life_text(life, run.repetition, run.machine.life, 'of such operation')}, that is {kilometres(life)} km"
+        f"{fatigue_text(life, run.repetition, None)}."
     )
 
 
@@ -103,6 +104,7 @@ def _carriages_table(run: LongRun) -> Table:
         safeties, times = run.safeties
         columns += [
             rated("P_m", run.mean_loads, "N", "load"),
+            rated("life", run.repetition.hours(1.0) * run.lives, "h", "hours"),
             rated("life", run.lives, "km", "life"),
             rated("S0", safeties, "", "factor"),
             rated("at", times, "s", "time"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number
+from guideload.base.number_text import counted, digits, fixed, joined, number
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Definitions, Report, Section, Table, Value
@@ -101,7 +101,7 @@ def requirements(conditions: LifeConditions) -> str:
     safety = f"a static safety of {number(conditions.least_safety)}"
     if conditions.life is None:
         return safety
-    return f"{kilometres(conditions.life)} km with {number(100 * conditions.reliability)} % reliability and {safety}"
+    return f"{conditions.life.text} with {number(100 * conditions.reliability)} % reliability and {safety}"
 
 
 def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> Report:

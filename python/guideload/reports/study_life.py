@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number
+from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number, rounded
 from guideload.life.limits import LARGE_LOAD
-from guideload.reports.life import rating_formulas, unverified_lines
+from guideload.reports.life import duty_text, rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Part, Section, Table, interval
 from guideload.study.quantities import LIFE, PEAK_LOAD, SAFETY, column_name
 from guideload.study.result import StudyResult
@@ -28,10 +28,11 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     if LIFE not in summary.index.unique("quantity"):
         return
     life, safety = (summary.xs("", level="carriage").loc[name].to_dict() for name in (LIFE, SAFETY))
-    reliability = 100 * result.metadata.machine.life.reliability
+    conditions = result.metadata.machine.life
     yield (
-        f"Life that all carriages reach with {number(reliability)} %: median {_km(life['q50'])} km, 5 % quantile "
-        f"{_km(life['q05'])} km; smallest static safety: median {fixed(safety['q50'], 2)}, 1 % quantile "
+        f"Life that all carriages reach with {number(100 * conditions.reliability)} % {duty_text(conditions)}: median "
+        f"{_life(result, life['q50'])}, 5 % quantile {_life(result, life['q05'])}; "
+        f"smallest static safety: median {fixed(safety['q50'], 2)}, 1 % quantile "
         f"{fixed(safety['q01'], 2)}"
     )
     yield from unverified_lines(one.product for one in result.rated.values())
@@ -39,7 +40,7 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
         row = result.failure_probability().loc[""].to_dict()
         probability, low, high, shorter = (digits(100 * row[key]) for key in ROW)
         yield (
-            f"Probability of a failure by fatigue before {_km(row['travel_km'])} km: {probability} % ({low} to "
+            f"Probability of a failure by fatigue before {_life(result, row['travel_km'])}: {probability} % ({low} to "
             f"{high} %); the rating life is shorter in {shorter} % of the samples"
         )
 
@@ -64,7 +65,10 @@ def _failure_table(result: StudyResult) -> Table:
     return Table(
         Column("carriage", [str(name) or "any" for name in rows.index]),
         Column(
-            f"fails before {_km(rows['travel_km'].iloc[0])} km", 100 * rows["probability"], "%", "3 digits"
+            f"fails before {_life(result, rows['travel_km'].iloc[0])}",
+            100 * rows["probability"],
+            "%",
+            "3 digits",
         ),
         interval(100 * rows["low"], 100 * rows["high"], "%"),
         Column("life is shorter", 100 * rows["shorter"], "%", "3 digits"),
@@ -88,5 +92,7 @@ def _load_notes(result: StudyResult) -> Iterator[str]:
         )
 
 
-def _km(value: float) -> str:
-    return kilometres(1e3 * value)
+def _life(result: StudyResult, kilometers: float) -> str:
+    """`12 300 h (45 600 km)`; without hours for a study of an earlier version, which does not know its travel."""
+    repetition, text = result.metadata.repetition, f"{kilometres(1e3 * kilometers)} km"
+    return text if repetition is None else f"{rounded(repetition.hours(1e3 * kilometers))} h ({text})"

@@ -40,8 +40,8 @@ def margins_of(life: Life) -> Margins:
     """The margins of a life against its conditions and the limits of the products."""
     conditions: LifeConditions = life.conditions
     ratios = {"static safety": life.weakest.static.safety / conditions.least_safety}
-    if conditions.life is not None:
-        ratios["life"] = life.machine / conditions.life
+    if life.wanted is not None:
+        ratios["life"] = life.machine / life.wanted
     travel = life.record.travel
     for name, key, history in (
         ("speed", "max_speed", travel.velocity),

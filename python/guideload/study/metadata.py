@@ -19,6 +19,7 @@ from guideload.base.errors import ArgumentError, GuideloadError, ReadError, show
 from guideload.base.finite import finite_json
 from guideload.base.methods import Method
 from guideload.base.number_text import counted, percent, scientific
+from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.start import StartState
@@ -124,7 +125,7 @@ class StudyMetadata(BaseModel, frozen=True):
     fingerprint     SHA-256 of everything that the result of a run depends on
     versions        of guideload, NumPy and SciPy
     motion          source of the motion; motion_digest: SHA-256 of its arrays; motion_exact: it has no uncertainty
-    duration        of the motion [s]; instants: its samples
+    duration        of the motion [s]; instants: its samples; travel: of the cart [m], where there is a life
     sampling        "sobol", "latin hypercube" or "random"; "cases" for given cases, without a seed
     runs            all runs of the study, those of a Saltelli design included
     replicates      independent scrambles that take turns: sample (or row) i is of i % replicates; 1 for random numbers
@@ -151,6 +152,7 @@ class StudyMetadata(BaseModel, frozen=True):
     motion_exact: bool = False
     duration: float
     instants: int
+    travel: float | None = None
     method: Method = "auto"
     rtol: float = 1e-6
     start: StartState = "rest"
@@ -181,6 +183,11 @@ class StudyMetadata(BaseModel, frozen=True):
         if self.columns != columns or len(columns) != len(complete) or set(self.measures) != complete:
             raise ValueError("measures that do not belong to its columns")
         return self
+
+    @property
+    def repetition(self) -> Repetition | None:
+        """The repetition of the motion in operation, which converts lives; None where there is no life."""
+        return None if self.travel is None else self.machine.life.repetition(self.travel, self.duration)
 
     @property
     def draws_motion(self) -> bool:

@@ -203,7 +203,16 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     conditions of life only what the recorded loads depend on: the rules. It contains the number of samples for a Latin
     hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
-    names = ["motion", "motion_exact", "duration", "instants", "limits", "life_notes", "second_look"]
+    names = [
+        "motion",
+        "motion_exact",
+        "duration",
+        "instants",
+        "travel",
+        "limits",
+        "life_notes",
+        "second_look",
+    ]
     if design is not None and design.sampling != "latin hypercube":
         names.append("runs")
     free: dict[str, Any] = dict.fromkeys(names, True)

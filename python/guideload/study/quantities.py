@@ -18,6 +18,7 @@ from guideload.base.arrays import Array
 from guideload.base.config import number
 from guideload.base.errors import ConfigError, Problem, ValueRefused, problem_at, refused_at
 from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.life_target import Repetition, life_target
 from guideload.life.rating_life import system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -69,6 +70,12 @@ class Quantity:
     def unit(self) -> str:
         """Its unit, "" if it has none."""
         return quantity_unit(self.name)
+
+    def limit(self, value: object, repetition: Repetition | None) -> float:
+        """A limit in its unit; that of a life in travel, hours, years or cycles. Raises ValueRefused."""
+        if self.name != LIFE:
+            return number(value, self.unit or "1", above=0.0)
+        return 1e-3 * (repetition or Repetition(np.nan, np.nan)).travel(life_target(value))
 
     def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
         """Whether values exceed a limit; for the limit NaN, whether contact is lost."""
@@ -188,12 +195,16 @@ def column_names(measures: Sequence[Measure], carriages: Sequence[str]) -> tuple
 
 
 def checked_limits(
-    given: Mapping[str, object], measures: Sequence[Measure], conditions: LifeConditions, unrated: str
+    given: Mapping[str, object],
+    measures: Sequence[Measure],
+    conditions: LifeConditions,
+    unrated: str,
+    repetition: Repetition | None,
 ) -> dict[str, float]:
     """Limits by quantity, in its unit; of life and static safety, if not given, those that the machine is to reach.
 
-    unrated: why there is neither life nor static safety, or empty. Raises ConfigError with all that are unknown or not
-    recorded.
+    unrated: why there is neither life nor static safety, or empty. repetition: of the motion, where there is a life.
+    Raises ConfigError with all that are unknown or not recorded.
     """
     problems: list[Problem] = []
     limits: dict[str, float] = {}
@@ -205,14 +216,13 @@ def checked_limits(
             quantity = LIMITS[key]
             if quantity.is_rated and unrated:
                 raise ValueRefused(f"no limit on {quantity.title} without a rating", value, unrated)
-            unit = "m" if quantity.name == LIFE else quantity.unit or "1"
-            limit = number(value, unit, above=0.0)
+            limit = quantity.limit(value, repetition)
             if not recorded.issuperset(quantity.sources):
                 names = " and ".join(column_name(*source) for source in quantity.sources)
                 hint = f"it takes {names}: add them to quantities and statistics"
                 hint = 'add "load" to quantities' if quantity.sources[0][0] == "load" else hint
                 raise ValueRefused("a limit on a recorded quantity", value, hint)
-            limits[quantity.name] = 1e-3 * limit if quantity.name == LIFE else limit
+            limits[quantity.name] = limit
         except ValueRefused as refused:
             problems.append(problem_at(("limits", key), refused))
     if problems:
@@ -220,7 +230,7 @@ def checked_limits(
     if PEAK_LOAD in recorded:
         limits.setdefault(SAFETY, conditions.least_safety)
         if conditions.life is not None:
-            limits.setdefault(LIFE, 1e-3 * conditions.life)
+            limits.setdefault(LIFE, QUANTITIES[LIFE].limit(conditions.life, repetition))
     return limits
 
 

@@ -24,11 +24,10 @@ from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.number_text import percent, scientific
-from guideload.base.units import quantity as to_unit
 from guideload.study.columns import StudyColumns
 from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
-from guideload.study.quantities import CONTACT, LIFE, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES, quantity_unit
+from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES
 from guideload.study.storage import Chunk, SampleStore
 from guideload.study.study import Study
 
@@ -204,7 +203,7 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
         raise ArgumentError(f"limit: expected a limit on {name}, as in the table [limits] of a study file")
     try:
         if isinstance(limit, str):
-            limit = 1e-3 * to_unit(limit, "m") if stem == LIFE else to_unit(limit, quantity_unit(stem) or "1")
+            limit = QUANTITIES[stem].limit(limit, plan.metadata.repetition)
         limit = float(limit)
         if not np.isfinite(limit):
             raise ValueRefused("a finite number", limit)

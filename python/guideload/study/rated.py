@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -14,7 +15,7 @@ from guideload.base.number_text import joined
 from guideload.life.arrangement import SIDE_BY_SIDE
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
 from guideload.life.limits import limit_notes
-from guideload.life.mean_load import Travel
+from guideload.life.mean_load import Travel, integrals
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.factors import Factor
@@ -30,11 +31,13 @@ class RatedStudy:
     criteria  of the carriages with ratings; empty if neither is computed
     reason    why not, or empty
     notes     for the report: limits that the motion passes, what was left out, or why neither is computed
+    travel    of the cart in the motion [m]; nan without criteria
     """
 
     criteria: tuple[Criteria, ...] = ()
     reason: str = ""
     notes: tuple[str, ...] = ()
+    travel: float = math.nan
 
     @property
     def exponent(self) -> float:
@@ -56,7 +59,9 @@ def rated_study(
     assert motion.velocity is not None
     travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
     found = limit_notes(machine, criteria, travel, motion.position)
-    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in found))
+    unloaded = np.zeros((motion.time.size, 6))
+    path = integrals(travel, unloaded, criteria[0].rule, criteria[0].rating.exponent)[1]
+    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in found), travel=float(path.sum()))
 
 
 def _require_possible(

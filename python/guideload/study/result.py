@@ -199,9 +199,10 @@ class StudyResult(StudyColumns):
     ) -> pd.DataFrame:
         """Probability of a failure by fatigue before a travel: a row per carriage with a rating, and "" for any.
 
-        travel: in km, or text with a unit; default: the limit on the life. In each sample a carriage fails before it
-        with the probability 1 - R^((travel/L)^1.5), a Weibull distribution, with the rating life L of this sample and
-        its reliability R. The mean over the samples combines the scatter of fatigue with that of the parameters.
+        travel: in km, or a life as text, "20000 km" or "10000 h"; default: the limit on the life. In each sample a
+        carriage fails before it with the probability 1 - R^((travel/L)^1.5), a Weibull distribution, with the rating
+        life L of this sample and its reliability R. The mean over the samples combines the scatter of fatigue with that
+        of the parameters.
 
         Columns: travel_km, samples, probability, low, high and standard_error (of the mean), and shorter, the share of
         the samples whose rating life is shorter than the travel. Raises ArgumentError without rating or
@@ -211,7 +212,8 @@ class StudyResult(StudyColumns):
         if not self.rated or travel is None:
             missing = "a limit on the life" if self.rated else "carriages whose products have ratings"
             raise ArgumentError(f"failure_probability: expected {missing}, which this study does not have")
-        distance = 1e-3 * to_unit(travel, "m") if isinstance(travel, str) else float(travel)
+        life = QUANTITIES[LIFE]
+        distance = life.limit(travel, self.metadata.repetition) if isinstance(travel, str) else float(travel)
         if not distance > 0.0:
             raise ArgumentError(f"travel: expected > 0 km, got {shown(travel)}")
         rows = {}

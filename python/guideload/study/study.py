@@ -173,9 +173,12 @@ class Study(StudyOptions):
             measures=measures,
             columns=columns,
             exponent=rated.exponent,
-            limits=checked_limits(self.limits, measures, self.machine.life, rated.reason),
             life_notes=rated.notes,
+            travel=rated.travel if rated.criteria else None,
+            limits={},
         )
+        limits = checked_limits(self.limits, measures, self.machine.life, rated.reason, metadata.repetition)
+        metadata = metadata.model_copy(update={"limits": limits})
         posterior = [posterior_digest(motion)] if self.posterior else []
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)
         seed = draw_seed(self.seed) if self.posterior else None

@@ -1,0 +1,111 @@
+"""A life to be reached, in travel, hours, years or cycles, and the repetition of the motion that converts it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from guideload.base.config import number
+from guideload.base.errors import ValueRefused
+from guideload.base.number_text import number as number_text
+from guideload.base.ranges import CYCLES, DISTANCE, TIME, YEARS, Range
+from guideload.base.units import NUMBER, quantity
+
+HOUR = 3600.0  # s
+CONTINUOUS = 8766.0  # hours of a year of continuous operation, of 365.25 days
+EXPECTED = "a life in km, h, years or cycles"
+WORDS = {"cycle": "cycles", "cycles": "cycles", "year": "years", "years": "years"}
+RANGES = {"s": TIME, "cycles": CYCLES, "years": YEARS}
+
+
+@dataclass(frozen=True)
+class LifeTarget:
+    """A life to be reached.
+
+    value  in `unit`
+    unit   "m" of travel, "s" of operation, "years" of operation, or "cycles": repetitions of the motion
+    """
+
+    value: float
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """In words: `20 000 km`, `10 000 h`, `10 years`, `5 000 000 cycles`."""
+        scale, name = {"m": (1e-3, "km"), "s": (1.0 / HOUR, "h")}.get(self.unit, (1.0, self.unit))
+        value = scale * self.value
+        return f"{number_text(value)} {name.removesuffix('s') if value == 1.0 else name}"
+
+    def __str__(self) -> str:
+        """As in a file; `life_target` reads the same target from it."""
+        return f"{self.value!r} {self.unit}"
+
+
+def life_target(value: object, unit: str = "m", above: float = 0.0, within: Range = DISTANCE) -> LifeTarget:
+    """A life to be reached, of a file, an option or code: "20000 km", "10000 h", "10 years" or "5e6 cycles".
+
+    Parameters
+    ----------
+    value : number, str or LifeTarget
+        A number alone is in `unit`.
+    unit, within : str, Range
+        Unit and range of a number alone.
+    above : float
+        The life must be larger.
+
+    Raises
+    ------
+    ValueRefused
+        For another quantity, no unit, and a value outside its range.
+    """
+    if isinstance(value, LifeTarget):
+        return value
+    if isinstance(value, str) and (match := NUMBER.fullmatch(value)):
+        text, written = match.groups()
+        if word := WORDS.get(written):
+            return LifeTarget(number(text, "1", above=above, within=RANGES[word]), word)
+    for one in ("m", "s") if isinstance(value, str) else (unit,):
+        try:
+            quantity(value, one)
+        except ValueRefused:
+            continue
+        return LifeTarget(number(value, one, above=above, within=RANGES.get(one, within)), one)
+    raise ValueRefused(EXPECTED, value, 'e.g. "20000 km", "10000 h", "10 years" or "5e6 cycles"')
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """One repetition of the motion in operation: what converts between travel, hours, years and cycles.
+
+    distance        m
+    duration        s, with the pause until the next one
+    hours_per_year  of operation; None: continuous operation
+    """
+
+    distance: float
+    duration: float
+    hours_per_year: float | None = None
+
+    @property
+    def yearly_hours(self) -> float:
+        """Hours of operation per year."""
+        return CONTINUOUS if self.hours_per_year is None else self.hours_per_year
+
+    def hours(self, life: float) -> float:
+        """Hours of operation in which the machine travels `life` [m]; nan without travel."""
+        return life / self.distance * self.duration / HOUR if self.distance > 0.0 else math.nan
+
+    def years(self, life: float) -> float:
+        """Years in which the machine travels `life` [m]; nan without travel."""
+        return self.hours(life) / self.yearly_hours
+
+    def travel(self, target: LifeTarget) -> float:
+        """The travel [m] of a life to be reached."""
+        if target.unit == "m":
+            return target.value
+        cycles = {
+            "cycles": 1.0,
+            "s": 1.0 / self.duration,
+            "years": self.yearly_hours * HOUR / self.duration,
+        }[target.unit]
+        return target.value * cycles * self.distance
