@@ -15,11 +15,21 @@ from pydantic import Field, PlainValidator, PrivateAttr, model_validator
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ABSENT, ArgumentError, ConfigError, KeyPath, Problem, ValueRefused, shown
-from guideload.base.number_text import counted
+from guideload.base.number_text import counted, digits
 from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
 from guideload.base.toml import located, read_toml
 from guideload.motion.motion import Motion
-from guideload.motion.profiles import DEVIATION, LINES, Limits, Profile, fastest_move
+from guideload.motion.phase_forces import PhaseForce
+from guideload.motion.profiles import (
+    DEVIATION,
+    LINES,
+    Limits,
+    Pieces,
+    Profile,
+    fastest_move,
+    limits_of_time,
+    slowed,
+)
 from guideload.motion.sampling import Leg, grid_step, sampled
 
 LimitName = Literal["speed", "acceleration", "deceleration", "jerk"]
@@ -28,6 +38,7 @@ FEWEST_STAMPS = 4  # of a move
 # Slower than 3 cm in a year, smaller limits end in numbers that a double does not hold.
 SPEEDS, ACCELERATIONS, JERKS = (replace(one, least=1e-9) for one in (SPEED, ACCELERATION, JERK))
 SHORTEST = LENGTH.least  # m: a shorter distance is rounding of positions
+MOST_MOVES = 20  # that are described one by one
 NO_JERK = "no jerk beside a trapezoid"
 FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is the fastest profile'
 
@@ -59,7 +70,7 @@ class MoveLimits(ConfigModel):
 
 
 class Move(MoveLimits):
-    """A move from rest to rest, in the shortest time that its limits and its profile allow."""
+    """A move from rest to rest, in the shortest time that its limits and its profile allow, or in its time."""
 
     distance: Annotated[float, in_range(LENGTH, nonzero=True)] | None = Field(
         default=None, description='signed, e.g. "1.2 m"; or a target'
@@ -67,8 +78,16 @@ class Move(MoveLimits):
     target: Annotated[float, in_range(POSITION)] | None = Field(
         default=None, description="position of the cart where it ends; or a distance"
     )
+    time: Annotated[float, in_range(TIME, above=0.0)] | None = Field(
+        default=None,
+        description='duration, e.g. "1.2 s": limits that are left out follow from it, others are kept',
+    )
     dwell: Annotated[float, in_range(TIME, least=0.0)] = Field(
         default=0.0, description='pause at rest after the move, e.g. "0.5 s"'
+    )
+    forces: tuple[PhaseForce, ...] = Field(
+        default=(),
+        description="one [[moves.forces]] table for each process force during the move or a phase of it",
     )
 
     @model_validator(mode="after")
@@ -133,6 +152,9 @@ class Moves(ConfigModel):
         places = [self.start, *(leg.end for leg in self._legs)]
         travel = f"{min(places):.6g} to {max(places):.6g}"
         notes = [f"planned, known exactly: {counted(len(self._legs), 'move')}, cart from {travel} m"]
+        described = zip(range(1, MOST_MOVES + 1), self.complete, self._legs, strict=False)
+        notes += [_words(*one) for one in described]
+        notes += [f"and {len(self.moves) - MOST_MOVES} more moves"] if len(self.moves) > MOST_MOVES else []
         notes += [
             f"{profile}: drawn with {LINES} straight lines, within {DEVIATION[profile]:.1e} of the peak acceleration"
             for profile in DEVIATION
@@ -146,7 +168,8 @@ class Moves(ConfigModel):
         shared = self.limits.model_dump(exclude_none=True)
         completed = []
         for move in self.moves:
-            values = {"profile": "jerk limited"} | shared | move.model_dump(exclude_none=True)
+            own = {key: value for key in Move.model_fields if (value := getattr(move, key)) is not None}
+            values = {"profile": "jerk limited"} | shared | own
             if values["profile"] == "trapezoid" and move.jerk is None:
                 values.pop("jerk", None)
             completed.append(Move.model_construct(**values))
@@ -154,8 +177,16 @@ class Moves(ConfigModel):
 
     @checked
     def limit(self, name: LimitName) -> float:
-        """The largest value [SI] of a limit among the moves; 0 if no move has it."""
+        """The largest value [SI] of a limit among the moves; 0 if no move has it.
+
+        Raises ArgumentError for a move with a time, whose limits do not decide.
+        """
         _require_limit(name)
+        for i, move in enumerate(self.moves):
+            if move.time is not None:
+                raise ArgumentError(
+                    f"{name}: moves[{i}] keeps its time whatever its limits; leave the time out, or vary the pace"
+                )
         return max(_limit(move, name) or 0.0 for move in self.complete)
 
     @checked
@@ -187,7 +218,7 @@ class Moves(ConfigModel):
         for i, (own, move) in enumerate(zip(self.moves, self.complete, strict=True)):
             for key in ("speed", "acceleration", "jerk"):
                 needed = key != "jerk" or move.profile == "jerk limited"
-                if needed and getattr(move, key) is None:
+                if needed and move.time is None and getattr(move, key) is None:
                     hint = "here, or in [limits] for all moves"
                     hint += '; or profile = "trapezoid", which has none' if key == "jerk" else ""
                     yield _refusal(("moves", i, key), f"a largest {key}", None, hint).problems[0]
@@ -208,7 +239,17 @@ class Moves(ConfigModel):
                     raise _refusal(("moves", i, "target"), f"another place than the cart's{again}", end, hint)
                 # A distance as given, not as the difference of places, recurs to the bit: it is planned once.
                 length = abs(end - place if move.distance is None else move.distance)
-                legs.append(Leg(fastest_move(length, _limits(move)), place, end, move.dwell))
+                pieces = _planned(i, length, move)
+                for k, force in enumerate(move.forces):
+                    if not force.pieces(pieces, move.dwell):
+                        expected = "a phase that the move has"
+                        hint = (
+                            "it has no dwell"
+                            if force.during == "at rest"
+                            else "it never reaches its largest speed"
+                        )
+                        raise _refusal(("moves", i, "forces", k, "during"), expected, force.during, hint)
+                legs.append(Leg(pieces, place, end, move.dwell, move.forces))
                 place = end
         return legs
 
@@ -225,11 +266,45 @@ def _limit(move: Move, name: LimitName) -> float | None:
     return move.acceleration if name == "deceleration" and given is None else given
 
 
-def _limits(move: Move) -> Limits:
-    """The limits of a complete move."""
-    speed, acceleration, deceleration = (_limit(move, n) for n in ("speed", "acceleration", "deceleration"))
-    assert move.profile is not None and speed and acceleration and deceleration
-    return Limits(move.profile, speed, acceleration, deceleration, move.jerk or math.inf)
+def _planned(i: int, length: float, move: Move) -> Pieces:
+    """A complete move over a length [m]; i: its index."""
+    assert move.profile is not None
+    if move.time is None:
+        speed, acceleration, deceleration = (
+            _limit(move, n) for n in ("speed", "acceleration", "deceleration")
+        )
+        assert speed and acceleration and deceleration
+        return fastest_move(
+            length, Limits(move.profile, speed, acceleration, deceleration, move.jerk or math.inf)
+        )
+    free = limits_of_time(length, move.time, move.profile, move.speed or math.inf)
+    fastest = fastest_move(
+        length,
+        Limits(
+            move.profile,
+            move.speed or free.speed,
+            move.acceleration or free.acceleration,
+            _limit(move, "deceleration") or free.deceleration,
+            move.jerk or free.jerk,
+        ),
+    )
+    if fastest.time > move.time * (1.0 + 1e-12):
+        expected = f"at least {fastest.time:.4g} s, the shortest time under its limits"
+        hint = "raise its limits, or leave them out: they then follow"
+        raise _refusal(("moves", i, "time"), expected, move.time, hint)
+    return slowed(fastest, move.time)
+
+
+def _words(number: int, move: Move, leg: Leg) -> str:
+    """A move as it is run: distance, duration, and the largest speed, accelerations and jerk that it reaches."""
+    pieces = leg.pieces
+    jerk = f"jerk {digits(pieces.jerk)} m/s3" if move.profile != "trapezoid" else "the acceleration jumps"
+    forces = "".join(f"; {one.text}" for one in move.forces)
+    return (
+        f"move {number}: {digits(leg.end - leg.start, 4)} m in {digits(pieces.time, 4)} s, speed up to "
+        f"{digits(pieces.speeds().max())} m/s, acceleration {digits(pieces.start.max())} and "
+        f"{digits(pieces.start.min())} m/s2, {jerk}{forces}"
+    )
 
 
 def _refusal(path: KeyPath, expected: str, value: object, hint: str) -> ConfigError:

@@ -49,6 +49,16 @@ class Pieces:
     start: Array
     end: Array
 
+    @property
+    def time(self) -> float:
+        """Duration [s]."""
+        return float(self.length.sum())
+
+    @property
+    def jerk(self) -> float:
+        """Largest jerk within a piece [m/s3]."""
+        return float(np.abs((self.end - self.start) / self.length).max())
+
     def speeds(self) -> Array:
         """Speed [m/s] at the start of each piece, and at the end: (k + 1,)."""
         return np.append(0.0, np.cumsum(0.5 * self.length * (self.start + self.end)))
@@ -57,6 +67,31 @@ class Pieces:
         """Distance [m] travelled at the start of each piece, and at the end: (k + 1,)."""
         gains = self.length * (self.speeds()[:-1] + self.length * (2.0 * self.start + self.end) / 6.0)
         return np.append(0.0, np.cumsum(gains))
+
+
+def limits_of_time(distance: float, time: float, profile: Profile, most: float) -> Limits:
+    """Limits under which the fastest move takes `time` [s], where none but the speed is given: `most` [m/s], or inf.
+
+    Speeding up, constant speed and braking take a third of the time each; if that is too fast, the speed is `most`. A
+    jerk-limited ramp changes its acceleration for a quarter of its time at both ends. The polynomial has no such
+    choice: its limits are wide.
+    """
+    speed = min(1.5 * distance / time, most)
+    ramp = time - distance / speed
+    if not ramp > 0.0:  # too slow: the fastest move takes longer
+        ramp = time / 3.0
+    if profile == "polynomial 5":
+        wide = 20.0 * distance / time**2
+        return Limits(profile, min(2.0 * distance / time, most), wide, wide, math.inf)
+    acceleration = {"jerk limited": 4.0 / 3.0, "trapezoid": 1.0, "sine squared": 2.0}[profile] * speed / ramp
+    jerk = 4.0 * acceleration / ramp if profile == "jerk limited" else math.inf
+    return Limits(profile, speed, acceleration, acceleration, jerk)
+
+
+def slowed(pieces: Pieces, time: float) -> Pieces:
+    """The same move in another time [s], over the same distance."""
+    factor = time / pieces.time
+    return Pieces(factor * pieces.length, pieces.start / factor**2, pieces.end / factor**2)
 
 
 @lru_cache(maxsize=256)

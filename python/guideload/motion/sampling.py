@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.motion.motion import Motion
+from guideload.motion.phase_forces import PhaseForce, with_phase_forces
 from guideload.motion.profiles import Pieces
 
 CLOSE = 0.01  # of the grid's step: a grid stamp so close to a corner is left out
@@ -22,12 +23,14 @@ class Leg:
     pieces      of the move in positive direction
     start, end  m, positions of the cart before and after it
     dwell       s, the pause
+    forces      process forces
     """
 
     pieces: Pieces
     start: float
     end: float
     dwell: float
+    forces: tuple[PhaseForce, ...] = ()
 
 
 def grid_step(rate: float) -> float:
@@ -44,6 +47,7 @@ def sampled(legs: Sequence[Leg], rate: float, source: str, notes: tuple[str, ...
     parts = [_states(leg) for leg in legs]
     length, start, end, speed, place = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     corner = np.append(0.0, np.cumsum(length))
+    acting = [*_acting(legs, [len(part[0]) for part in parts], corner)]
     lasting = np.diff(corner) > 0.0  # a piece below the resolution of the stamps becomes a jump
     length, start, end, speed, place = (values[lasting] for values in (length, start, end, speed, place))
     corner = np.append(0.0, corner[1:][lasting])
@@ -65,7 +69,7 @@ def sampled(legs: Sequence[Leg], rate: float, source: str, notes: tuple[str, ...
 
     time = np.concatenate([corner[index], grid])
     order = np.argsort(time, kind="stable")
-    return Motion.along_x(
+    motion = Motion.along_x(
         time[order],
         np.concatenate([np.where(late, after[index], before[index]), bent])[order],
         velocity=np.concatenate([speed[index], speed[piece] + gained])[order],
@@ -74,6 +78,21 @@ def sampled(legs: Sequence[Leg], rate: float, source: str, notes: tuple[str, ...
         notes=notes,
         exact=True,
     )
+    return with_phase_forces(motion, acting)
+
+
+def _acting(
+    legs: Sequence[Leg], counts: Sequence[int], corner: Array
+) -> Iterator[tuple[float, float, Array]]:
+    """Start and end [s] of each process force, and its wrench. counts: pieces of each leg, with its pause."""
+    for leg, count, end in zip(legs, counts, np.cumsum(counts), strict=True):
+        for force in leg.forces:
+            pieces = force.pieces(leg.pieces, leg.dwell)
+            yield (
+                float(corner[end - count + pieces.start]),
+                float(corner[end - count + pieces.stop]),
+                force.wrench,
+            )
 
 
 def _states(leg: Leg) -> tuple[Array, Array, Array, Array, Array]:
