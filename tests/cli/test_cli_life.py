@@ -11,7 +11,7 @@ from command_line import TRACE, guideload
 from guideload.base.number_text import kilometres, rounded
 from guideload.catalogue.conditions import RuleName
 from guideload.cli.inputs import EXAMPLES
-from guideload.cli.life import RULES
+from guideload.cli.options import RULES
 from guideload.life.life import life_of
 from guideload.machine.machine import Machine
 from guideload.reports.life import life_report

@@ -27,6 +27,9 @@ from guideload import (
     life_of,
     simulate,
 )
+from guideload.cli.inputs import EXAMPLES
+from guideload.drive import drive_requirements
+from guideload.machine.drive import Drive
 from guideload.machine.modes import Modes
 from guideload.reports.sizing import sizing_report
 from guideload.sizing import largest, size
@@ -193,7 +196,7 @@ def test_a_payload_is_a_point_mass() -> None:
 
 
 def test_what_cannot_be_sized_is_refused() -> None:
-    with pytest.raises(ArgumentError, match="'huge' is not in the catalogue"):
+    with pytest.raises(ArgumentError, match="'huge' is neither a name in the catalogue"):
         size(cart(), MOTION, CATALOGUE, products=["huge"])
     machine = with_product(cart(), CATALOGUE["small"], "Z0")
     with pytest.raises(RunError, match="is not reached even without payload"):
@@ -232,8 +235,6 @@ def test_a_place_is_three_finite_numbers_of_its_quantity(given: Any) -> None:
 
 def test_commands(tmp_path: Path) -> None:
     """`size` marks the smallest product that holds, `limit` gives the pace."""
-    from guideload.cli.inputs import EXAMPLES
-
     machine, trace, catalogue = (
         EXAMPLES / name for name in ("manipulator.toml", "manipulator.csv", "catalogue.toml")
     )
@@ -247,6 +248,112 @@ def test_commands(tmp_path: Path) -> None:
     assert "--direction needs --of overhang" in refused(
         "limit", machine, trace, "--of", "payload", "--direction", "1,0,0"
     )
+
+
+@pytest.mark.parametrize(
+    "name", ["motor speed", "motor torque", "rms torque of the motor", "speed of the screw", "drive force"]
+)
+def test_the_pace_at_which_a_limit_of_the_drive_is_reached(name: str) -> None:
+    """A limit of 0.6 of the use at the present pace is used up at a slower one: speeds grow with the pace.
+
+    Forces grow with about its square: the body also turns on its guides. There is no rotor: torque is force times
+    lead / 2 pi over the ratio.
+    """
+    share, lead, fast = 0.6, 0.02, 1e4
+    drive: dict[str, Any] = {"screw_lead": lead, "gear_ratio": 2.0, "torque_curve": [[0, fast], [fast, fast]]}
+    machine = with_product(cart(), CATALOGUE["large"], "Z0").model_copy(
+        update={"drive": Drive(**drive), "gravity": (0, -9.81, 0)}
+    )
+    needed = drive_requirements(simulate(machine, MOTION))
+    assert needed.motor is not None and needed.velocity is not None
+    screw = np.abs(needed.velocity).max() * 2 * np.pi / lead
+    torque = np.abs(needed.force).max() * lead / (2 * np.pi) / 2.0
+    drive |= {
+        "motor speed": {"torque_curve": [[0, fast], [share * 2.0 * screw, fast]]},
+        "motor torque": {"torque_curve": [[0, share * torque], [fast, share * torque]]},
+        "rms torque of the motor": {"rated_torque": share * needed.motor.rms_torque},
+        "speed of the screw": {"critical_speed": share * screw},
+        "drive force": {"max_force": share * needed.peak_force},
+    }[name]
+    limit = largest(
+        machine.model_copy(update={"drive": Drive(**drive)}),
+        MOTION,
+        "pace",
+        conditions=LifeConditions(safety=1e-3),
+    )
+    assert limit.margins.first_to_fail == name
+    slower = drive_requirements(simulate(machine, at_pace(MOTION, limit.value)))
+    assert slower.motor is not None
+    used = {
+        "motor torque": np.abs(slower.force).max() / np.abs(needed.force).max(),
+        "rms torque of the motor": slower.motor.rms_torque / needed.motor.rms_torque,
+        "drive force": slower.peak_force / needed.peak_force,
+    }
+    assert (
+        used.get(name, limit.value) == pytest.approx(share, rel=5e-4) and used.get(name, limit.value) <= share
+    )
+    assert limit.tried == (0.5, 1.0)
+    assert limit.motion.velocity is not None
+    assert np.abs(limit.motion.velocity).max() == pytest.approx(limit.value * np.abs(SPEED).max(), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (["middle"], ["middle"]),  # a name goes before the words that others share
+        (["MADE up 50"], ["middle of 50 km"]),
+        (["up"], ["small", "middle", "middle of 50 km", "large", "large", "unrated"]),
+        (["small", "large"], ["small", "large", "large"]),
+    ],
+)
+def test_products_are_chosen_by_name_maker_or_size(text: list[str], names: list[str]) -> None:
+    found = size(cart(), MOTION, CATALOGUE, products=text, conditions=WANTED)
+    assert [one.product.name for one in found.candidates] == names
+    for words in ("made 5", "", " "):  # 5 is not 50
+        with pytest.raises(ArgumentError, match="neither a name in the catalogue nor words of maker"):
+            size(cart(), MOTION, CATALOGUE, products=[words])
+
+
+def test_a_row_tells_ratings_mass_and_where_the_stiffness_comes_from() -> None:
+    catalogue = Catalogue(
+        products=[product("own", 1e4), product("new", 2e4, mass=0.5, preload_classes=classes(1e8))]
+    )
+    found = size(cart(), MOTION, catalogue, conditions=LifeConditions(life="100 h"))
+    table = found.table()
+    assert table["stiffness_from"].to_dict() == {"own": "machine file", "new Z0": "product"}
+    assert math.isnan(table["carriage_mass_kg"]["own"]) and table["carriage_mass_kg"]["new Z0"] == 2.0
+    assert table["dynamic_rating_N"].tolist() == [1e4, 2e4] and table["static_rating_N"].tolist() == [
+        1.5e4,
+        3e4,
+    ]
+    for one in found.candidates:
+        assert one.life is not None and one.margins is not None
+        assert table["life_hours"][one.name] == one.life.hours(one.life.machine)
+        assert one.margins.ratios["life"] == pytest.approx(table["life_hours"][one.name] / 100.0, rel=1e-12)
+
+
+def test_a_place_may_have_units(tmp_path: Path) -> None:
+    machine = EXAMPLES / "manipulator.toml"
+    text = machine.read_text(encoding="utf-8").replace(
+        'name = "Clamping', 'catalogue = "catalogue.toml"\nname = "Clamping'
+    )
+    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
+    (tmp_path / "m.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "catalogue.toml").write_bytes((EXAMPLES / "catalogue.toml").read_bytes())
+    command = [
+        "limit",
+        tmp_path / "m.toml",
+        EXAMPLES / "manipulator.csv",
+        "--of",
+        "payload",
+        "--safety",
+        2,
+        "--at",
+    ]
+    told = [guideload(*command, place).stdout for place in ("0,0.3,0", "0 mm,300 mm,0")]
+    assert told[0] == told[1] and "Tried: " in told[0] and "stroke 2.253 m" in " ".join(told[0].split())
+    assert 'expected a length in m, got "1 kg"' in refused(*command, "1 kg,0,0")
+    assert "expected three numbers" in refused(*command, "0,0")
 
 
 def test_a_product_replaces_type_stated_rotations_and_keeps_the_structure() -> None:

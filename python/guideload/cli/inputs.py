@@ -11,6 +11,7 @@ from guideload.cli.exit_codes import InputError
 from guideload.traces.options import SmoothingOptions
 
 if TYPE_CHECKING:
+    from guideload.catalogue.conditions import LifeConditions
     from guideload.machine.machine import Machine
     from guideload.motion.motion import Motion
     from guideload.motion.moves import Moves
@@ -34,6 +35,12 @@ def read_machine(machine_file: Path, free: str | None = None) -> Machine:
     except SceneError as error:
         raise InputError(f"{source}: {error}") from error
     return machine
+
+
+def requirements(machine: Machine, given: dict[str, Any]) -> LifeConditions:
+    """The conditions of the machine with those of `options.requirement_options`, which are taken out of `given`."""
+    changes = {key: given.pop(key) for key in ("rule", "reliability", "life", "safety")}
+    return machine.life.model_copy(update={key: value for key, value in changes.items() if value is not None})
 
 
 def paths(*inputs: Path | Moves | None) -> tuple[Path, ...]:

@@ -66,6 +66,7 @@ OPTION_TYPES: dict[frozenset[type], click.ParamType[Any]] = {
     frozenset((float,)): POSITIVE,
 }
 
+RULES = ("sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson")
 machine_argument = click.argument("machine_file", metavar="MACHINE.TOML", type=InputFile)
 trace_file_argument = click.argument("trace_file", metavar="TRACE", type=InputFile)
 picture_option = click.option(
@@ -115,6 +116,18 @@ rtol_option = click.option(
     show_default=True,
     help="Tolerance of the loads, relative to the load scale.",
 )
+
+
+def requirement_options(command: Any) -> Any:
+    """Add the options for what life and static safety must reach; `inputs.requirements` takes their values."""
+    for option in (
+        click.option("--safety", type=POSITIVE, help="Static safety to be reached, e.g. 3."),
+        click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".'),
+        click.option("--reliability", type=POSITIVE, help="Probability that the life is reached, e.g. 0.95."),
+        click.option("--rule", type=click.Choice(RULES), help="Rule of the equivalent load, not the file's."),
+    ):
+        command = option(command)
+    return command
 
 
 def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> Any:

@@ -7,26 +7,28 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from guideload.base.errors import ValueRefused
+from guideload.base.units import quantity
 from guideload.cli import options
-from guideload.cli.inputs import read_machine, read_motion, read_moves
+from guideload.cli.inputs import read_machine, read_motion, read_moves, requirements
 from guideload.cli.reporting import shows_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
-    from guideload.catalogue.conditions import LifeConditions
     from guideload.cli.reporting import Shown
-    from guideload.machine.machine import Machine
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
 
-life_option = click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".')
-safety_option = click.option("--safety", type=options.POSITIVE, help="Static safety to be reached, e.g. 3.")
+NUMBER = options.NumberOrText()
 
 
 class Vector(click.ParamType[tuple[float, ...]]):
-    """Three numbers, separated by commas."""
+    """Three numbers, separated by commas, each with or without a unit."""
 
     name = "x,y,z"
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -34,11 +36,12 @@ class Vector(click.ParamType[tuple[float, ...]]):
         if isinstance(value, tuple):
             return value
         try:
-            numbers = tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            numbers = ()
+            parts = [NUMBER.convert(part, param, ctx) for part in str(value).split(",")]
+            numbers = tuple(quantity(part, self.unit) for part in parts)
+        except ValueRefused as refused:
+            self.fail(str(refused), param, ctx)
         if len(numbers) != 3:
-            self.fail(f"expected three numbers such as 0,0.3,0, got {value!r}", param, ctx)
+            self.fail(f'expected three numbers such as "0,0.3,0", got {value!r}', param, ctx)
         return numbers
 
 
@@ -56,18 +59,15 @@ class Vector(click.ParamType[tuple[float, ...]]):
     "--product",
     "products",
     multiple=True,
-    help="Product to try, instead of all; repeatable.",
+    help='Products to try: a name, or words of maker and name such as "HIWIN 25"; repeatable.',
 )
-@life_option
-@safety_option
+@options.requirement_options
 @options.trace_options
 def size(
     machine_file: Path,
     trace_file: Path | Moves,
     catalogue_file: Path | None,
     products: tuple[str, ...],
-    life: str | None,
-    safety: float | None,
     **reading: Any,
 ) -> Shown:
     """Find the smallest product of a catalogue whose carriages last, and are safe, under a motion."""
@@ -78,10 +78,10 @@ def size(
 
     with status("reading"):
         machine = read_machine(machine_file)
+        conditions = requirements(machine, reading)
         motion = read_motion(trace_file, machine, **reading)
         catalogue = packaged_catalogue() if catalogue_file is None else Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
-        conditions = _conditions(machine, life, safety)
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
     return sizing_report(machine, found), lambda pages: pages.sizing_page(machine, found)
 
@@ -99,10 +99,11 @@ def size(
     help="What grows until a requirement fails: pace of the motion, payload [kg], shift of the centre of mass [m], or "
     "a limit of planned moves.",
 )
-@click.option("--at", type=Vector(), help="Place of the payload from L, in m.  [default: 0,0,0]")
-@click.option("--direction", type=Vector(), help="Direction of the overhang.  [default: 1,0,0]")
-@life_option
-@safety_option
+@click.option(
+    "--at", type=Vector("m"), help='Payload\'s place from L, e.g. "0 mm,300 mm,0 mm".  [default: 0,0,0]'
+)
+@click.option("--direction", type=Vector("1"), help="Direction of the overhang.  [default: 1,0,0]")
+@options.requirement_options
 @options.trace_options
 def limit(
     machine_file: Path,
@@ -110,11 +111,12 @@ def limit(
     quantity: Any,
     at: tuple[float, float, float] | None,
     direction: tuple[float, float, float] | None,
-    life: str | None,
-    safety: float | None,
     **reading: Any,
 ) -> Report:
-    """Find how fast, how heavy or how far out a machine may work until life or static safety fails."""
+    """Find how fast, how heavy or how far out a machine may work until a requirement fails.
+
+    Required are life and static safety, and what the limits of products and drive allow.
+    """
     from guideload.reports.sizing import limit_report
     from guideload.sizing.limits import largest
 
@@ -131,16 +133,10 @@ def limit(
         )
     with status("reading"):
         machine = read_machine(machine_file)
+        conditions = requirements(machine, reading)
         reading_only = {name: value for name, value in reading.items() if not name.startswith("forces")}
         moves = None if with_forces else read_moves(trace_file, **reading_only)
         motion = moves or read_motion(trace_file, machine, **reading)
     with status("searching the limit"):
-        conditions = _conditions(machine, life, safety)
         found = largest(machine, motion, quantity, conditions=conditions, **places)
     return limit_report(machine, found, conditions)
-
-
-def _conditions(machine: Machine, life: str | None, safety: float | None) -> LifeConditions:
-    """The requirements of the machine, or those of the command line."""
-    given = {"life": life, "safety": safety}
-    return machine.life.model_copy(update={key: value for key, value in given.items() if value is not None})

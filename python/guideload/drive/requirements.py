@@ -109,6 +109,24 @@ class DriveRequirements:
         """Power at the cart (time,) [W]; negative where the cart feeds the drive; None without velocity."""
         return None if self.velocity is None else self.force * self.velocity
 
+    @cached_property
+    def margins(self) -> dict[str, float]:
+        """Limit over what the motion asks, by name of the limit; inf where it asks nothing. Those the machine has."""
+        found: list[tuple[str, float | None, float]] = []
+        drive, motor = self.machine.drive, self.motor
+        if drive is None:
+            return {}
+        if motor is not None:
+            speed = float(np.abs(motor.speed).max())
+            if drive.torque_curve is not None and motor.use is not None:
+                found.append(("motor speed", drive.torque_curve[-1][0], speed))
+                within = np.abs(motor.speed) <= drive.torque_curve[-1][0]
+                found.append(("motor torque", 1.0, float(motor.use[within].max(initial=0.0))))
+            found.append(("rms torque of the motor", motor.rated_torque, motor.rms_torque))
+            found.append(("speed of the screw", drive.critical_speed, abs(speed / drive.gear_ratio)))
+        found.append(("drive force", drive.max_force, self.peak_force))
+        return {name: limit / asked if asked else np.inf for name, limit, asked in found if limit is not None}
+
     @property
     def push(self) -> Array:
         """Force (time,) [N] with which the rack pushes the body away; zeros without a pressure angle."""

@@ -68,6 +68,14 @@ class Drive(ConfigModel):
     rated_torque: Torque | None = Field(
         default=None, description="continuous torque of the motor, which the rms torque is compared with"
     )
+    critical_speed: Annotated[float, in_range(ANGULAR_SPEED, above=0.0)] | None = Field(
+        default=None,
+        description='largest speed of the screw, e.g. "1800 rpm": its critical speed, or that of its nut',
+    )
+    max_force: Annotated[float, in_range(FORCE, above=0.0)] | None = Field(
+        default=None,
+        description='largest force at the cart, e.g. "12 kN": buckling of the screw, pull of the belt, peak of a motor',
+    )
     pressure_angle: Angle | None = Field(
         default=None,
         description='of the teeth of the rack, e.g. "20 deg": the rack then pushes the body away; needs push_direction',
@@ -108,6 +116,8 @@ class Drive(ConfigModel):
                 raise ValueRefused(
                     f"no {rotary[0]} beside linear_motor", given, "a linear motor does not turn"
                 )
+        if self.critical_speed is not None and self.screw_lead is None:
+            raise ValueRefused("screw_lead beside critical_speed", given, "only a screw has a critical speed")
         if (self.pressure_angle is None) != (self.push_direction is None):
             raise ValueRefused("both pressure_angle and push_direction, or neither", given)
         if self.pressure_angle is not None and self.pinion_diameter is None:

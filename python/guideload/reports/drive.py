@@ -58,6 +58,9 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
             yield f"Power flows back from the cart, up to {load_in_table(-float(needed.power.min()))} W."
     if needed.motor is not None:
         yield from _motor_sentences(needed.motor)
+    for name in ("speed of the screw", "drive force"):
+        if (margin := needed.margins.get(name)) is not None:
+            yield f"{'Note: the' if margin < 1.0 else 'The'} {name} reaches {percent(1.0 / margin)} of its limit."
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)
         names = (carriage.name for carriage in result.machine.carriages)

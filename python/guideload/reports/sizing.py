@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from guideload.base.number_text import counted, digits, fixed, joined, number
+import numpy as np
+
+from guideload.base.number_text import between, counted, digits, fixed, joined, number
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Definitions, Report, Section, Table, Value
@@ -13,15 +15,17 @@ from guideload.reports.report import Definitions, Report, Section, Table, Value
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
     from guideload.machine.machine import Machine
+    from guideload.motion.motion import Motion
     from guideload.sizing.limits import Limit
     from guideload.sizing.requirements import Margins
     from guideload.sizing.size import Candidate, Sizing
 
 DEFINITIONS = (
-    "Ranked by the dynamic load rating for 100 km. Life: of all carriages together; S0: static safety of the weakest "
+    "Ranked by the dynamic load rating for 100 km. C: as printed by the maker, for 50 or 100 km. Life: "
+    "of all carriages together; S0: static safety of the weakest "
     "carriage; margin: smallest ratio of figure to requirement; the criterion that has it fails first. The product "
     "gives ratings and, if its record has them, stiffness, preload and length; damping is scaled so that damping "
-    "ratios stay, and the mass stays."
+    "ratios stay, and the mass stays. Carriages: their mass together."
 )
 UNITS = {
     "pace": "times the given pace",
@@ -63,16 +67,24 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
 
 
 def _candidates_table(sizing: Sizing) -> Table:
-    headings = [("product",), ("life", "km", "life"), ("S0", "", "factor"), ("margin", "", "factor")]
-    headings += [("drive", "N", "load"), ("mode 1", "Hz", "3 digits"), ("fails first",)]
+    headings = [("product",), ("C", "kN", "3 digits"), ("C0", "kN", "3 digits"), ("life", "h", "hours")]
+    headings += [("S0", "", "factor"), ("margin", "", "factor"), ("fails first",), ("drive", "N", "load")]
+    headings += [("mode 1", "Hz", "3 digits"), ("carriages", "kg", "3 digits"), ("stiffness of",)]
     rows: list[tuple[Value, ...]] = []
     for one in sizing.candidates:
-        if one.life is None or one.margins is None:
+        if (
+            one.life is None
+            or one.margins is None
+            or one.product.dynamic is None
+            or one.product.static is None
+        ):
             continue
         mark = "* " if one is sizing.smallest else "  " if one.holds else "- "
-        figures = one.life.machine, one.life.weakest.static.safety, one.margins.smallest
-        force = None if one.drive_force != one.drive_force else one.drive_force
-        rows.append((mark + one.name, *figures, force, one.first_mode, one.margins.first_to_fail))
+        ratings = 1e-3 * one.product.dynamic.value, 1e-3 * one.product.static
+        figures = one.life.hours(one.life.machine), one.life.weakest.static.safety, one.margins.smallest
+        force, mass = (None if value != value else value for value in (one.drive_force, one.carriage_mass))
+        others = one.margins.first_to_fail, force, one.first_mode, mass, one.stiffness_from
+        rows.append((mark + one.name, *ratings, *figures, *others))
     return Table.by_rows(headings, rows)
 
 
@@ -107,15 +119,35 @@ def requirements(conditions: LifeConditions) -> str:
 def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> Report:
     """The largest value of a quantity, and what would fail beyond it."""
     wanted = requirements(conditions)
+    low, high = limit.tried
+    unit = UNITS[limit.quantity]
     if limit.value == float("inf"):
         text = f"{machine.name}: the requirement ({wanted}) is met at every {limit.quantity} that was tried."
     else:
         text = (
             f"{machine.name}: the requirement ({wanted}) is met up to {digits(limit.value, 4)} "
-            f"{UNITS[limit.quantity]}. Beyond it {limit.margins.first_to_fail} fails first."
+            f"{unit}. Beyond it {limit.margins.first_to_fail} fails first."
         )
     figures = ", ".join(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
     return Report(
         title=f"{machine.name}: largest {limit.quantity}",
-        answer=[text, f"Figures over requirements there: {figures}."],
+        answer=[
+            text,
+            f"Figures over requirements there: {figures}.",
+            f"The motion there: {_reached(limit.motion)}. Tried: {between(low, high)} {unit.partition(' as ')[0]}.",
+        ],
     )
+
+
+def _reached(motion: Motion) -> str:
+    """Largest speed, acceleration and jerk of a motion, and its stroke, as far as they are known."""
+    step, change = np.diff(motion.time), np.diff(motion.acceleration[:, 0])
+    jumps = bool(change[step == 0.0].any())
+    slopes = np.divide(np.abs(change), step, out=np.zeros_like(step), where=step > 0.0)
+    parts = [f"acceleration {digits(np.abs(motion.acceleration[:, 0]).max())} m/s2"]
+    parts.append("its acceleration jumps" if jumps else f"jerk {digits(slopes.max())} m/s3")
+    if motion.velocity is not None:
+        parts.insert(0, f"speed up to {digits(np.abs(motion.velocity[:, 0]).max())} m/s")
+    if motion.position is not None:
+        parts.append(f"stroke {digits(np.ptp(motion.position[:, 0]), 4)} m")
+    return ", ".join(parts)

@@ -39,12 +39,16 @@ class Limit:
               payload: kg, added at a point; overhang: m, shift of the body's centre of mass along a direction;
               speed, acceleration, deceleration, jerk: SI, the largest among the planned moves, all scaled alike
     value     its largest value; inf if the search ends before anything fails
-    margins   at this value
+    margins   at this value, or at the largest tried
+    tried     smallest and largest value that was tried
+    motion    at this value, or at the largest tried
     """
 
     quantity: Quantity
     value: float
     margins: Margins
+    tried: tuple[float, float]
+    motion: Motion
 
 
 @checked
@@ -81,18 +85,26 @@ def largest(
         else _variation(machine, motion, quantity, place, along)
     )
 
+    runs: dict[float, tuple[Margins, Motion]] = {}
+
     def margins(value: float) -> Margins:
-        changed, moved = vary(value)
-        return margins_of(life_of(simulate(changed, moved), conditions or machine.life))
+        if value not in runs:
+            changed, moved = vary(value)
+            runs[value] = margins_of(life_of(simulate(changed, moved), conditions or machine.life)), moved
+        return runs[value][0]
 
     low, high = _bracket(margins, unit, quantity)
-    if math.isinf(high):
-        return Limit(quantity, math.inf, margins(low))
-    value = float(
-        brentq(lambda value: margins(value).smallest - 1.0, low, high, rtol=ACCURACY, xtol=ACCURACY * high)
-    )
-    value = value if margins(value).hold else value - 2.0 * ACCURACY * high
-    return Limit(quantity, value, margins(value))
+    value = high
+    if math.isfinite(high):
+        value = float(
+            brentq(
+                lambda value: margins(value).smallest - 1.0, low, high, rtol=ACCURACY, xtol=ACCURACY * high
+            )
+        )
+        value = value if margins(value).hold else value - 2.0 * ACCURACY * high
+        margins(value)
+    found, moved = runs[value if math.isfinite(high) else low]
+    return Limit(quantity, value, found, (min(runs), max(runs)), moved)
 
 
 def _vector(
@@ -134,7 +146,7 @@ def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantit
     where = f"without {quantity}" if added else f"at {high / unit:g} of the {quantity}"
     raise RunError(
         f"{quantity}: {found.first_to_fail} is not reached even {where} ({found.smallest:.3g} of what is wanted); "
-        "take a larger product, or lower the requirement"
+        "take a larger product or drive, or lower the requirement"
     )
 
 

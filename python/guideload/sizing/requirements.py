@@ -1,4 +1,4 @@
-"""What a product must fulfil, and by how much it does: life, static safety, speed, acceleration."""
+"""What a machine must fulfil, and by how much it does: life, static safety, limits of products and drive."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.catalogue.conditions import LifeConditions
+from guideload.drive.requirements import drive_requirements
 from guideload.life.life import Life
 
 
@@ -15,7 +16,7 @@ class Margins:
     """Figure over requirement of each criterion; at least 1 holds. Criteria without requirement are missing.
 
     ratios  by criterion: "life" (of the machine), "static safety" (of the weakest carriage), "speed", "acceleration"
-            (limit of the product over the largest of the motion)
+            (limit of the product over the largest of the motion), limits of the drive (`DriveRequirements.margins`)
     """
 
     ratios: dict[str, float]
@@ -37,7 +38,7 @@ class Margins:
 
 
 def margins_of(life: Life) -> Margins:
-    """The margins of a life against its conditions and the limits of the products."""
+    """The margins of a life against its conditions and the limits of products and drive."""
     conditions: LifeConditions = life.conditions
     ratios = {"static safety": life.weakest.static.safety / conditions.least_safety}
     if life.wanted is not None:
@@ -51,4 +52,7 @@ def margins_of(life: Life) -> Margins:
         reached = float(np.abs(history).max())
         if limits and reached > 0.0:
             ratios[name] = min(limits) / reached
+    result = life.record.result
+    if "x" not in result.machine.free:
+        ratios |= drive_requirements(result).margins
     return Margins(ratios)

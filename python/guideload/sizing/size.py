@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -80,6 +81,13 @@ class Candidate:
         return self.margins is not None and self.margins.hold
 
     @property
+    def carriage_mass(self) -> float:
+        """Mass of all carriages of the machine [kg]; nan if the record does not have it, or the run failed."""
+        if self.result is None or self.product.mass is None:
+            return math.nan
+        return self.product.mass * len(self.result.machine.carriages)
+
+    @property
     def size(self) -> float:
         """What candidates are ranked by: the dynamic load rating for 100 km of travel [N]."""
         return self.product.rating_for_100_km
@@ -107,12 +115,16 @@ class Sizing:
         rows = [
             {
                 "holds": one.holds,
+                "dynamic_rating_N": math.nan if one.product.dynamic is None else one.product.dynamic.value,
+                "static_rating_N": math.nan if one.product.static is None else one.product.static,
+                "life_hours": math.nan if one.life is None else one.life.hours(one.life.machine),
                 "life_km": math.nan if one.life is None else 1e-3 * one.life.machine,
                 "static_safety": math.nan if one.life is None else one.life.weakest.static.safety,
                 "margin": math.nan if one.margins is None else one.margins.smallest,
                 "fails_first": "" if one.margins is None else one.margins.first_to_fail,
                 "drive_force_N": one.drive_force,
                 "first_mode_Hz": one.first_mode,
+                "carriage_mass_kg": one.carriage_mass,
                 "stiffness_from": one.stiffness_from,
                 "reason": one.reason,
             }
@@ -133,7 +145,7 @@ def size(
 ) -> Sizing:
     """Run the machine with every product and preload class of a catalogue on its carriages, and rank them.
 
-    products    names of those to try; default: all
+    products    those to try: a name, or words that all must be in maker and name, "HIWIN 25"; default: all
     conditions  requirements; default: the table [life] of the machine
     progress    called with the number of finished candidates and of all
 
@@ -145,12 +157,8 @@ def size(
     if not machine.carriages:
         raise ArgumentError("machine: it has no carriages to size")
     conditions = conditions or machine.life
-    known = {product.name: product for product in catalogue.products}
-    chosen = list(known) if products is None else list(products)
-    for name in chosen:
-        if name not in known:
-            raise ArgumentError(f"products: {name!r} is not in the catalogue, which has {', '.join(known)}")
-    trials = [(known[name], kind) for name in chosen for kind in _classes(known[name])]
+    chosen = catalogue.products if products is None else _selected(catalogue, products)
+    trials = [(product, kind) for product in chosen for kind in _classes(product)]
     candidates: list[Candidate] = []
     runs: dict[tuple[object, ...], Candidate] = {}
     for done, (product, preload_class) in enumerate(trials, 1):
@@ -162,6 +170,30 @@ def size(
             progress(done, len(trials))
     ranked = sorted(candidates, key=lambda one: (one.margins is None, one.size, one.name))
     return Sizing(tuple(ranked), conditions)
+
+
+def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
+    """The products that the texts name: one by its name, or all whose maker and name contain every word.
+
+    A number is not part of a longer one: "25" selects HGH25CA, but not HGH250. Raises ArgumentError.
+    """
+    found: dict[str, Product] = {}
+    for text in texts:
+        named = {one.name: one for one in catalogue.products if one.name == text}
+        words = [re.compile(rf"(?<!\d){re.escape(word)}(?!\d)", re.IGNORECASE) for word in text.split()]
+        every = {
+            one.name: one
+            for one in catalogue.products
+            if all(w.search(f"{one.maker} {one.name}") for w in words)
+        }
+        if not (named or (words and every)):
+            known = ", ".join(one.name for one in catalogue.products)
+            raise ArgumentError(
+                f"products: {text!r} is neither a name in the catalogue nor words of maker and name, as in 'HIWIN 25'; "
+                f"it has {known}"
+            )
+        found |= named or every
+    return list(found.values())
 
 
 def _classes(product: Product) -> list[str | None]:
