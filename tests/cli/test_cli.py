@@ -287,9 +287,16 @@ def test_help_is_in_the_order_of_use_and_loads_no_heavy_module() -> None:
     assert not heavy & modules_after(
         "from guideload.cli.main import main\nmain(['-h'], standalone_mode=False)"
     )
-    commands = guideload("--help").stdout.partition("Commands:")[2].splitlines()
-    listed = [line.split()[0] for line in commands if line.strip()]
-    assert listed[:3] == ["demo", "init", "check"] and set(listed) == set(main.commands)
+    groups = guideload("--help").stdout.split("Options:")[1].split("\n\n")[1:]
+    lines = [line for group in groups for line in group.splitlines()[1:] if line.strip()]
+    assert [line.split()[0] for line in lines] == list(main.commands) and list(main.commands)[:3] == [
+        "demo",
+        "init",
+        "check",
+    ]
+    assert len(groups) == 5 and all(
+        len(line) <= 80 and line.endswith(".") and ".." not in line for line in lines
+    )
 
 
 def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path: Path, trace: str) -> None:

@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 @shows_report
 @click.argument("duty_file", metavar="DUTY.TOML", type=InputFile)
 def duty(duty_file: Path) -> Shown:
-    """Show life and static safety under a duty cycle: load cases with their cycles per hour or shift.
+    """Show life and static safety under a duty cycle.
 
-    Each case has a machine, or changes of one, and a motion. The report says which case uses which share of the life.
+    A duty cycle is load cases with their cycles per hour or shift. Each case has a machine, or changes of one, and
+    a motion. The report says which case uses which share of the life.
     """
     from guideload.duty.duty_cycle import DutyCycle
     from guideload.reports.duty import duty_report

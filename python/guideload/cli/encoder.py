@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 def encoder(
     trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
 ) -> Report:
-    """Report on an encoder trace, and draw it: samples, acceleration with its band, spectrum.
+    """Report on an encoder trace, and draw it.
 
-    The report states quantum, kind of time stamps, damage and repairs; the result of the smoothing; and for a machine
-    the modes that the trace can show.
+    The picture has samples, acceleration with its band, and spectrum. The report states quantum, kind of time
+    stamps, damage and repairs; the result of the smoothing; and for a machine the modes that the trace can show.
     """
     from guideload.reports.trace import encoder_report
 

@@ -38,10 +38,11 @@ class Answer(NamedTuple):
 @no_pictures_option
 @overwrite_option
 def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwrite: bool) -> None:
-    """Find the stiffness and damping that a machine really has, from measurements, with their uncertainty.
+    """Find real stiffness and damping from measurements.
 
-    The file names the machine, its unknown numbers and the measured data. -o writes a folder with the machine file with
-    the identified values, a study file with their uncertainty, report, numbers and pictures.
+    The uncertainty is stated with them. The file names the machine, its unknown numbers and the measured data. -o
+    writes a folder with the machine file with the identified values, a study file with their uncertainty, report,
+    numbers and pictures.
     """
     from guideload.identification.description import read_identify
 

@@ -40,9 +40,10 @@ def life(
     overwrite: bool,
     **given: Any,
 ) -> Report:
-    """Show life and static safety of the carriages under a measured or planned motion, and their causes.
+    """Show life and static safety under a motion.
 
-    The carriages name products of a catalogue. The picture shows the damage along the rails.
+    The report also has the causes of the worst load. The carriages name products of a catalogue. The picture shows
+    the damage along the rails.
     """
     from guideload.life.life import life_of
     from guideload.reports.life import life_report

@@ -51,7 +51,7 @@ def long_run(
     overwrite: bool,
     **reading: Any,
 ) -> None:
-    """Compute peaks and life over a record of any length, a block at a time.
+    """Compute peaks and life over a record of any length.
 
     TRACE.PARQUET is read, smoothed and run in blocks, each of which starts where the one before ended; histories of the
     loads are not stored. Ctrl-C, or a block that fails, ends it with the values so far.

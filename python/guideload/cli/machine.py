@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
 )
 def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
-    """Write a commented machine.toml, study.toml, catalogue.toml or moves.toml to fill in.
+    """Write a commented machine, study, catalogue or moves file.
 
     PATH is the name of the file, or a folder.
     """
@@ -84,9 +84,9 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 @options.optional_trace_argument
 @options.trace_options
 def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> Report:
-    """Check a machine, and optionally a trace, and show their contents.
+    """Check a machine and a motion, and show what they contain.
 
-    With a trace the report also shows which modes of the machine the trace can show.
+    With a motion the report also shows its moves, and which modes of the machine a trace can show.
     """
     from guideload.reports.machine import machine_report
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+from pathlib import Path
 from typing import Any
 
 import click
@@ -33,6 +34,7 @@ from guideload.cli.long_run import long_run
 from guideload.cli.machine import check, init, modes
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.monitor import monitor
+from guideload.cli.next_steps import next_steps
 from guideload.cli.probability import probability
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
@@ -41,6 +43,7 @@ from guideload.cli.sensitivities import sensitivities
 from guideload.cli.signals import ended_in_order
 from guideload.cli.sizing import limit, size
 from guideload.cli.study import study
+from guideload.cli.terminal import print_text
 
 
 class Commands(click.Group):
@@ -70,38 +73,36 @@ class Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The commands in groups, each with the first sentence of its help."""
+        for title, commands in GROUPS.items():
+            with formatter.section(title):
+                rows = [(str(one.name), one.get_short_help_str(LONGEST)) for one in commands]
+                formatter.write_dl([(name.ljust(len("sensitivities")), text) for name, text in rows])
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+
+@click.group(
+    cls=Commands, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
+)
 @click.version_option(package_name="guideload")
-def main() -> None:
+@click.pass_context
+def main(ctx: click.Context) -> None:
     """Dynamic load of linear rolling guides, from a measured or planned motion to the load of every carriage.
 
-    Start with `guideload demo`, or with `guideload init`, which writes a machine.toml to fill in.
+    `guideload` alone says what to do next in this folder. Begin with `guideload demo`, or with `guideload init`, which
+    writes a machine.toml to fill in.
     """
+    if ctx.invoked_subcommand is None:
+        print_text("\n".join(next_steps(Path())))
 
 
-for command in (
-    demo,
-    init,
-    check,
-    modes,
-    response,
-    encoder,
-    run,
-    life,
-    size,
-    limit,
-    sensitivities,
-    compare,
-    duty,
-    long_run,
-    study,
-    identify,
-    probability,
-    monitor,
-    chart,
-    stability,
-    catalogue,
-    schema,
-):
+LONGEST = 61  # characters of a one-line text, so that its line ends before column 80
+GROUPS: dict[str, tuple[click.Command, ...]] = {
+    "Describe a machine": (demo, init, check, modes, catalogue, schema),
+    "Compute loads and life": (run, life, duty, long_run, study, probability, response),
+    "Decide": (size, limit, compare, sensitivities),
+    "Measure": (encoder, identify, monitor),
+    "Methods": (chart, stability),
+}
+for command in (command for commands in GROUPS.values() for command in commands):
     main.add_command(command)

@@ -61,8 +61,8 @@ def chart(
 ) -> Report:
     """Draw the work-precision diagram of all methods.
 
-    Every method computes the loads of a machine under a motion, with a range of tolerances and fixed steps. The error
-    is the difference of the loads from a reference, whose own error is reported.
+    Every method computes the loads of a machine under a motion, with a range of tolerances and fixed steps. The
+    error is the difference of the loads from a reference, whose own error is reported.
     """
     from guideload.base.finite import require_finite_table
     from guideload.method_comparison.runner import work_precision
@@ -123,10 +123,11 @@ def stability(
     overwrite: bool,
     **reading: Any,
 ) -> Report:
-    """Find the longest stable step of rk45, and the steps and time of every method.
+    """Find the longest stable step of rk45.
 
-    With a longer step an eigenvalue of the machine leaves the stability region of rk45. Steps and time are those of a
-    run under a motion, or under a standard move if no trace is given.
+    The report also has the steps and time of every method. With a longer step an eigenvalue of the machine leaves
+    the stability region of rk45. Steps and time are those of a run under a motion, or under a standard move if no
+    trace is given.
     """
     from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report

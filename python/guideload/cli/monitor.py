@@ -26,7 +26,10 @@ ENDINGS = {".rs": "Rust", ".h": "C", ".toml": "monitor file"}
 
 @click.group()
 def monitor() -> None:
-    """The load monitor of a controller or a PC: loads and life used, from encoder counts."""
+    """Build or run a load monitor of a controller or a PC.
+
+    It computes loads and life used from encoder counts.
+    """
 
 
 monitor.add_command(watch)

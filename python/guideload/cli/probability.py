@@ -42,10 +42,10 @@ def probability(
     seed: int | None,
     threads: int | None,
 ) -> None:
-    """Probability that a machine exceeds a limit, down to 1e-9, by subset simulation.
+    """Find the probability that a machine exceeds a limit.
 
-    For probabilities which a study of some thousand samples cannot count. The limits and the varied parameters are
-    those of a study file; its number of samples does not matter.
+    By subset simulation, down to 1e-9: for probabilities which a study of some thousand samples cannot count. The
+    limits and the varied parameters are those of a study file; its number of samples does not matter.
     """
     from guideload.reports.probability import probability_report
     from guideload.study.rare import exceedance_probability, wanted_limits

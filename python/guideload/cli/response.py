@@ -59,10 +59,10 @@ def response(
     table: Path | None,
     overwrite: bool,
 ) -> Report:
-    """Show how the points of a machine answer to vibration of the drive, or to a force at one of them.
+    """Show the frequency response of the points of a machine.
 
-    Magnitude and phase over the frequency, of the machine linearised at rest. The points are the [[points]] of the
-    machine file.
+    It is the answer to vibration of the drive, or to a force at one of the points: magnitude and phase over the
+    frequency, of the machine linearised at rest. The points are the [[points]] of the machine file.
     """
     from guideload.machine.response import frequency_response
     from guideload.reports.response import response_report

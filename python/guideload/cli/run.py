@@ -120,7 +120,7 @@ def run(
     strict: bool,
     **reading: Any,
 ) -> None:
-    """Compute the load of every carriage under a measured or planned motion.
+    """Compute the load of every carriage under a motion.
 
     TRACE: a measured motion, or a motion file (.toml) with planned moves, in every command. -o writes a folder with
     loads, report and pictures, --report one HTML file; at least one of them is needed.

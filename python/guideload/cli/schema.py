@@ -12,7 +12,10 @@ from guideload.cli.options import FileKind
 @click.command()
 @click.argument("kind", type=click.Choice(get_args(FileKind)))
 def schema(kind: FileKind) -> None:
-    """Print the JSON schema of a kind of file, for completion and checks in an editor."""
+    """Print the JSON schema of a kind of file, for editors.
+
+    They complete keys and check values by it.
+    """
     from guideload.base.finite import finite_json
     from guideload.cli.file_schema import file_schema
 

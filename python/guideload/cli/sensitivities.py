@@ -55,9 +55,10 @@ def sensitivities(
     overwrite: bool,
     **given: Any,
 ) -> Report:
-    """Show which numbers of a machine drive a load or a life, from exact derivatives of one run.
+    """Show which numbers of a machine drive a load or a life.
 
-    The picture is a tornado diagram. For ranges of values, and for machines with clearance or preload, run a study.
+    They follow from exact derivatives of one run. The picture is a tornado diagram. For ranges of values, and for
+    machines with clearance or preload, run a study.
     """
     from guideload.reports.sensitivities import sensitivities_report
     from guideload.sensitivity.influence import rank_influences

@@ -70,7 +70,10 @@ def size(
     products: tuple[str, ...],
     **reading: Any,
 ) -> Shown:
-    """Find the smallest product of a catalogue whose carriages last, and are safe, under a motion."""
+    """Find the smallest product of a catalogue that holds.
+
+    It must reach life and static safety under a motion, within the limits of product and drive.
+    """
     from guideload.catalogue.catalogue import Catalogue
     from guideload.catalogue.packaged import packaged_catalogue
     from guideload.reports.sizing import sizing_report
@@ -113,9 +116,10 @@ def limit(
     direction: tuple[float, float, float] | None,
     **reading: Any,
 ) -> Report:
-    """Find how fast, how heavy or how far out a machine may work until a requirement fails.
+    """Find how fast, how heavy or how far out a machine may work.
 
-    Required are life and static safety, and what the limits of products and drive allow.
+    The limit is where a requirement fails. Required are life and static safety, and what the limits of products and
+    drive allow.
     """
     from guideload.reports.sizing import limit_report
     from guideload.sizing.limits import largest

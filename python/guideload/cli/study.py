@@ -53,10 +53,11 @@ def study(
     no_pictures: bool,
     report: Path | None,
 ) -> None:
-    """Run a Monte Carlo study: the distribution of the loads of a machine with varied parameters.
+    """Find how the loads scatter if the machine varies.
 
-    Samples are written in chunks. After Ctrl-C the report covers the samples that are done. --resume runs the others,
-    also after a crash, and gives the same result to the last bit.
+    This is a Monte Carlo study: the distribution of the loads of a machine with varied parameters. Samples are
+    written in chunks. After Ctrl-C the report covers the samples that are done. --resume runs the others, also
+    after a crash, and gives the same result to the last bit.
     """
     from guideload.study.execution import StudyInterrupted, run_study
 
