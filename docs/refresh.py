@@ -41,6 +41,7 @@ from guideload import (
     simulate,
     stability,
 )
+from guideload.base.warnings import LIMITS
 from guideload.cli.main import main
 from guideload.identification import Identification, identify_file
 
@@ -169,6 +170,12 @@ def figure() -> str:
     )
 
 
+def limits() -> str:
+    """The limits of the warnings."""
+    rows = ["| figure | no warning | reason |", "|---|---|---|"]
+    return "\n".join([*rows, *(f"| {one.figure} | {one.text} | {one.reason} |" for one in LIMITS.values())])
+
+
 def study_table() -> str:
     limit = described().limits["peak_resultant"]
     rows = [f"| carriage | median | 95 % | 99 % | above {limit} |", "|---|---:|---:|---:|---:|"]
@@ -201,8 +208,8 @@ def between(begin: str, end: str) -> Callable[[list[str]], list[str]]:
 
 
 def answer_and_table(paragraphs: list[str]) -> list[str]:
-    """The first paragraph of a report and its first table."""
-    return [paragraphs[0], next(paragraph for paragraph in paragraphs if "───" in paragraph)]
+    """The first two paragraphs of a report and its first table."""
+    return [*paragraphs[:2], next(paragraph for paragraph in paragraphs if "───" in paragraph)]
 
 
 def printed(*arguments: str, choose: Callable[[list[str]], list[str]] = lambda all_of_it: all_of_it) -> str:
@@ -263,15 +270,16 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "weight": weight,
     "dynamics": dynamics,
     "figure": figure,
+    "limits": limits,
     "study": study_table,
     "report-head": lambda: printed(*RUN, choose=answer_and_table),
     "audit": lambda: f"```text\n{result().audit}\n```",
     "check": lambda: printed("check", "machine.toml"),
     "encoder": lambda: printed(
-        "encoder", "manipulator.csv", "--machine", "manipulator.toml", choose=first(6)
+        "encoder", "manipulator.csv", "--machine", "manipulator.toml", choose=first(7)
     ),
     "monitor-watch": monitor_watch,
-    "identify": lambda: identification(first(4)),
+    "identify": lambda: identification(first(5)),
     "identify-worth": lambda: identification(between("What these", "Differences")),
     "identify-next": lambda: identification(between("Which model", "Search")),
 }

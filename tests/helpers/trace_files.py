@@ -34,7 +34,7 @@ def refuses(message: str, call: Callable[..., Any], *arguments: Any, **options: 
 
 def has_note(trace: Trace, *parts: str) -> bool:
     """Whether one of the notes contains all of these parts."""
-    return any(all(part in note for part in parts) for note in trace.notes)
+    return any(all(part in note for part in parts) for note in (*trace.notes, *trace.warnings))
 
 
 def same(one: Trace, other: Trace) -> bool:

@@ -5,8 +5,8 @@ import pytest
 import reference as ref
 
 from guideload import Body, Link, Machine, Motion, Result, simulate
+from guideload.base.warnings import LIMITS
 from guideload.motion.resolution import (
-    WARNING_SHARE,
     TraceResolution,
     ramp_time,
     sudden_change,
@@ -156,7 +156,7 @@ def test_the_truth_lies_within_the_bound(band: float) -> None:
 def test_faster_samples_hide_less_and_at_four_kilohertz_nothing() -> None:
     found = [of(ref.cart(), pushed(rate)) for rate in (20.0, 100.0, 400.0, 4000.0)]
     shares = [each.worst[0] for each in found]
-    assert np.all(np.diff(shares) < 0.0) and shares[0] > WARNING_SHARE and shares[-1] < 1e-3
+    assert np.all(np.diff(shares) < 0.0) and shares[0] > LIMITS["hidden load"].most and shares[-1] < 1e-3
     assert np.all(found[-1].frequency < found[-1].bandwidth) and "with the 3 modes" in found[-1].text
     assert not [*found[-1].warnings()]
 
@@ -192,13 +192,13 @@ def test_the_band_stays_with_a_result_and_files_of_before_have_half_the_rate() -
     result = simulate(ref.cart(), motion)
     assert result.audit.resolution is not None and result.audit.resolution.bandwidth == 6.0
     np.testing.assert_allclose(result.audit.resolution.hidden, of(ref.cart(), motion).hidden, rtol=1e-12)
-    (warning,) = result.audit.warnings
+    (warning,) = ref.warnings_of(result.audit)
     assert "Noise limits the bandwidth" in warning
     before = result.data.copy()
     del before.attrs["motion_bandwidth_Hz"]
     older = Result(ref.cart(), before).audit
     assert older.resolution is not None and older.resolution.bandwidth == pytest.approx(500.0)
-    assert not older.warnings
+    assert not ref.warnings_of(older)
 
 
 def test_without_the_samples_there_is_no_resolution() -> None:
@@ -209,4 +209,4 @@ def test_without_the_samples_there_is_no_resolution() -> None:
 
 def test_the_example_is_carried_by_its_trace() -> None:
     found = of(*ref.example())
-    assert found.worst[0] < 0.5 * WARNING_SHARE and not [*found.warnings()]
+    assert found.worst[0] < 0.5 * LIMITS["hidden load"].most and not [*found.warnings()]

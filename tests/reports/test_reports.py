@@ -86,11 +86,10 @@ def test_the_answer_comes_first_and_warnings_follow(result: Result) -> None:
     assert (
         f"the largest load is {worst['peak_resultant_N']:.0f} N, on carriage {worst.name}" in report.answer[0]
     )
-    assert report.answer[0].endswith(" No warnings.") and not report.warnings
+    assert report.verdict == ("1 warning:" if report.warnings else "No warnings.") in report.text()
     early = simulate(ref.cart(), Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
-    assert result_report(early).answer[0].endswith(" 1 warning.") and early.audit.warnings == (
-        *result_report(early).warnings,
-    )
+    assert result_report(early).verdict == "2 warnings:"
+    assert early.audit.warnings == (*result_report(early).warnings,)
 
 
 def test_a_motion_under_way_spoils_the_peaks_until_the_slowest_mode_has_died_away() -> None:
@@ -211,15 +210,14 @@ def test_laws_are_told_of_nonlinear_carriages_alone() -> None:
     [
         ({"clearance_y": 9e-4}, None),
         ({"clearance_y": 5.0}, "is it in m?"),
-        ({"stiffness_y": 120.0, "stiffness_z": 120.0}, "the lowest mode is at"),
-        ({"damping": 1e8}, "a damping ratio is"),
+        ({"stiffness_y": 120.0, "stiffness_z": 120.0}, "modes, mode 1 is at"),
+        ({"damping": 1e8}, "is damped by"),
     ],
 )
 def test_values_of_no_machine_are_taken_for_mistaken_units(
     changes: dict[str, Any], question: str | None
 ) -> None:
     warnings = " ".join(machine_report(ref.cart(**changes)).warnings)
-    assert ("Numbers without unit are SI" in warnings) is (question is not None)
     assert question is None or question in warnings
 
 

@@ -52,7 +52,7 @@ def test_what_fits_is_one_table_and_what_is_empty_is_left_out() -> None:
     empty = text_of(Table(names, Column("noise", [None] * 3, "N", "load")), Table(Column("none", [])))
     assert "noise" not in empty and "none" not in empty and "nothing" not in text_of("nothing"[:0])
     nothing = Report("title", answer=["yes"], sections=[Section("Empty", "", None, Definitions(""))])
-    assert nothing.text() == "yes\n"
+    assert nothing.text() == "yes\n\nNo warnings.\n"
 
 
 def test_a_number_is_never_broken_at_its_thousands() -> None:

@@ -28,7 +28,7 @@ def agrees(columns, expected, **choice) -> tuple[str, ...]:
     trace = read_trace(columns, **choice)
     assert np.array_equal(trace.time, expected["t_s"])
     assert np.array_equal(trace.value, expected["x_m"])
-    return trace.notes
+    return (*trace.notes, *trace.warnings)
 
 
 @pytest.mark.parametrize("kind", [*REPAIRS, "all"])
@@ -140,8 +140,8 @@ def test_all_damage_at_once():
     assert sum(note.startswith("repair: ") for note in notes) == 5
     assert notes == agrees(columns, without([60, 120, 180, 300, 301, 302, 303]), repair=", ".join(REPAIRS))
     dropped = {name: np.delete(values, [500, 501]) for name, values in columns.items()}
-    refuses("1 gaps in time .* before index 500; .*allow_gaps", read_trace, dropped, repair=REPAIRS)
-    assert has_note(read_trace(dropped, repair="all"), "1 gaps in time", "bridged")
+    refuses("1 gap in time .* before index 500; .*allow_gaps", read_trace, dropped, repair=REPAIRS)
+    assert has_note(read_trace(dropped, repair="all"), "1 gap in time", "bridged")
 
 
 def test_too_much_damage_is_refused():

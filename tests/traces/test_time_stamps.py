@@ -119,7 +119,7 @@ def test_cycles_of_a_counter_with_their_rate(tmp_path):
     over = read_trace({"cycle": cycles % (1 << 16), "x_m": PLACE}, time="cycle", rate=500)
     assert np.array_equal(over.time, trace.time)
     lost = np.delete(np.arange(COUNT), [50, 51])
-    refuses("1 gaps in time", read_trace, {"cycle": cycles[lost], "x_m": PLACE[lost]}, time="cycle", rate=500)
+    refuses("1 gap in time", read_trace, {"cycle": cycles[lost], "x_m": PLACE[lost]}, time="cycle", rate=500)
     with pytest.raises(TraceError, match="column time_ticks: a clock that counts needs .*rate"):
         read_trace({"time_ticks": cycles, "x_m": PLACE})
 

@@ -9,15 +9,19 @@ import numpy as np
 
 from guideload.audit import figures
 from guideload.audit.energy import Energy, energy
-from guideload.audit.figures import FEWEST_PER_PERIOD, ROLLERS, Contact, Rotation, Sampling, SimplerModels
+from guideload.audit.figures import ROLLERS, Contact, Rotation, Sampling, SimplerModels
 from guideload.audit.force_balance import ForceBalance, force_balance
 from guideload.audit.histories import Histories
+from guideload.audit.plausibility import (
+    free_at_rest,
+    machine_warnings,
+    plausible_motion,
+    resolution_warnings,
+)
 from guideload.audit.second_look import SecondLook, Solve, second_look
 from guideload.audit.warnings import (
     contact_warnings,
     force_doubts,
-    free_at_rest,
-    rest_notes,
     rotation_warnings,
     sampling_warnings,
     solution_doubts,
@@ -25,6 +29,7 @@ from guideload.audit.warnings import (
 )
 from guideload.base.number_text import counted, first_names, load_in_sentence, percent
 from guideload.base.quantities import Quantities
+from guideload.base.warnings import WarningText, verdict
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
@@ -56,7 +61,8 @@ class Audit:
                     why there can be none; None if none is needed (linear, exact, energy balances)
     free_at_rest    dofs of L in each motion in which the body is free within its clearance at rest
     doubts          warnings of a result that contradicts itself or cannot be predicted: its loads are not to be used
-    warnings        each with its figure and a way out, the gravest first: the doubts, then those on model and samples
+    warnings        of motion, machine and result, each with its figure and a way out: the doubts, then those beyond the
+                    limits of `base.warnings.LIMITS`
     riders_move     whether riders move during the run
     """
 
@@ -90,9 +96,8 @@ class Audit:
         look, forces = second_look(histories, balance, solve), force_balance(histories)
         doubts = (*force_doubts(forces), *solution_doubts(histories, look, balance))
         resolution = figures.resolution(histories, modes)
-        hidden = () if resolution is None else tuple(resolution.warnings())
-        coarse = hidden or tuple(sampling_warnings(sampling))
-        motions = free_at_rest(machine)
+        coarse = resolution_warnings(resolution) or sampling_warnings(histories, sampling)
+        not_judged = f"Not judged: {look}." if isinstance(look, str) else ""
         return cls(
             model_level=machine.scene.model_level,
             reason=_reason(histories),
@@ -105,14 +110,16 @@ class Audit:
             energy=balance,
             force_balance=forces,
             second_look=look,
-            free_at_rest=motions,
+            free_at_rest=free_at_rest(machine),
             doubts=doubts,
             warnings=(
                 *doubts,
+                *([WarningText("not judged", not_judged)] if not_judged else []),
+                *_motion_warnings(histories),
+                *machine_warnings(machine, modes),
                 *rotation_warnings(rotation),
                 *start_warnings(histories, modes),
                 *coarse,
-                *rest_notes(motions),
                 *contact_warnings(histories, contact),
             ),
             riders_move=histories.rides,
@@ -120,21 +127,8 @@ class Audit:
 
     @property
     def verdict(self) -> str:
-        """The number of warnings, and whether the result is doubtful or not judged, in words."""
-        count = counted(len(self.warnings), "warning") if self.warnings else "No warnings"
-        count = (
-            f"DOUBTFUL, {count}"
-            if self.doubts
-            else f"{count}, {self.not_judged}"
-            if self.not_judged
-            else count
-        )
-        return f"{count}:" if self.warnings else f"{count}."
-
-    @property
-    def not_judged(self) -> str:
-        """Why no second solution judges the result; empty if one does, or if none is needed."""
-        return f"NOT JUDGED: {self.second_look}" if isinstance(self.second_look, str) else ""
+        """The number of warnings, in words."""
+        return verdict(self.warnings)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -189,10 +183,12 @@ class Audit:
         if sampling.per_period is None:
             yield "sampling", "only one instant is reported: peaks at other instants are unknown"
         else:
-            missed = 1.0 - np.cos(np.pi / max(sampling.per_period, FEWEST_PER_PERIOD))
-            if missed > SUFFICIENT:
+            if sampling.missed > SUFFICIENT:
                 count = f"{sampling.per_period:.3g} samples per period of the highest mode, {sampling.highest:.3g} Hz"
-                yield "sampling", f"{count}: peaks of its vibration may be missed by up to {percent(missed)}"
+                yield (
+                    "sampling",
+                    f"{count}: peaks of its vibration may be missed by up to {percent(sampling.missed)}",
+                )
         modes = f"the modes are at {sampling.lowest:.3g} to {sampling.highest:.3g} Hz"
         if sampling.band is None:
             yield "excitation", f"none at the reported instants; {modes}"
@@ -212,6 +208,15 @@ class Audit:
             yield "second look", f"no second solution to compare with: {look}"
         elif look is not None and look.agrees:
             yield "second look", f"{look.words} agrees to {look.newtons:.1g} N in every link load"
+
+
+def _motion_warnings(histories: Histories) -> Iterator[str]:
+    """The warnings of the motion by itself: of its figures, and of its reading."""
+    data = histories.data
+    speed, place = (data[name] if name in data else None for name in ("cart_velocity", "cart_position"))
+    source = str(data.attrs["motion_source"])
+    yield from plausible_motion(histories.time, histories.cart_acceleration, speed, place, source)
+    yield from filter(None, str(data.attrs.get("motion_warnings", "")).split("\n"))
 
 
 def _reason(histories: Histories) -> str:

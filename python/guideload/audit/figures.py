@@ -13,7 +13,6 @@ from guideload.base.quantities import Quantities
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
 
-FEWEST_PER_PERIOD = 2.0  # samples per period of the highest mode
 POWER_SHARE = 0.99  # of the excitation's power that lies within its bandwidth
 # Load over preload at which the unloaded row of a preloaded contact opens: 2^n.
 BALL_ROW = 2.0**1.5
@@ -157,6 +156,11 @@ class Sampling:
         """Reported instants per period of the highest mode."""
         return None if self.step is None else 1.0 / (self.step * self.highest)
 
+    @property
+    def missed(self) -> float:
+        """Largest part of a vibration of the highest mode that the reported instants miss."""
+        return 0.0 if self.per_period is None else float(1.0 - np.cos(np.pi / max(self.per_period, 2.0)))
+
 
 def sampling(histories: Histories, modes: Modes) -> Sampling:
     """The sample steps, the natural frequencies and the bandwidth of the excitation."""
@@ -270,6 +274,18 @@ def simpler_models(histories: Histories) -> SimplerModels:
         dynamic=np.abs(load - histories.data["static_link_load"]).max(axis=0),
         quasi_static_dynamic=np.abs(moved).max(axis=0),
     )
+
+
+def vibration(histories: Histories) -> tuple[float, float]:
+    """Largest difference of a resultant from the quasi-static one, and the largest one [N]; else of link loads."""
+    if histories.machine.carriages:
+        load, quasi_static = histories.data["resultant"], histories.quasi_static_resultants()
+    else:
+        load, quasi_static = (
+            histories.data["link_load"],
+            (histories.excitation + histories.weight) @ histories.response,
+        )
+    return float(np.abs(load - quasi_static).max()), float(np.abs(load).max())
 
 
 def peak_instants(data: Quantities) -> NDArray[np.intp]:

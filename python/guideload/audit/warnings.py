@@ -8,61 +8,43 @@ import numpy as np
 
 from guideload.audit import figures
 from guideload.audit.energy import Energy
-from guideload.audit.figures import FEWEST_PER_PERIOD, Contact, Rotation, Sampling
+from guideload.audit.figures import Contact, Rotation, Sampling
 from guideload.audit.force_balance import ForceBalance
 from guideload.audit.histories import Histories
+from guideload.audit.plausibility import open_row_warnings
 from guideload.audit.second_look import UNBALANCED, SecondLook, explained_error, fastest_rate
-from guideload.base.arrays import Array
-from guideload.base.number_text import first_names, percent, scientific
-from guideload.machine.links import LinkTable
-from guideload.machine.machine import Machine
-from guideload.machine.modes import Modes, moving_dofs
+from guideload.base.number_text import load_in_sentence, percent, scientific
+from guideload.base.warnings import LIMITS, WarningText
+from guideload.machine.modes import Modes
 
-# Limits above which there is a warning.
-LARGE_ROTATION = 1e-2  # rad; the relative error of the loads is about as large
-LARGE_SECOND_ORDER = 0.01  # of the largest link load
 # Change of the loads over that of the motion beyond which a doubt says that errors are amplified.
 AMPLIFIED = 1e3
 # Error of the energy over its estimate from two orders of quadrature up to which the quadrature may be the cause.
 ESTIMATE = 10.0
 # Step times the largest eigenvalue magnitude up to which the quadrature resolves the fastest motion: 6 per period.
 RESOLVED = 1.0
-# First acceleration over the largest, above which a motion does not start at rest; smoothed standstill is below it.
-MOVING_START = 0.2
+# Samples per period of a vibration at which they miss no more of it than the limit.
+ENOUGH_PER_PERIOD = np.pi / np.arccos(1.0 - LIMITS["missed vibration"].most)
 
 
-def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
-    """Dofs of L in each motion in which the body is free within its clearance at rest."""
-    return tuple(tuple(moving_dofs(machine, shape)) for shape in machine.scene.free_at_rest)
-
-
-def rest_notes(motions: tuple[tuple[str, ...], ...]) -> list[str]:
-    """A note on the starting position of a body that is free at rest in these `motions` of `free_at_rest`."""
-    if not motions:
-        return []
-    dofs = ", and in ".join(" with ".join(motion) for motion in motions)
-    return [
-        f"Note: at rest the body is free within its clearance in {dofs}: it starts where very weak springs would "
-        "centre it. Preload or a process force defines the start."
-    ]
-
-
-def rotation_warnings(rotation: Rotation) -> Iterator[str]:
-    if rotation.largest > LARGE_ROTATION or rotation.second_order > LARGE_SECOND_ORDER:
-        yield (
+def rotation_warnings(rotation: Rotation) -> Iterator[WarningText]:
+    if not LIMITS["rotation"].holds(max(rotation.largest, rotation.second_order)):
+        yield WarningText(
+            "rotation",
             f"Note: the body rotates by {rotation.largest:.2g} rad at {rotation.time:.3f} s; the model assumes small "
             f"rotations, which neglects about {percent(rotation.second_order)} of the load. Make the guides stiffer or "
-            "wider; check that stiffness is in N/m."
+            "wider; check that stiffness is in N/m.",
         )
 
 
-def start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
+def start_warnings(histories: Histories, modes: Modes) -> Iterator[WarningText]:
     """Warn of a motion under way whose run starts at rest: it begins with the response to a sudden start.
 
     3 / (zeta omega) of the slowest mode later 5 % of this response is left.
     """
     size = np.linalg.norm(histories.cart_acceleration, axis=1)
-    if histories.start != "rest" or size[0] <= MOVING_START * size.max() or not histories.starts_at_rest:
+    share = float(size[0] / size.max()) if size[0] else 0.0
+    if histories.start != "rest" or LIMITS["sudden start"].holds(share) or not histories.starts_at_rest:
         return
     slowest = float(-np.real(modes.eigenvalues).max())
     until = float(histories.time[0]) + 3.0 / slowest if slowest > 0 else np.inf
@@ -75,19 +57,40 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[str]:
         period = "over the whole run"
     whose = "all carriages" if len(early) == len(names) else ", ".join(early)
     fall = f"peaks of {whose} are in this period" if early else "no peak of a carriage is in this period"
-    yield (
+    yield WarningText(
+        "sudden start",
         f"Note: the motion begins at {size[0]:.3g} m/s2, but the run starts at rest: {period} the loads "
         f"contain the response to a sudden start; {fall}. For the loads of the motion alone, start it in "
-        "the quasi-static state (--start)."
+        "the quasi-static state (--start).",
     )
 
 
-def sampling_warnings(sampling: Sampling) -> Iterator[str]:
-    if sampling.per_period is not None and sampling.per_period < FEWEST_PER_PERIOD:
-        yield (
+def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[WarningText]:
+    """Warn of vibration whose peaks may lie between the samples, with a way out that fits the motion."""
+    if sampling.per_period is None:
+        return
+    rate = float(f"{ENOUGH_PER_PERIOD * sampling.highest:.2g}")
+    if np.isinf(histories.usable_bandwidth):
+        way_out = (
+            f'Report more instants: rate = "{rate:g} Hz" in the motion file, in Python simulate(times=...).'
+        )
+    else:
+        way_out = f"Log at {rate:g} Hz or faster, or in Python report finer instants: simulate(times=...)."
+    if not LIMITS["samples"].holds(sampling.per_period):
+        yield WarningText(
+            "samples",
             f"Note: a sample every {1e3 / (sampling.per_period * sampling.highest):.3g} ms is coarser than half a "
-            f"period of the highest mode, {sampling.highest:.3g} Hz: peaks between the samples are missed. Use "
-            "a faster trace, or in Python report finer instants: simulate(machine, motion, times=...)."
+            f"period of the highest mode, {sampling.highest:.3g} Hz: peaks between the samples are missed. {way_out}",
+        )
+        return
+    vibration, peak = figures.vibration(histories)
+    missed = sampling.missed * vibration / peak if peak else 0.0
+    if not LIMITS["missed vibration"].holds(missed):
+        yield WarningText(
+            "missed vibration",
+            f"Note: {sampling.per_period:.3g} samples per period of the highest mode, {sampling.highest:.3g} Hz: a "
+            f"vibration of {load_in_sentence(vibration)}, if it is of this mode, has peaks between the samples up to "
+            f"{percent(missed)} above the largest load. {way_out}",
         )
 
 
@@ -161,24 +164,8 @@ def _explained(histories: Histories, energy: Energy) -> bool:
     )
 
 
-def contact_warnings(histories: Histories, contact: Contact) -> list[str]:
+def contact_warnings(histories: Histories, contact: Contact) -> Iterator[WarningText]:
     """Warn of preloaded links that open a row. Links with clearance lose contact by design: no warning."""
     longest = contact.share[contact.preloaded].max(initial=0.0)
     largest = np.abs(histories.data["link_load_elastic"]).max(axis=0)
-    return open_row_notes(histories.links, largest, f"for up to {percent(longest)} of the time")
-
-
-def open_row_notes(links: LinkTable, loads: Array, when: str) -> list[str]:
-    """A note on the preloaded links that elastic loads (link,) [N] open, and on the preload that they need."""
-    ratios = {
-        name: float(load / law.force(law.edges[-1:])[0])
-        for name, law, load in zip(links.names, links.laws, loads, strict=True)
-        if law.kind == "preloaded"
-    }
-    opened = [name for name, ratio in ratios.items() if ratio >= 1.0]
-    if not opened:
-        return []
-    return [
-        f"Note: {first_names(opened)} {'has' if len(opened) == 1 else 'have'} a row open {when}: half of the balls or "
-        f"rollers then carry no load. {max(ratios.values()):.3g} times the preload would keep all rows loaded."
-    ]
+    return open_row_warnings(histories.links, largest, f"for up to {percent(longest)} of the time")

@@ -95,13 +95,16 @@ def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -
     report = machine_report(machine)
     if motion is None:
         return report
+    from guideload.audit.plausibility import motion_warnings, resolution_warnings
     from guideload.motion.resolution import TraceResolution
     from guideload.reports.run import motion_section
     from guideload.reports.trace import resolution_section
 
     resolution = TraceResolution.of_motion(machine, motion)
     return replace(
-        report, sections=[*report.sections, motion_section(motion), resolution_section(resolution)]
+        report,
+        warnings=[*motion_warnings(motion), *report.warnings, *resolution_warnings(resolution)],
+        sections=[*report.sections, motion_section(motion), resolution_section(resolution)],
     )
 
 

@@ -56,7 +56,7 @@ def save_page(text: str, path: str | PathLike[str], *, replace: bool = True) -> 
 
 
 def _kind(part: Part | Figure) -> str:
-    return KINDS[type(part)]
+    return next(kind for each, kind in KINDS.items() if isinstance(part, each))
 
 
 @cache

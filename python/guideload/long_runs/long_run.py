@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload._core import largest_equivalent_load
+from guideload.audit.plausibility import motion_warnings
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
@@ -44,6 +45,7 @@ class Block:
     distance    m, travel; nan if no carriage has ratings
     safeties    (rated,) smallest static safety, and `times` of it [s]
     notes       on its motion: what was detected, chosen and repaired in its rows
+    warnings    of its motion
     """
 
     start: float
@@ -55,6 +57,7 @@ class Block:
     safeties: Array
     times: Array
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 class LongRun:
@@ -134,6 +137,7 @@ class LongRun:
                 safeties=np.array(safeties),
                 times=np.array(times),
                 notes=tuple(motion.notes),
+                warnings=tuple(motion_warnings(motion)),
             )
         )
 

@@ -50,6 +50,7 @@ class Motion:
     motor_speed   (n,) rad/s as measured, or None
     source        name of the file or data it comes from, for reports
     notes         what was detected and chosen when the trace was read, for reports
+    warnings      what speaks against the trace or its smoothing, for reports
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
     exact         whether the acceleration is known between the stamps too, as that of planned moves: it hides nothing
@@ -70,6 +71,7 @@ class Motion:
     uncertainty: Uncertainty | None = None
     exact: bool = False
     recorded: bool = False
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         source = f" of {self.source}" if self.source else ""
@@ -119,6 +121,7 @@ class Motion:
         uncertainty: Uncertainty | None = None,
         exact: bool = False,
         recorded: bool = False,
+        warnings: tuple[str, ...] = (),
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
         stamps = _history("time", time, (np.size(time),))
@@ -138,6 +141,7 @@ class Motion:
             uncertainty=uncertainty,
             exact=exact,
             recorded=recorded,
+            warnings=warnings,
         )
 
     @checked

@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array, median_step
+from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.motion import Motion
 
 # A ramp of duration T leaves half of the ringing at the frequency 0.603 / T, where sin(x) = x / 2 with x = pi f T.
 RAMP = 1.8954942670339809 / np.pi
-# Hidden load over shown load above which there is a warning; simpler models have the same limit of error.
-WARNING_SHARE = 0.1
 NEGLIGIBLE_SHARE = 1e-3  # hidden load over shown load that is not mentioned
 PARTICIPATING = 0.01  # least participation of a mode that x excites
 ROUNDING = 1e-9  # of a force
@@ -184,10 +183,10 @@ class TraceResolution:
             return f"{modes}; it hides nothing"
         return f"{modes}; it hides up to {100 * share:.2g} % ({load:.3g} N) of the dynamic load of {name}"
 
-    def warnings(self) -> Iterator[str]:
-        """The hidden load and the way out, if it is over `WARNING_SHARE` of the shown load."""
+    def warnings(self) -> Iterator[WarningText]:
+        """The hidden load and the way out, if it is beyond its limit."""
         share, load, name = self.worst
-        if share <= WARNING_SHARE:
+        if LIMITS["hidden load"].holds(share):
             return
         missing = np.where(self.participating, self.participation * (1.0 - self.ringing), 0.0)
         mode = int(missing.argmax())
@@ -198,12 +197,13 @@ class TraceResolution:
             if self.sample_step > 1.0 / rate
             else "Noise limits the bandwidth, not the sampling rate: a finer encoder or less noise would raise it."
         )
-        yield (
+        yield WarningText(
+            "hidden load",
             f"Note: the trace shows sudden changes up to {self.bandwidth:.3g} Hz: one looks like a ramp of "
             f"{1e3 * ramp_time(self.bandwidth):.3g} ms, which makes mode {mode + 1} ({', '.join(self.moving[mode])}, "
             f"{frequency:.3g} Hz, excited along x) ring {100 * self.ringing[mode]:.2g} % as much. If the change of "
             f"{self.change:.3g} m/s2 that the trace shows was sudden, the dynamic load of {name} is up to "
-            f"{100 * share:.2g} % ({load:.3g} N) above what is shown, an upper bound for a single change. {way_out}"
+            f"{100 * share:.2g} % ({load:.3g} N) above what is shown, an upper bound for a single change. {way_out}",
         )
 
 

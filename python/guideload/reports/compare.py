@@ -11,7 +11,7 @@ from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.reports.life import unverified_lines
 from guideload.reports.machine import estimate_lines
-from guideload.reports.report import Column, Definitions, Report, Section, Table
+from guideload.reports.report import Column, Definitions, Report, Section, Table, warnings_by_title
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -45,14 +45,14 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
         for title, machine in machines.items()
         for line in estimate_lines(machine)
     ]
-    warned = [f"{title}: {one.audit.verdict}" for title, one in results.items() if one.audit.warnings]
+    warned = warnings_by_title({title: one.audit.warnings for title, one in results.items()})
     peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
     alike = "" if len(machines) > 1 else "The machines are the same; the motions differ."
     return Report(
         title=f"Comparison: {', '.join(results)}",
         answer=[f"Largest loads: {largest}. {alike}".rstrip()],
-        warnings=[*unverified_lines(products), *estimated, *warned],
+        warnings=[*warned, *unverified_lines(products), *estimated],
         sections=[
             _differences_section(machines),
             Section("Figures", _figures_table(results), Definitions(DEFINITIONS)),

@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import KINDS, digits, fixed, load_in_table, percent, seconds, signed
+from guideload.base.warnings import LIMITS, WarningText
 from guideload.drive.requirements import DriveRequirements, Motor, drive_requirements, share_of_push
 from guideload.reports.report import Part, Table, Value
 
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
     from guideload.simulation.result import Result
 
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
+
+
+def drive_warnings(result: Result) -> list[str]:
+    """Warnings of a motor that cannot make the motion; none if x is free."""
+    if "x" in result.machine.free or (motor := drive_requirements(result).motor) is None:
+        return []
+    return [*_motor_warnings(motor)]
 
 
 def drive_parts(result: Result) -> list[Part]:
@@ -78,16 +86,26 @@ def _motor_sentences(motor: Motor) -> Iterator[str]:
     if use is not None:
         at = int(use.argmax())
         place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"
-        if np.isinf(use[at]):
-            yield f"Note: the motor is too slow: {place} its torque curve has no torque. Take a faster motor or gear."
-        elif use[at] > 1.0:
-            yield (
-                f"Note: the motor is too weak: {place} the motion needs {percent(use[at])} of its largest torque. "
-                "Take a larger motor, another gear ratio or less acceleration."
-            )
-        else:
+        if np.isfinite(use[at]):
             yield f"The motion needs at most {percent(use[at])} of the motor's largest torque, {place}."
     if motor.rated_torque is not None:
         share = motor.rms_torque / motor.rated_torque
-        lead = "Note: the motor overheats: the" if share > 1.0 else "The"
-        yield f"{lead} rms torque is {percent(share)} of the rated torque."
+        yield f"The rms torque is {percent(share)} of the rated torque."
+
+
+def _motor_warnings(motor: Motor) -> Iterator[WarningText]:
+    use = np.zeros(1) if motor.use is None else motor.use
+    at = int(use.argmax())
+    place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"
+    if np.isinf(use[at]):
+        text = f"too slow: {place} its torque curve has no torque. Take a faster motor or gear."
+        yield WarningText("motor", f"Note: the motor is {text}")
+    elif not LIMITS["motor"].holds(use[at]):
+        text = f"too weak: {place} the motion needs {percent(use[at])} of its largest torque."
+        way_out = "Take a larger motor, another gear ratio or less acceleration."
+        yield WarningText("motor", f"Note: the motor is {text} {way_out}")
+    if motor.rated_torque is not None and not LIMITS["motor"].holds(motor.rms_torque / motor.rated_torque):
+        share = percent(motor.rms_torque / motor.rated_torque)
+        yield WarningText(
+            "motor", f"Note: the motor overheats: its rms torque is {share} of the rated torque."
+        )

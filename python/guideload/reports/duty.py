@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from guideload.base.number_text import fixed, joined, kilometres, number, percent, seconds
+from guideload.audit.plausibility import life_warnings
+from guideload.base.number_text import fixed, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
-from guideload.reports.life import fatigue_text, life_text, rating_formulas, unverified_lines
-from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
+from guideload.reports.life import fatigue_text, life_text, rating_formulas
+from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs, warnings_by_title
 
 DEFINITION = (
     "P_m: mean equivalent load over the distance of all cases. Life: the travel, in all cases by their shares, after "
@@ -16,20 +17,16 @@ DEFINITION = (
 
 def duty_report(duty: DutyCycle) -> Report:
     """The whole report."""
-    notes: dict[str, list[str]] = {}
-    for case, life in zip(duty.cases, duty.lives, strict=True):
-        for note in life.notes:
-            notes.setdefault(note, []).append(case.name)
-    unverified = unverified_lines(one.product for one in duty.carriages)
+    cases = zip(duty.cases, duty.lives, strict=True)
+    found = {
+        f"case {case.name}": [*life.record.result.audit.warnings, *(f"Note: {note}." for note in life.notes)]
+        for case, life in cases
+    }
     machine = duty.cases[0].machine
     return Report(
         title=f"{machine.name}: duty cycle",
-        answer=[f"{machine.name}: {_answer(duty)}", *unverified],
-        warnings=[
-            f"Note, case {joined(names)}: {note}."
-            for note, names in notes.items()
-            if f"Note: {note}." not in unverified
-        ],
+        answer=[f"{machine.name}: {_answer(duty)}"],
+        warnings=[*warnings_by_title(found), *life_warnings(duty.hours(duty.machine_life))],
         about=free_dofs(machine),
         sections=[
             Section("Cases", _cases_table(duty)),

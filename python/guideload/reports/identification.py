@@ -72,14 +72,12 @@ def identification_report(
 def _answer(found: Identification) -> str:
     identified = [one for one in found.estimates if one.is_identified]
     source = joined(each.name for each in found.data)
-    doubts = sum(len(test.doubts) for test in found.residuals) + len(found.messages)
     total = counted(len(found.estimates), "number")
     words = f"{source}: {len(identified)} of {total} identified"
     if identified:
         worst = max(identified, key=_relative)
         words += f", the least certain one, {worst.name}, within {percent(_relative(worst))}"
-    unsure = f"{counted(doubts, 'doubt')}:" if doubts else "No doubts."
-    return f"{words}. {unsure}"
+    return f"{words}."
 
 
 def _relative(one: UnknownEstimate) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from guideload.audit.plausibility import life_warnings
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
     between,
@@ -51,7 +52,7 @@ def life_report(life: Life, band: bool = True) -> Report:
     return Report(
         title=f"{life.record.result.machine.name}: life and static safety",
         answer=[_answer(life, found)],
-        warnings=_notes(life),
+        warnings=[*life.record.result.audit.warnings, *life_notes(life)],
         sections=[
             Section("Life and static safety", _life_table(life, found), Definitions(LIFE_DEFINITION, words)),
             _causes_section(life),
@@ -80,18 +81,15 @@ def life_answer(life: Life | LifeError | None) -> list[str]:
         return []
     if isinstance(life, LifeError):
         return [f"Life and static safety are not computed: {life}."]
-    return [_answer(life, None), *unverified_lines(one.product for one in life.carriages)]
+    return [_answer(life, None)]
 
 
 def life_sections(life: Life | LifeError | None) -> list[Section]:
-    """The sections of the report of a run: notes, table and definitions, causes; none without a life."""
+    """The sections of the report of a run: table and definitions, causes; none without a life."""
     if not isinstance(life, Life):
         return []
-    unverified = unverified_lines(one.product for one in life.carriages)  # in the answer
-    notes = [note for note in _notes(life) if note not in unverified]
-    table = _life_table(life, None)
     return [
-        Section("Life and static safety", *notes, table, Definitions(LIFE_DEFINITION)),
+        Section("Life and static safety", _life_table(life, None), Definitions(LIFE_DEFINITION)),
         _causes_section(life),
     ]
 
@@ -161,12 +159,15 @@ def _verdict(life: Life) -> str:
     return "Life and static safety are reached." if len(reached) > 1 else "The static safety is reached."
 
 
-def _notes(life: Life) -> list[str]:
-    return [f"Note: {note}." for note in life.notes]
+def life_notes(life: Life | LifeError | None) -> list[str]:
+    """The warnings of a life: limits of formulas and products, values not compared, an implausible life."""
+    if not isinstance(life, Life):
+        return []
+    return [*(f"Note: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
 
 
 def unverified_lines(products: Iterable[Product]) -> list[str]:
-    """For the answer: which values of the products were not compared with the maker's page."""
+    """Warnings of values of the products that were not compared with the maker's page."""
     return [f"Note: {note}." for note in unverified_notes(products)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from guideload.audit.plausibility import life_warnings, machine_warnings
 from guideload.base.arrays import Array
 from guideload.base.number_text import (
     counted,
@@ -24,6 +25,7 @@ DEFINITION = (
 )
 
 MOST_REPAIRS = 10  # of later blocks that are named
+MOST_WARNINGS = 10  # of the motion that are shown
 
 
 def long_run_report(run: LongRun) -> Report:
@@ -31,7 +33,8 @@ def long_run_report(run: LongRun) -> Report:
     rated = [one.product for one in run.criteria]
     return Report(
         title=f"{run.machine.name}: long record",
-        answer=[f"{run.machine.name}: {_answer(run)}", *unverified_lines(rated)],
+        answer=[f"{run.machine.name}: {_answer(run)}"],
+        warnings=[*_warnings(run), *unverified_lines(rated)],
         about=free_dofs(run.machine),
         sections=[
             Section(
@@ -43,6 +46,19 @@ def long_run_report(run: LongRun) -> Report:
             Section("Motion", _motion_lines(run)),
         ],
     )
+
+
+def _warnings(run: LongRun) -> list[str]:
+    """Of the motion of all blocks, of the machine, and of the life."""
+    of_motion = [text for block in run.blocks for text in block.warnings]
+    more = len(of_motion) - MOST_WARNINGS
+    hours = run.hours(run.machine_life) if run.criteria and run.distance > 0.0 else None
+    return [
+        *of_motion[:MOST_WARNINGS],
+        *([f"Note: {counted(more, 'more warning')} of the motion, in later blocks."] if more > 0 else []),
+        *machine_warnings(run.machine),
+        *(() if hours is None else life_warnings(hours)),
+    ]
 
 
 def _motion_lines(run: LongRun) -> list[str]:

@@ -7,24 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.warnings import free_at_rest, open_row_notes, rest_notes
+from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.machine.products import stiffness_estimates
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, free_dofs
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from guideload._core import Law
     from guideload.machine.components import Carriage, Link, Rail
     from guideload.machine.machine import Machine
-
-# Machines on guides have modes at tens to hundreds of Hz, damping of some percent and clearances of micrometres. Beyond
-# these limits a unit is probably wrong: N/mm read as N/m divides the frequencies by 32.
-SLOWEST_MODE = 1.0  # Hz
-LARGEST_DAMPING = 2.0  # of critical
-LARGEST_CLEARANCE = 1e-3  # m
 
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
@@ -38,14 +30,14 @@ def machine_report(machine: Machine) -> Report:
     loose = free_at_rest(machine)
     state = "free within its clearance" if loose else "supported in every free dof"
     at_rest = np.abs(machine.scene.static_link_loads())
-    rows = open_row_notes(machine.link_table(), at_rest, "at rest")
+    rows = open_row_warnings(machine.link_table(), at_rest, "at rest")
     return Report(
         title=f"{machine.name}: machine",
         answer=[
             f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}",
             *estimate_lines(machine),
         ],
-        warnings=[*rest_notes(loose), *rows, *_unit_notes(machine, modes)],
+        warnings=[*machine_warnings(machine, modes), *rows],
         about=free_dofs(machine),
         sections=[*machine_sections(machine), _static_section(machine)],
     )
@@ -92,7 +84,7 @@ def modes_report(machine: Machine, modes: Modes) -> Report:
     return Report(
         title=f"{machine.name}: natural modes",
         answer=[f"{machine.name}: {_modes_range(modes)}"],
-        warnings=[*_unit_notes(machine, modes)],
+        warnings=[*machine_warnings(machine, modes)],
         about=free_dofs(machine),
         sections=[modes_section(machine, modes)],
     )
@@ -322,55 +314,16 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
     ]
 
 
-def _unit_notes(machine: Machine, modes: Modes) -> list[str]:
-    """Warnings of modes or clearances that suggest a wrong unit."""
-    odd, notes = [], []
-    if modes.frequency.size and modes.frequency.min() < SLOWEST_MODE:
-        odd.append(f"the lowest mode is at {digits(modes.frequency.min())} Hz")
-    if modes.damping_ratio.size and modes.damping_ratio.max() > LARGEST_DAMPING:
-        odd.append(f"a damping ratio is {digits(100 * modes.damping_ratio.max())} %")
-    if odd:
-        notes.append(
-            f"Note: {' and '.join(odd)}: are stiffness and damping in N/m and N s/m? Numbers without unit are SI; "
-            'other values need a unit, as in "350 N/um".'
-        )
-    sided = (float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided")
-    clearance = max(sided, default=0.0)
-    if clearance > LARGEST_CLEARANCE:
-        notes.append(
-            f"Note: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? Numbers without unit "
-            'are SI; other values need a unit, as in "5 um".'
-        )
-    return notes
-
-
 def _static_section(machine: Machine) -> Section:
-    """A row per carriage: static force and moment, with sign; and what carries the weight."""
-    loads = _static_loads(machine)
+    """A row per carriage: static force and moment, with sign."""
+    loads = static_loads(machine)
     axes = {"Fy": "N", "Fz": "N", "Mx": "N m", "My": "N m", "Mz": "N m"}
     table = Table(
         Column("carriage", [one.name for one in machine.carriages]),
         *(Column(axis, loads[:, i + 1], unit, "load") for i, (axis, unit) in enumerate(axes.items())),
     )
     terms = Definitions(STATIC_DEFINITIONS if table else "")
-    return Section("Static loads", table, terms, *weight_lines(machine))
-
-
-def weight_lines(machine: Machine) -> list[str]:
-    """A note for each of y and z that is held, so that the constraint at L and not the guides carry the weight."""
-    reaction, loads = machine.scene.static_reaction(), _static_loads(machine)
-    lines = []
-    for index, axis in enumerate("xyz"):
-        weight = machine.whole_body.mass * machine.gravity[index]
-        if axis in machine.free or axis == "x" or weight == 0:
-            continue
-        held, carried = load_in_table(float(reaction[index])), load_in_table(float(loads[:, index].sum()))
-        lines.append(
-            f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
-            f"The static loads of the carriages along {axis} add up to {carried} N: they carry only its moment. "
-            f"If {axis} is free, the guides carry the weight."
-        )
-    return lines
+    return Section("Static loads", table, terms)
 
 
 def _millimetres(point: Sequence[float]) -> str:
@@ -379,8 +332,3 @@ def _millimetres(point: Sequence[float]) -> str:
 
 def _listed(numbers: Iterable[float]) -> str:
     return ", ".join(map(number, numbers))
-
-
-def _static_loads(machine: Machine) -> NDArray[np.float64]:
-    """Static loads (carriage, 6): Fx Fy Fz [N], Mx My Mz [N m]."""
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from guideload.base.number_text import counted, fixed, seconds
@@ -16,6 +16,7 @@ def monitor_report(status: Mapping[str, Any]) -> Report:
     return Report(
         title=f"{status['machine']}: load monitor",
         answer=[_answer(status)],
+        warnings=[*_warnings(status)],
         sections=[Section("Carriages", _table(status)), Section("Samples", _input(status["input"]))],
     )
 
@@ -26,15 +27,20 @@ def _answer(status: Mapping[str, Any]) -> str:
     if not known:
         return f"{name}: no loads yet."
     worst = max(known, key=lambda one: one["largest_resultant_N"])
-    passed = sum(one["limit_exceeded"] for one in status["carriages"])
-    limit = ""
-    if status["limit_N"] is not None:
-        limit = f" The limit of {fixed(status['limit_N'])} N was passed {counted(passed, 'time')}."
     settling = " After a start the loads are still settling." if status["is_settling"] else ""
     return (
         f"{name}: the largest load so far is {fixed(worst['largest_resultant_N'])} N, on carriage {worst['name']} at "
-        f"{seconds(worst['time_of_largest_s'])} s.{limit} Travel: {fixed(status['distance_m'], 1)} m.{settling}"
+        f"{seconds(worst['time_of_largest_s'])} s. Travel: {fixed(status['distance_m'], 1)} m.{settling}"
     )
+
+
+def _warnings(status: Mapping[str, Any]) -> Iterator[str]:
+    """Of the limit of the load, and of samples that are not good."""
+    passed = sum(one["limit_exceeded"] for one in status["carriages"])
+    if passed:
+        yield f"Note: the limit of {fixed(status['limit_N'])} N was passed {counted(passed, 'time')}."
+    if bad := _bad(status["input"]):
+        yield f"Note: samples: {', '.join(bad)}."
 
 
 def _table(status: Mapping[str, Any]) -> Table:
@@ -58,7 +64,7 @@ def _table(status: Mapping[str, Any]) -> Table:
     )
 
 
-def _input(counts: Mapping[str, int]) -> str:
+def _bad(counts: Mapping[str, int]) -> list[str]:
     """What happened to the samples, without what did not happen."""
     names = {
         "missing": "missing and bridged",
@@ -70,7 +76,11 @@ def _input(counts: Mapping[str, int]) -> str:
         "lost": "periods lost",
         "malformed": "malformed lines",
     }
-    bad = [f"{words} {counts[name]}" for name, words in names.items() if counts[name]]
+    return [f"{words} {counts[name]}" for name, words in names.items() if counts[name]]
+
+
+def _input(counts: Mapping[str, int]) -> str:
+    """The number of samples, and of what happened to them."""
     good = ["all good"] if counts["samples"] else []
     starts = f"{counted(counts['restarts'], 'start')}, {counted(counts['wraps'], 'wrap')} of the counter"
-    return f"{counted(counts['samples'], 'sample')}: {', '.join([*(bad or good), starts])}."
+    return f"{counted(counts['samples'], 'sample')}: {', '.join([*(_bad(counts) or good), starts])}."

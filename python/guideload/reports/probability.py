@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import percent, scientific
 from guideload.reports.report import Report
 from guideload.reports.study_tables import limit_text
@@ -22,4 +23,6 @@ def probability_report(found: RareProbability, metadata: StudyMetadata) -> Repor
         text += f"below {scientific(found.high)}"
     work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
     title = f"{metadata.machine.name}: probability"
-    return Report(title, answer=[f"{text}. {work}."], warnings=[*found.doubts])
+    return Report(
+        title, answer=[f"{text}. {work}."], warnings=[*found.doubts, *machine_warnings(metadata.machine)]
+    )

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from guideload.base.errors import NotFinite
-from guideload.base.number_text import KINDS, between
+from guideload.base.number_text import KINDS, between, joined
 from guideload.base.visible_text import visible
+from guideload.base.warnings import verdict
 from guideload.machine.machine import DOFS
 from guideload.reports.text import WIDTH, encodable, prose, table_blocks
 
@@ -98,8 +99,9 @@ class Section:
 class Report:
     """A whole report.
 
-    title: of the page. answer: the result in a few sentences. warnings: what speaks against it, the worst first.
-    about: what it is about, such as the free dofs of the machine. failed: whether what was asked for is not reached.
+    title: of the page. answer: the result in a few sentences. warnings: what speaks against it, the worst first; the
+    head counts them. about: what it is about, such as the free dofs of the machine. failed: whether what was asked for
+    is not reached.
     """
 
     title: str
@@ -109,9 +111,14 @@ class Report:
     sections: list[Section] = field(default_factory=list)
     failed: bool = False
 
+    @property
+    def verdict(self) -> str:
+        """The number of warnings, in words."""
+        return verdict(self.warnings)
+
     def text(self, width: int = WIDTH, encoding: str = "utf-8") -> str:
         """The report as text in lines of at most `width` characters, where words and numbers allow it."""
-        head = [*self.answer, *self.warnings, self.about]
+        head = [*self.answer, self.verdict, *self.warnings, self.about]
         blocks = [prose(text, width) for text in head if text]
         for one in self.sections:
             if shown := one.parts:
@@ -141,3 +148,12 @@ def free_dofs(machine: Machine) -> str:
     """The free and the held dofs of a machine."""
     held = [dof for dof in DOFS if dof not in machine.free]
     return f"free {', '.join(machine.free)}; held {', '.join(held) or 'none'}"
+
+
+def warnings_by_title(found: Mapping[str, Iterable[str]]) -> list[str]:
+    """The warnings of several runs or cases, each once with the titles that have it."""
+    titles: dict[str, list[str]] = {}
+    for title, warnings in found.items():
+        for text in warnings:
+            titles.setdefault(text, []).append(title)
+    return [text if len(by) == len(found) > 1 else f"{joined(by)}: {text}" for text, by in titles.items()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
@@ -47,6 +48,7 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
     return Report(
         title=f"{machine.name}: frequency response",
         answer=[f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."],
+        warnings=[*machine_warnings(machine)],
         about=free_dofs(machine),
         sections=[Section("Points", table, Definitions(NOTE))],
     )

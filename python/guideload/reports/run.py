@@ -13,11 +13,20 @@ from guideload.base.methods import METHODS
 from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
 from guideload.life.life import Life
 from guideload.machine.machine import DOFS
-from guideload.reports.drive import drive_parts
-from guideload.reports.life import life_answer, life_sections, run_life
-from guideload.reports.machine import estimate_lines, modes_section, weight_lines
+from guideload.reports.drive import drive_parts, drive_warnings
+from guideload.reports.life import life_answer, life_notes, life_sections, run_life
+from guideload.reports.machine import estimate_lines, modes_section
 from guideload.reports.points import points_section
-from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, free_dofs
+from guideload.reports.report import (
+    Column,
+    Definitions,
+    Report,
+    Section,
+    Table,
+    Value,
+    free_dofs,
+    warnings_by_title,
+)
 
 if TYPE_CHECKING:
     from guideload.base.arrays import Array
@@ -40,7 +49,7 @@ def result_report(result: Result) -> Report:
     return Report(
         title=f"{machine.name}: load of the guides",
         answer=[_largest_load(result), *life_answer(life), *estimate_lines(machine)],
-        warnings=[*result.audit.warnings],
+        warnings=[*result.audit.warnings, *drive_warnings(result), *life_notes(life)],
         about=free_dofs(machine),
         sections=[
             _peaks_section(result),
@@ -61,14 +70,13 @@ def comparison(results: Mapping[str, Result]) -> Report:
     bands = dict.fromkeys(line for result in results.values() for line in _band_lines(result))
     return Report(
         title=f"Comparison: {', '.join(results)}",
+        warnings=warnings_by_title({title: one.audit.warnings for title, one in results.items()}),
         sections=[
             *(
                 Section(
                     f"{title}: free {', '.join(result.machine.free)}",
                     _largest_load(result),
-                    *result.audit.warnings,
                     *_peaks_tables(result),
-                    *weight_lines(result.machine),
                 )
                 for title, result in results.items()
             ),
@@ -83,7 +91,7 @@ def motion_section(motion: Motion) -> Section:
 
 
 def _largest_load(result: Result) -> str:
-    """The largest load with place, time, credible band and dynamic share; the number of warnings."""
+    """The largest load with place, time, credible band and dynamic share."""
     data, models, band = result.quantities, result.audit.simpler_models, ""
     if result.machine.carriages:
         kind, peaks = "carriage", result.peak_columns
@@ -100,8 +108,7 @@ def _largest_load(result: Result) -> str:
         f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at "
         f"{seconds(time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
         f"{fixed(100.0 * dynamic / peak if peak else 0.0, 1)} %; the peak is "
-        f"{fixed(models.dynamic_factor[at], 2)} times the quasi-static peak (statics with m a). "
-        f"{result.audit.verdict.rstrip(':.')}."
+        f"{fixed(models.dynamic_factor[at], 2)} times the quasi-static peak (statics with m a)."
     )
 
 
@@ -110,7 +117,7 @@ def _peaks_section(result: Result) -> Section:
     if not result.machine.carriages:
         return Section(title)
     terms = Definitions(DEFINITIONS, *_band_lines(result))
-    return Section(title, *_peaks_tables(result), terms, *weight_lines(result.machine))
+    return Section(title, *_peaks_tables(result), terms)
 
 
 def _peaks_tables(result: Result) -> list[Table]:

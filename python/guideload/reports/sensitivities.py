@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
@@ -38,6 +39,7 @@ def sensitivities_report(machine: Machine, found: Influence) -> Report:
     return Report(
         title=f"{machine.name}: what drives the {FIGURES[found.figure]}",
         answer=[f"{machine.name}: what drives the {figure}."],
+        warnings=[*machine_warnings(machine)],
         sections=[
             Section(
                 "Effect of a change of each number",

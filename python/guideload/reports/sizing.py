@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import between, counted, digits, fixed, joined, number
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
@@ -47,11 +48,8 @@ def sizing_report(machine: Machine, sizing: Sizing) -> Report:
     marks = "* the smallest that holds; - does not hold." if table else ""
     return Report(
         title=f"{machine.name}: which carriage",
-        answer=[
-            " ".join([_answer(machine, sizing), *not_run]),
-            *unverified_lines(products),
-            *_estimate_lines(sizing),
-        ],
+        answer=[" ".join([_answer(machine, sizing), *not_run])],
+        warnings=[*_warnings_of_the_run(sizing), *unverified_lines(products), *_estimate_lines(sizing)],
         sections=[Section("Candidates", table, marks, Definitions(DEFINITIONS)), Section("Not run", *failed)],
         failed=sizing.smallest is None,
     )
@@ -64,6 +62,15 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
         f"of {counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
     ]
     return [f"Note: stiffness {joined(others)}."] if others else []
+
+
+def _warnings_of_the_run(sizing: Sizing) -> list[str]:
+    """Of motion, machine and run, with the smallest product that holds, or else the largest that could be run."""
+    ran = [one for one in sizing.candidates if one.result is not None]
+    shown = sizing.smallest or (ran[-1] if ran else None)
+    if shown is None or shown.result is None:
+        return []
+    return [f"{shown.name}: {text}" for text in shown.result.audit.warnings]
 
 
 def _candidates_table(sizing: Sizing) -> Table:
@@ -136,6 +143,7 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
             f"Figures over requirements there: {figures}.",
             f"The motion there: {_reached(limit.motion)}. Tried: {between(low, high)} {unit.partition(' as ')[0]}.",
         ],
+        warnings=[*machine_warnings(machine)],
     )
 
 

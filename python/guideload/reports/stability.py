@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.audit.plausibility import machine_warnings, motion_warnings
 from guideload.base.number_text import digits, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import NEAR, ON_ANY
 from guideload.reports.machine import nominal_lines
@@ -41,6 +42,7 @@ def stability_report(stability: Stability) -> Report:
     return Report(
         title=f"{machine.name}: stability of the steps",
         answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability)],
+        warnings=[*motion_warnings(stability.motion), *machine_warnings(machine)],
         about=free_dofs(machine),
         sections=[
             Section(

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import capitalised, digits, fixed, number, percent
 from guideload.reports.report import Column, Report, Section, Table, free_dofs
 from guideload.reports.study_life import life_answer, life_section
@@ -45,7 +46,11 @@ def study_report(result: StudyResult) -> Report:
     return Report(
         title=f"{metadata.machine.name}: study",
         answer=["\n".join([metadata.machine.name, *answer])],
-        warnings=[*result.doubts, *(f"Note: {warning}" for warning in _study_warnings(result, summary))],
+        warnings=[
+            *result.doubts,
+            *machine_warnings(metadata.machine),
+            *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
+        ],
         about=free_dofs(metadata.machine),
         sections=sections,
     )

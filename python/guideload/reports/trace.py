@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.audit.plausibility import plausible_motion, resolution_warnings
 from guideload.base.number_text import counted, digits, milliseconds
 from guideload.motion.uncertainty import COVER
 from guideload.reports.report import Column, Definitions, Report, Section, Table
-from guideload.smoothing.estimation import MotionEstimate
+from guideload.smoothing.estimation import MotionEstimate, noise_warnings
 
 if TYPE_CHECKING:
     from guideload.motion.resolution import TraceResolution
@@ -38,13 +40,25 @@ def encoder_report(inspection: Inspection) -> Report:
     return Report(
         title=f"Trace {trace.source}",
         answer=[f"{trace.source}, column {trace.column}: {', '.join(_largest_lines(inspection))}."],
-        warnings=[NO_DRIVE] if no_drive else [],
+        warnings=[*trace_warnings(inspection), *([NO_DRIVE] if no_drive else [])],
         sections=[
             Section("Trace", [f"{digits(np.ptp(time), 4)} s, {sampled}", *trace.notes]),
             Section("From samples to acceleration", _smoothing_lines(inspection)),
             *modes,
         ],
     )
+
+
+def trace_warnings(inspection: Inspection) -> Iterator[str]:
+    """Of the samples, of the motion that the smoothing estimates, and of the load that it may hide."""
+    trace, found = inspection.trace, inspection.kinematics
+    if not inspection.of_motor:
+        acceleration, speed, place = (
+            each[:, None] for each in (found.acceleration, found.velocity, found.position)
+        )
+        source = f"{trace.source}, column {trace.column}"
+        yield from plausible_motion(inspection.time, acceleration, speed, place, source)
+    yield from (*trace.warnings, *noise_warnings(found), *resolution_warnings(inspection.resolution))
 
 
 def resolution_section(resolution: TraceResolution) -> Section:
@@ -71,7 +85,7 @@ def resolution_section(resolution: TraceResolution) -> Section:
         Column("ringing shown", rings, "%", "2 digits"),
         Column("moves mostly in", [", ".join(dofs) for dofs in resolution.moving]),
     )
-    return Section(title, table, f"band: {resolution.text}", *resolution.warnings(), Definitions(DEFINITIONS))
+    return Section(title, table, f"band: {resolution.text}", Definitions(DEFINITIONS))
 
 
 def _smoothing_lines(inspection: Inspection) -> list[str]:
@@ -106,7 +120,6 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
         f"bandwidth at sudden changes {digits(estimate.bandwidth)} Hz; half the sampling rate is "
         f"{digits(0.5 / inspection.step, 4)} Hz",
         jumps if estimate.jumps.size else "no jumps",
-        *([f"warning: {estimate.warning}"] if estimate.warning else []),
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, SettingResult, WorkPrecision, setting_range
 from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
@@ -27,6 +28,7 @@ def chart_report(chart: WorkPrecision) -> Report:
     return Report(
         title=f"{machine.name}: work-precision diagram",
         answer=[f"{machine.name}: auto {picks}: {chart.auto_reason}."],
+        warnings=[*machine_warnings(machine)],
         about=free_dofs(machine),
         sections=[
             Section("Work-precision diagram", [samples], _settings_table(chart), Definitions(*DEFINITIONS)),

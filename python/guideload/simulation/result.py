@@ -140,8 +140,8 @@ class Result:
         if not self._estimate["time"].size:
             return f"Result({self.machine.name!r}, method={self.method!r}, no instants)"
         try:
-            doubts, warnings = self.audit.doubts, counted(len(self.audit.warnings), "warning")
-            warnings = ", ".join(filter(None, (warnings, self.audit.not_judged)))
+            grave = tuple(text for text in self.audit.warnings if text.startswith(("Doubtful", "Not judged")))
+            doubts, warnings = grave, counted(len(self.audit.warnings), "warning")
         except GuideloadError as error:  # a representation never fails
             doubts, warnings = (f"Doubtful: the audit failed: {error}",), ""
         load = self._estimate["resultant" if self.machine.carriages else "link_load"]

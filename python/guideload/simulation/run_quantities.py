@@ -180,6 +180,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)) - _changes(run),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
+        "motion_warnings": "\n".join(run.motion.warnings),
     }
     if run.stretches is not None:
         attributes["payload_changes"] = finite_json(payload_changes(run.stretches, run.motion.time))

@@ -34,6 +34,7 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, runs_of
 from guideload.base.errors import TraceError
+from guideload.base.warnings import WarningText
 from guideload.motion.uncertainty import Uncertainty
 from guideload.smoothing.adaptive import COLOUR, JUMP
 from guideload.smoothing.kinematics import (
@@ -196,7 +197,7 @@ def _estimate(
         note=f"smoother with white derivative {_in_words(shares)} of the {'drive' if oscillation else 'position'}"
         f"{ringing}, adapted to jumps, by likelihood: "
         f"noise {noise:.2g} {UNIT[kind]} rms before rounding (quantum {quantum:.2g} {UNIT[kind]}), sudden changes "
-        f"followed up to {bandwidth:.3g} Hz" + (f"; warning: {warning}" if warning else ""),
+        f"followed up to {bandwidth:.3g} Hz",
         oscillation=oscillation,
         warning=warning,
         uncertainty=Uncertainty(
@@ -210,6 +211,13 @@ def _estimate(
             oscillator=stationary.oscillator,
         ),
     )
+
+
+def noise_warnings(smoothed: Kinematics) -> list[WarningText]:
+    """The warning of a trace that is too noisy or too coarse, if the smoothing estimates its noise."""
+    text = smoothed.warning if isinstance(smoothed, MotionEstimate) else ""
+    way_out = "Log a finer encoder, or at a higher rate."
+    return [WarningText("noise", f"Note: {text}. {way_out}")] if text else []
 
 
 def _oscillation(samples: ScaledSamples, oscillator: Oscillator | None) -> Oscillation | None:

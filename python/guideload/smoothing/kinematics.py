@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
+from guideload.base.warnings import LIMITS
 
 Kind = Literal["position", "velocity"]
 UNIT = {"position": "m", "velocity": "m/s"}
 
 FEWEST = 8
-SUSPICIOUS = 0.01  # noise over range: encoders and their speed signals stay below 0.5 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +82,9 @@ def noise_warning(noise: float, value: Array, quantum: float, step: float) -> st
     step: s, median time between samples.
     """
     share = noise / float(np.ptp(value))
-    if share <= SUSPICIOUS or noise <= quantum:
+    if LIMITS["noise"].holds(share) or noise <= quantum:
         return ""
     return (
-        f"that noise is {100 * share:.2g} % of the signal's range, so the trace is very noisy or too coarse for its "
+        f"the noise is {100 * share:.2g} % of the signal's range, so the trace is very noisy or too coarse for its "
         f"moves (a sample every {step:.3g} s): the acceleration is cut"
     )

@@ -15,7 +15,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
-from guideload.smoothing.estimation import MotionEstimate
+from guideload.smoothing.estimation import MotionEstimate, noise_warnings
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import columns_of, option_in_si
 from guideload.traces.content.samples import quantum_note, read_samples
@@ -49,6 +49,7 @@ class Trace:
     quantum  smallest change of the value in its unit, 0 if unknown
     source   name of the file or table; column: name of the measured column
     notes    what was detected, chosen and repaired
+    warnings what speaks against the samples
     clock    kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `quality.clocks`)
     tick     resolution of the clock, s, 0 if unknown
     jitter   rms deviation of the steps of time from the median, s; missing rows do not count
@@ -64,6 +65,7 @@ class Trace:
     clock: str = "uniform"
     tick: float = 0.0
     jitter: float = 0.0
+    warnings: tuple[str, ...] = ()
 
     def samples(self, drive: Drive | None = None) -> tuple[Kind, Array, float]:
         """Kind, values (n,) and quantum for the smoothing; with a drive, a motor speed becomes the cart's."""
@@ -157,6 +159,7 @@ def _read(data: Table, options: ReadingOptions) -> Trace:
         clock=clock_kind,
         tick=clock.tick,
         jitter=clock.jitter * clock.step,
+        warnings=tuple(draft.warnings),
     )
 
 
@@ -199,4 +202,5 @@ def motion_from_trace(
             bandwidth=smoothed.bandwidth,
             uncertainty=smoothed.uncertainty if isinstance(smoothed, MotionEstimate) else None,
             recorded=True,
+            warnings=(*trace.warnings, *noise_warnings(smoothed)),
         )

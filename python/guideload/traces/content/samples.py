@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.units import factor
+from guideload.base.warnings import WarningText
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.columns import Columns, option_in_si
 from guideload.traces.content.counters import unwrap
@@ -30,7 +31,7 @@ FEWEST_CHANGES = 8  # changes of value that are needed to find a quantum
 
 @dataclass(eq=False)
 class TraceDraft:
-    """A trace while it is read: each step of the reading changes it or adds notes.
+    """A trace while it is read: each step of the reading changes it or adds notes and warnings.
 
     table: for the row numbers of the samples; columns: the chosen ones; kind: position, velocity or motor_speed;
     time (n,) s; value (n,) SI; quantum: of the value, 0 if unknown; place (n,): index of the sample before any samples
@@ -46,6 +47,7 @@ class TraceDraft:
     place: NDArray[np.intp]
     partner: Array | None
     notes: list[str]
+    warnings: list[WarningText] = field(default_factory=list)
 
     @property
     def is_position(self) -> bool:

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from guideload.base.number_text import counted
+from guideload.base.warnings import WarningText
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 from guideload.traces.quality.clocks import LONGEST_STEP, Clock
@@ -38,7 +40,7 @@ def check_order(draft: TraceDraft) -> None:
 
 
 def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None:
-    """Refuse gaps in time, unless at rest in a log on change; accepted gaps become a note."""
+    """Refuse gaps in time, unless at rest in a log on change; accepted gaps become a warning."""
     gaps = clock.gaps if kind != "on_change" else clock.gaps[~clock.still]
     if not gaps.size:
         return
@@ -47,8 +49,9 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
     is_still = np.all(clock.still[np.isin(clock.gaps, gaps)])
     still = "; the axis stands still across all of them" if is_still else ""
     text = (
-        f"{gaps.size} gaps in time (steps over {LONGEST_STEP:g} times the usual {np.median(steps):.4g} s), before "
-        f"{draft.table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before {draft.table.rows([worst])}{still}"
+        f"{counted(gaps.size, 'gap')} in time (steps over {LONGEST_STEP:g} times the usual {np.median(steps):.4g} s), "
+        f"before {draft.table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before "
+        f"{draft.table.rows([worst])}{still}"
     )
     if not accept:
         raise draft.refusal(
@@ -56,7 +59,8 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
             "for a log that records on change clock='on_change' (--clock on_change)",
             draft.columns.time or "time",
         )
-    draft.notes.append(f"{text}; bridged by the smoothing")
+    way_out = "cut the trace, or log again without lost rows"
+    draft.warnings.append(WarningText("gap", f"Note: {text}; bridged by the smoothing: {way_out}."))
 
 
 def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array, median_step, runs_of
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
+from guideload.base.warnings import WarningText
 from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
 from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, speed_jumps
@@ -45,8 +46,9 @@ def repairs_of(repair: str | Iterable[str] | None) -> frozenset[str]:
 def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) -> None:
     """Leave damaged samples out, with their rows in the notes.
 
-    kinds: chosen ones of REPAIRS; `samples.read_samples` has left out empty cells already. Stuck values and speeds of 0
-    that may be drop-outs are noted in any case. Raises TraceError if over MOST_LEFT_OUT of the samples are damaged.
+    kinds: chosen ones of REPAIRS; `samples.read_samples` has left out empty cells already. Of stuck values and
+    speeds of 0 that may be drop-outs there is a warning in any case. Raises TraceError if over MOST_LEFT_OUT of the
+    samples are damaged.
     """
     total = int(draft.place[-1]) + 1
     if "doubled" in kinds:
@@ -66,14 +68,17 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
         wild = outliers(draft.time, draft.value, draft.is_position, draft.quantum, max_speed)
         _leave_out(draft, wild, "outlier")
     if not draft.is_position and max_speed is None:
-        _note_stops(draft)
+        _warn_of_stops(draft)
     stuck = stuck_samples(draft.time, draft.value, draft.quantum)
     if "stuck" in kinds:
         _leave_out(draft, stuck, "sample", " with a stuck value")
     elif stuck.size:
-        draft.notes.append(
-            f"{stuck.size} samples repeat the value before while the axis moves, {draft.table.rows(stuck)}; "
-            "leave them out with repair='stuck' (--repair stuck)"
+        draft.warnings.append(
+            WarningText(
+                "suspect samples",
+                f"Note: {stuck.size} samples repeat the value before while the axis moves, {draft.table.rows(stuck)}; "
+                "leave them out with repair='stuck' (--repair stuck).",
+            )
         )
     if draft.time.size < (1.0 - MOST_LEFT_OUT) * total:
         raise draft.refusal(
@@ -90,15 +95,18 @@ def _leave_out(draft: TraceDraft, samples: Samples, noun: str, which: str = "") 
         draft.keep(np.delete(np.arange(draft.time.size), samples))
 
 
-def _note_stops(draft: TraceDraft) -> None:
-    """Note speeds of 0 that may be drop-outs."""
+def _warn_of_stops(draft: TraceDraft) -> None:
+    """Warn of speeds of 0 that may be drop-outs."""
     jumps = speed_jumps(draft.time, draft.value, False, draft.quantum, None)
     stops = np.flatnonzero(drop_outs(draft.value, draft.quantum) & ~jumps)
     if stops.size:
-        draft.notes.append(
-            f"{stops.size} samples are 0 between rows of one speed, {draft.table.rows(stops)}: stops of less than "
-            "two rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells and use "
-            "repair='empty' (--repair empty)"
+        draft.warnings.append(
+            WarningText(
+                "suspect samples",
+                f"Note: {stops.size} samples are 0 between rows of one speed, {draft.table.rows(stops)}: stops of less "
+                "than two rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells and "
+                "use repair='empty' (--repair empty).",
+            )
         )
 
 

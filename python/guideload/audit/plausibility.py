@@ -1,0 +1,267 @@
+"""Plausibility of a machine, a motion and a life: figures that no machine on guides has suggest a mistaken unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from guideload.base.arrays import Array
+from guideload.base.number_text import digits, first_names, load_in_sentence, load_in_table, number, percent
+from guideload.base.warnings import LIMITS, WarningText
+from guideload.machine.links import LinkTable
+from guideload.machine.machine import DOFS, Machine
+from guideload.machine.modes import Modes, displacement, moving_dofs
+from guideload.motion.motion import Motion
+from guideload.motion.resolution import TraceResolution
+
+STANDSTILL = 0.01  # of the top speed: the cart stops or turns below it
+SI = "Numbers without unit are SI; other values need a unit, as in"
+
+
+# ---- machine
+
+
+def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[WarningText]:
+    """The warnings of a machine at rest; `modes`: those of the machine, computed if None."""
+    modes = Modes.of(machine) if modes is None else modes
+    found = _distances(machine), _rest(machine), _modes(machine, modes), _weight(machine)
+    return [*rest_warnings(free_at_rest(machine)), *(warning for each in found for warning in each)]
+
+
+def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
+    """Dofs of L in each motion in which the body is free within its clearance at rest."""
+    return tuple(tuple(moving_dofs(machine, shape)) for shape in machine.scene.free_at_rest)
+
+
+def rest_warnings(motions: tuple[tuple[str, ...], ...]) -> Iterator[WarningText]:
+    """On the starting position of a body that is free at rest in these `motions` of `free_at_rest`."""
+    if motions:
+        dofs = ", and in ".join(" with ".join(motion) for motion in motions)
+        yield WarningText(
+            "free at rest",
+            f"Note: at rest the body is free within its clearance in {dofs}: it starts where very weak springs would "
+            "centre it. Preload or a process force defines the start.",
+        )
+
+
+def open_row_warnings(links: LinkTable, loads: Array, when: str) -> Iterator[WarningText]:
+    """On the preloaded links that elastic loads (link,) [N] open, and on the preload that they need."""
+    ratios = {
+        name: float(load / law.force(law.edges[-1:])[0])
+        for name, law, load in zip(links.names, links.laws, loads, strict=True)
+        if law.kind == "preloaded"
+    }
+    if opened := [name for name, ratio in ratios.items() if ratio >= 1.0]:
+        has = "has" if len(opened) == 1 else "have"
+        yield WarningText(
+            "open row",
+            f"Note: {first_names(opened)} {has} a row open {when}: half of the balls or rollers then carry no load. "
+            f"{max(ratios.values()):.3g} times the preload would keep all rows loaded.",
+        )
+
+
+def _distances(machine: Machine) -> Iterator[WarningText]:
+    """On lengths and distances from L, with the key that has the largest."""
+    sizes = {"body.center_of_mass": float(np.abs(machine.body.center_of_mass).max())}
+    parts: tuple[tuple[str, list[Any]], ...] = (
+        ("carriages[{}].x", [one.x for one in machine.carriages]),
+        ("carriages[{}].length", [one.length or 0.0 for one in machine.carriages]),
+        ("rails[{}].position", [one.position for one in machine.rails]),
+        ("links[{}].point", [one.point for one in machine.links]),
+        ("points[{}].at", [one.at for one in machine.points]),
+        ("riders[{}].center_of_mass", [one.center_of_mass for one in machine.riders]),
+        ("payloads[{}].center_of_mass", [one.center_of_mass for one in machine.payloads]),
+    )
+    for key, places in parts:
+        sizes |= {key.format(i): float(np.abs(place).max()) for i, place in enumerate(places)}
+    key = max(sizes, key=sizes.__getitem__)
+    lengths = {one.name: max(one.distances.pitch, one.distances.yaw) for one in machine.carriages}
+    shortest = min(lengths, key=lengths.__getitem__, default="")
+    for limit, ratio, beyond in (
+        ("distance", sizes[key], f"{number(LIMITS['distance'].most)} m"),
+        (
+            "distance in lengths",
+            sizes[key] / lengths.get(shortest, np.inf),
+            f"{number(LIMITS['distance in lengths'].most)} times the length of carriage {shortest}, "
+            f"{number(1e3 * lengths.get(shortest, 0.0))} mm",
+        ),
+    ):
+        if not LIMITS[limit].holds(ratio):
+            yield WarningText(
+                limit, f'Note: {key} is {number(sizes[key])} m, beyond {beyond}: is it in mm? {SI} "90 mm".'
+            )
+            return
+
+
+def _rest(machine: Machine) -> Iterator[WarningText]:
+    """On sag and on loads of the carriages at rest."""
+    mass = f"body.mass = {number(machine.whole_body.mass)} kg"
+    places = {
+        **{
+            f"carriage {one.name}": at
+            for one, at in zip(machine.carriages, machine.carriage_centers, strict=True)
+        },
+        "the centre of mass": np.array(machine.whole_body.center_of_mass),
+    }
+    moved = displacement(np.array([*places.values()]), machine.scene.static_position())
+    sags = np.linalg.norm(moved, axis=1)
+    at = int(sags.argmax())
+    if not LIMITS["sag"].holds(sags[at]):
+        yield WarningText(
+            "sag",
+            f"Note: at rest {[*places][at]} sags by {digits(1e3 * sags[at])} mm: are stiffness in N/m and mass in kg "
+            f'({mass})? {SI} "350 N/um".',
+        )
+    loads = np.linalg.norm(static_loads(machine)[:, 1:3], axis=1)
+    ratings = [
+        one.static if one is not None and one.static else np.inf for one in machine.product_of_carriage
+    ]
+    use = loads / np.array(ratings)
+    if use.size and not LIMITS["load at rest"].holds(float(use.max())):
+        at = int(use.argmax())
+        yield WarningText(
+            "load at rest",
+            f"Note: carriage {machine.carriages[at].name} carries {load_in_sentence(loads[at])} at rest, more than its "
+            f"static load rating C0 of {load_in_sentence(ratings[at])}: is the mass in kg ({mass}), and is the product "
+            "large enough?",
+        )
+
+
+def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
+    """On natural frequencies, damping ratios and clearances."""
+    for key, values, scale, unit, what, question in (
+        (
+            "frequency",
+            modes.frequency,
+            1.0,
+            "Hz",
+            "is at",
+            'is stiffness in N/m, as in "350 N/um", and mass in kg',
+        ),
+        ("damping", modes.damping_ratio, 100.0, "%", "is damped by", 'is damping in N s/m, as in "8 kN s/m"'),
+    ):
+        limit = LIMITS[key]
+        odd = [i for i, value in enumerate(values) if not limit.holds(float(value))]
+        if odd:
+            middle = np.sqrt(limit.least * limit.most)
+            worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
+            many = f"{len(odd)} of {len(values)} modes, mode" if len(odd) > 1 else "mode"
+            yield WarningText(
+                key,
+                f"Note: {many} {worst + 1} {what} {digits(scale * values[worst])} {unit}, outside "
+                f"{number(scale * limit.least)} to {number(scale * limit.most)} {unit}: {question}?",
+            )
+    sided = [float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided"]
+    if not LIMITS["clearance"].holds(clearance := max(sided, default=0.0)):
+        yield WarningText(
+            "clearance",
+            f'Note: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? {SI} "5 um".',
+        )
+
+
+def _weight(machine: Machine) -> Iterator[WarningText]:
+    """On gravity along held dofs of L, and across the carriages."""
+    gravity = np.array(machine.gravity)
+    reaction, loads = machine.scene.static_reaction(), static_loads(machine)
+    for index, axis in enumerate(DOFS[:3]):
+        if axis in machine.free or axis == "x" or not gravity[index]:
+            continue
+        held, carried = load_in_table(float(reaction[index])), load_in_table(float(loads[:, index].sum()))
+        yield WarningText(
+            "weight on the constraint",
+            f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
+            f"The static loads of the carriages along {axis} add up to {carried} N: they carry only its moment. "
+            f"If {axis} is free, the guides carry the weight.",
+        )
+    size = float(np.linalg.norm(gravity))
+    if not size or not machine.carriages:
+        return
+    across = np.abs(machine.carriage_axes[:, 2] @ gravity) / size
+    if not LIMITS["weight on the side"].holds(float(across.min())):
+        yield WarningText(
+            "weight on the side",
+            f"Note: {percent(float(across.min()))} of gravity acts on the sides of all carriages (z), across their "
+            "rails instead of onto them (y): right for rails on a wall; else y and z are swapped, in gravity or in the "
+            "positions, or `roll` of the rails is missing.",
+        )
+
+
+def static_loads(machine: Machine) -> Array:
+    """Static loads (carriage, 6) of the carriages: Fx Fy Fz [N], Mx My Mz [N m]."""
+    return np.asarray(machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places))
+
+
+# ---- motion
+
+
+def motion_warnings(motion: Motion) -> list[WarningText | str]:
+    """The warnings of a motion by itself, from its reading and its figures."""
+    figures = plausible_motion(
+        motion.time, motion.acceleration, motion.velocity, motion.position, motion.source
+    )
+    return [*figures, *motion.warnings]
+
+
+def plausible_motion(
+    time: Array, acceleration: Array, velocity: Array | None, position: Array | None, source: str
+) -> Iterator[WarningText]:
+    """On speed, acceleration, travel and duration of moves.
+
+    time: (n,) s. acceleration, velocity, position: (n, 3) m/s2, m/s, m, of the cart. source: where they come from.
+    """
+    speed = 0.0 if velocity is None else float(np.abs(velocity).max())
+    travel = 0.0 if position is None else float(np.ptp(position, axis=0).max())
+    largest = float(np.abs(acceleration).max())
+    longest = 0.0 if velocity is None else longest_move(time, velocity[:, 0])
+    where = f"{source}: " if source else ""
+    length = "the column" if ", column " in source else "a length or a speed"
+    known = position is not None and LIMITS["travel"].holds(travel)
+    quick = "is the time in s, but read in ms?" if known else f"is {length} in mm?"
+    slow = "is the time in ms, or a speed in m/min?"
+    for key, value, words in (
+        ("travel", travel, f"the cart moves over {digits(travel)} m"),
+        ("speed", speed, f"the cart reaches {digits(speed)} m/s"),
+        ("acceleration", largest, f"the acceleration reaches {digits(largest)} m/s2"),
+        ("time of a move", longest, f"a move lasts {digits(longest)} s without a stop or a turn"),
+    ):
+        limit = LIMITS[key]
+        if value and not limit.holds(value):
+            below = value < limit.least
+            beyond = f"below {number(limit.least)}" if below else f"beyond {number(limit.most)}"
+            question = slow if below or key == "time of a move" else quick
+            yield WarningText(key, f"Note: {where}{words}, {beyond} {limit.unit}: {question}")
+
+
+def longest_move(time: Array, velocity: Array) -> float:
+    """Longest time [s] in one direction above `STANDSTILL`. time: (n,) s; velocity: (n,) m/s."""
+    direction = np.sign(velocity) * (np.abs(velocity) > STANDSTILL * np.abs(velocity).max())
+    edges = np.flatnonzero(np.diff(direction, prepend=2.0, append=2.0))
+    runs = zip(edges[:-1], edges[1:], strict=True)
+    return max((float(time[end - 1] - time[start]) for start, end in runs if direction[start]), default=0.0)
+
+
+# ---- trace against machine, life
+
+
+def resolution_warnings(resolution: TraceResolution | None) -> list[WarningText]:
+    """The load that a trace may hide from a machine; see `TraceResolution.warnings`."""
+    return [] if resolution is None else [*resolution.warnings()]
+
+
+def life_warnings(hours: float) -> Iterator[WarningText]:
+    """On a life [h] at the stated duty."""
+    limit = LIMITS["life"]
+    if hours < limit.least:
+        yield WarningText(
+            "life",
+            f"Note: the life is {digits(hours)} h, below {number(limit.least)} h: are the load ratings in N, as in "
+            '"26.5 kN", the mass in kg, and the motion in m?',
+        )
+    elif hours > limit.most:
+        yield WarningText(
+            "life",
+            f"Note: the life is {digits(hours)} h, beyond {number(limit.most)} h, a century of work: are the load "
+            "ratings in N, the mass in kg, and the time of the motion in s?",
+        )

@@ -1,0 +1,146 @@
+"""Warnings: the limits beyond which a machine, a motion or a result is warned of, and the texts that count them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from math import inf, isinf
+from typing import NamedTuple
+
+from guideload.base.number_text import counted, number
+
+
+class Limit(NamedTuple):
+    """The range of a figure without a warning, ends included; without ends, any occurrence is warned of."""
+
+    figure: str
+    reason: str
+    least: float = -inf
+    most: float = inf
+    unit: str = ""
+
+    def holds(self, value: float) -> bool:
+        """Whether there is no warning; NaN is warned of."""
+        return self.least <= value <= self.most
+
+    @property
+    def text(self) -> str:
+        """The range in words."""
+        unit = f" {self.unit}" if self.unit else ""
+        if isinf(self.least) and isinf(self.most):
+            return "none"
+        if isinf(self.least):
+            return f"up to {number(self.most)}{unit}"
+        if isinf(self.most):
+            return f"from {number(self.least)}{unit}"
+        return f"{number(self.least)} to {number(self.most)}{unit}"
+
+
+# By key of the warning, in the order of the table in docs/methods.md, which is made from these rows.
+LIMITS = {
+    # machine
+    "distance": Limit(
+        "length or distance from L in the machine file", "longer guides are joined", most=20.0, unit="m"
+    ),
+    "distance in lengths": Limit(
+        "the same, over the length of the shortest carriage",
+        "a length in mm read as m is 1000 times as long",
+        most=500.0,
+    ),
+    "load at rest": Limit(
+        "load of a carriage at rest, over C0", "permanent deformation begins at C0", most=1.0
+    ),
+    "sag": Limit(
+        "displacement of carriages and centre of mass at rest",
+        "guides give way by micrometres",
+        most=1e-3,
+        unit="m",
+    ),
+    "frequency": Limit(
+        "natural frequencies",
+        "N/mm read as N/m divides them by 32; models of rigid bodies end far below",
+        2.0,
+        5e3,
+        "Hz",
+    ),
+    "damping": Limit(
+        "damping ratio of a mode", "guides have 1 to 5 %, structures 0.5 % and more", 0.005, 0.3
+    ),
+    "clearance": Limit(
+        "clearance of a link to either side", "clearances are micrometres", most=1e-3, unit="m"
+    ),
+    "weight on the side": Limit(
+        "part of gravity across the carriages (z), over gravity", "y and z are easily swapped", most=0.95
+    ),
+    "weight on the constraint": Limit("weight along a held dof", "the guides do not carry it"),
+    "free at rest": Limit("motions within the clearance at rest", "the place at the start is a guess"),
+    "open row": Limit("preloaded links with a row open", "half of the balls or rollers then carry no load"),
+    # motion
+    "speed": Limit("largest speed", "ball guides allow 3 to 10 m/s", most=10.0, unit="m/s"),
+    "acceleration": Limit(
+        "largest acceleration of what moves",
+        "linear motors reach some g, 10 g is 98 m/s2; ms read as s divide it by a million",
+        1e-4,
+        98.0665,
+        "m/s2",
+    ),
+    "travel": Limit(
+        "distance between the ends of the motion", "longer guides are joined", most=20.0, unit="m"
+    ),
+    "time of a move": Limit(
+        "time without a stop or a turn", "at a creep of 1 mm/s this is 0.6 m", most=600.0, unit="s"
+    ),
+    "gap": Limit("gaps of a trace that the smoothing bridged", "what happened there is unknown"),
+    "suspect samples": Limit(
+        "samples that repeat a value, or are 0, while the axis moves", "they may be damage"
+    ),
+    "noise": Limit("noise over the range of the samples", "encoders stay below 0.5 %", most=0.01),
+    "hidden load": Limit(
+        "dynamic load that the trace may hide, over what it shows",
+        "simpler models have the same limit",
+        most=0.1,
+    ),
+    # result
+    "not judged": Limit("results that no second solution judges", "only gross errors are found"),
+    "rotation": Limit(
+        "largest rotation [rad], or neglected terms of second order over the largest load",
+        "the relative error of the loads is about as large",
+        most=0.01,
+    ),
+    "sudden start": Limit(
+        "first acceleration of a run from rest, over the largest", "smoothed standstill is below", most=0.2
+    ),
+    "samples": Limit(
+        "samples per period of the highest mode", "with fewer, peaks lie between the samples", least=2.0
+    ),
+    "missed vibration": Limit(
+        "vibration that samples may miss, over the peak", "catalogues are no better", most=0.03
+    ),
+    "motor": Limit(
+        "use of the motor's torque, speed or rated torque", "the motor cannot make the motion", most=1.0
+    ),
+    "life": Limit(
+        "life at the stated duty", "shorter: worn out in a day; longer: a century of work", 10.0, 1e6, "h"
+    ),
+}
+
+
+class WarningText(str):
+    """The sentence of a warning, with the key of its row in `LIMITS`."""
+
+    key: str
+
+    def __new__(cls, key: str, text: str) -> WarningText:
+        """Raises KeyError for a key without a limit."""
+        if key not in LIMITS:
+            raise KeyError(key)
+        self = super().__new__(cls, text)
+        self.key = key
+        return self
+
+    def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]
+        return self.key, str(self)
+
+
+def verdict(warnings: Collection[str]) -> str:
+    """The number of warnings, for the head of a report."""
+    return f"{counted(len(warnings), 'warning')}:" if warnings else "No warnings."

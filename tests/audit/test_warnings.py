@@ -1,0 +1,259 @@
+"""Laws of the warnings: each limit has a scene beyond it that is told, and no example or real trace is beyond one."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import lives
+import numpy as np
+import pytest
+from command_line import EXAMPLES, MACHINE, guideload
+from moves import Move
+
+from guideload import (
+    Drive,
+    Inspection,
+    Machine,
+    Motion,
+    Moves,
+    Result,
+    motion_from_trace,
+    read_trace,
+    simulate,
+)
+from guideload.audit.plausibility import longest_move, machine_warnings, motion_warnings
+from guideload.base.warnings import LIMITS, WarningText, verdict
+from guideload.cli.machine_kinds import KINDS
+from guideload.reports.machine import machine_report
+from guideload.reports.run import result_report
+from guideload.reports.trace import encoder_report
+
+Found = Iterable[str]
+MOVES = Moves.from_texts(["distance=0.6 m, speed=1 m/s, acceleration=2 m/s^2, jerk=50 m/s^3"])
+TIME = np.arange(2000) * 1e-3
+KEPT = np.r_[:300, 330:2000]
+SWEEP = 0.1 * (1.0 - np.cos(2.0 * np.pi * TIME))  # m
+
+
+def machine(**changes: Any) -> Machine:
+    """The packaged example of two rails, with changes of the machine or, beyond that, of all its carriages."""
+    given = Machine.from_toml(EXAMPLES / "machine.toml")
+    of_carriages = {key: changes.pop(key) for key in [*changes] if key not in Machine.model_fields}
+    carriages = [type(one)(**{**dict(one), **of_carriages}) for one in given.carriages]
+    return Machine(**{**dict(given), "carriages": carriages, **changes})
+
+
+def scaled(**factors: float) -> Machine:
+    """The example with numbers of its carriages times a factor."""
+    one = machine().carriages[0]
+    return machine(**{key: factor * getattr(one, key) for key, factor in factors.items()})
+
+
+def rated(mass: float = 1250.0, **drive: Any) -> Machine:
+    """A cart with a product."""
+    cart = lives.cart(drive=Drive(gear_ratio=12.0, pinion_diameter=0.1273, **drive))
+    return cart.model_copy(update={"body": cart.body.model_copy(update={"mass": mass})})
+
+
+def record(value: np.ndarray, time: np.ndarray = TIME, **options: Any) -> Motion:
+    return motion_from_trace(
+        read_trace({"t": time, "q": value}, kind="position", unit="m", time="t", **options)
+    )
+
+
+def noisy() -> np.ndarray:
+    return SWEEP + np.random.default_rng(0).normal(0.0, 5e-3, SWEEP.size)
+
+
+def stuck() -> np.ndarray:
+    value = SWEEP.copy()
+    value[301:304] = value[300]
+    return value
+
+
+def run(given: Machine, motion: Motion | None = None, **options: Any) -> Found:
+    return result_report(simulate(given, motion or MOVES.motion(), **options)).warnings
+
+
+def not_judged() -> Found:
+    found = simulate(machine(), MOVES.motion(), "rk45", times=np.arange(400) * 1.1e-3)
+    return Result(found.machine, found.data.drop_dims("motion_time")).audit.warnings
+
+
+def lost(motion: Motion, step: int) -> Motion:
+    """Every so many samples of a motion."""
+    kept = {key: getattr(motion, key)[::step] for key in ("time", "acceleration", "velocity", "position")}
+    return replace(motion, **kept)
+
+
+def ringing() -> Motion:
+    """A push that sets the fastest mode ringing, known exactly at three instants per period."""
+    rate = 3.0 * float(simulate(machine(), MOVES.motion()).modes.frequency.max())
+    time = np.arange(200) / rate
+    jumps = np.repeat(time, 2)[1:-1]
+    return Motion.along_x(jumps, np.repeat(np.where(np.arange(199) % 60 < 30, 6.0, -6.0), 2), exact=True)
+
+
+# By the key of the limit: what is told of a scene made for it, and words of the sentence with its number.
+SCENES: dict[str, tuple[Callable[[], Found], str]] = {
+    "distance": (
+        lambda: machine_warnings(machine(x=90.0)),
+        "carriages[0].x is 90 m, beyond 20 m: is it in mm?",
+    ),
+    "distance in lengths": (lambda: machine_warnings(scaled(length=1e-3)), "beyond 500 times the length"),
+    "load at rest": (
+        lambda: machine_warnings(rated(6e4)),
+        "at rest, more than its static load rating C0 of 60 kN",
+    ),
+    "sag": (lambda: machine_warnings(scaled(stiffness_y=1e-3)), "mm: are stiffness in N/m and mass in kg"),
+    "frequency": (
+        lambda: machine_warnings(scaled(stiffness_y=1e-6, stiffness_z=1e-6)),
+        "outside 2 to 5000 Hz",
+    ),
+    "damping": (lambda: machine_warnings(scaled(damping_y=0.1, damping_z=0.1)), "outside 0.5 to 30 %"),
+    "clearance": (lambda: machine_warnings(machine(clearance_y=5.0)), "5000 mm to either side: is it in m?"),
+    "weight on the side": (
+        lambda: machine_warnings(machine(gravity=(0.0, 0.0, -9.80665))),
+        "100 % of gravity acts on the sides of all carriages (z)",
+    ),
+    "weight on the constraint": (
+        lambda: machine_warnings(machine().with_free(["rx", "ry", "rz"])),
+        "y of L is held",
+    ),
+    "free at rest": (lambda: machine_warnings(machine(clearance_z=5e-6)), "free within its clearance in z"),
+    "open row": (lambda: run(machine(preload_y=10.0, rolling="ball")), "times the preload would keep"),
+    "speed": (lambda: motion_warnings(record(1e3 * SWEEP)), "m/s, beyond 10 m/s: is the column in mm?"),
+    "acceleration": (
+        lambda: motion_warnings(record(1e3 * SWEEP)),
+        "m/s2, beyond 98.0665 m/s2: is the column in mm?",
+    ),
+    "travel": (
+        lambda: motion_warnings(record(1e3 * SWEEP)),
+        "moves over 200 m, beyond 20 m: is the column in mm?",
+    ),
+    "time of a move": (lambda: motion_warnings(record(SWEEP, 2e3 * TIME)), "a move lasts"),
+    "gap": (
+        lambda: motion_warnings(
+            record(np.delete(SWEEP, slice(300, 330)), np.delete(TIME, slice(300, 330)), repair="all")
+        ),
+        "1 gap in time",
+    ),
+    "suspect samples": (
+        lambda: motion_warnings(record(stuck(), max_speed="20 m/s")),
+        "3 samples repeat the value before",
+    ),
+    "noise": (lambda: motion_warnings(record(noisy())), "% of the signal's range"),
+    "hidden load": (lambda: run(machine(), replace(lost(MOVES.motion(), 40), exact=False)), "Record at"),
+    "not judged": (not_judged, "Not judged: "),
+    "rotation": (lambda: run(scaled(stiffness_y=1e-4)), "the body rotates by"),
+    "sudden start": (
+        lambda: run(machine(), Motion.along_x(TIME, np.where(TIME < 1.0, 2.0, -2.0))),
+        "the motion begins",
+    ),
+    "samples": (lambda: run(machine(), lost(MOVES.motion(), 10)), 'rate = "'),
+    "missed vibration": (lambda: run(machine(), ringing()), 'rate = "'),
+    "motor": (
+        lambda: run(rated(rated_torque=1e-3), lives.moved(Move(1.0, 2.0, 50.0))),
+        "the motor overheats",
+    ),
+    "life": (lambda: run(rated(10.0), lives.moved(Move(1.0, 2.0, 50.0))), "beyond 1 000 000 h"),
+}
+
+
+def keys(found: Found) -> set[str]:
+    return {text.key for text in found if isinstance(text, WarningText)}
+
+
+def test_every_limit_has_a_scene() -> None:
+    assert [*SCENES] == [*LIMITS]
+
+
+@pytest.mark.parametrize("key", LIMITS)
+def test_a_scene_beyond_a_limit_is_told_with_its_number(key: str) -> None:
+    scene, words = SCENES[key]
+    found = [*scene()]
+    assert found
+    told = [text for text in found if isinstance(text, WarningText) and text.key == key]
+    assert len(told) == 1, found
+    assert words in told[0].replace("\u202f", " ")
+    assert any(sign.isdigit() for sign in told[0]) or key in ("free at rest", "not judged")
+
+
+# ---- no false alarms
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_machines_of_init_have_no_warnings(kind: str, tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    file.write_text(KINDS[kind].text, encoding="utf-8")
+    given = Machine.from_toml(file)
+    assert not machine_report(given).warnings
+    assert not result_report(simulate(given, Moves.from_toml(EXAMPLES / "moves.toml").motion())).warnings
+
+
+def test_the_examples_have_no_warnings() -> None:
+    manipulator = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    trace = read_trace(EXAMPLES / "manipulator.csv")
+    assert not encoder_report(Inspection.of(trace, manipulator)).warnings
+    for given in (manipulator, machine()):
+        for motion in (
+            motion_from_trace(trace, given.drive),
+            Moves.from_toml(EXAMPLES / "moves.toml").motion(),
+        ):
+            assert not machine_report(given).warnings and not result_report(simulate(given, motion)).warnings
+
+
+def test_real_traces_have_no_warnings(shared_data: Path) -> None:
+    """But for what their smoothing doubts: one axis of the mill, at 10 Hz, is noisy and twice 0 between moves."""
+    emps = read_trace(shared_data / "emps_bangbang_1kHz.csv")
+    assert not encoder_report(Inspection.of(emps)).warnings
+    assert not result_report(simulate(machine(), motion_from_trace(emps))).warnings
+    for axis in "XYZ":
+        options = {"column": f"{axis}1_ActualVelocity", "unit": "mm/s", "rate": 10, "cross_check": False}
+        mill = read_trace(shared_data / "michigan_cnc_experiment_01.csv", **options)
+    assert keys(motion_warnings(motion_from_trace(mill))) <= {"suspect samples", "noise"}
+
+
+# ---- single laws
+
+
+def test_a_header_in_the_wrong_unit_is_told_in_reports_and_in_the_check(tmp_path: Path) -> None:
+    """Millimetres under [m], and milliseconds under [s], as a log may have them."""
+    for factors, question in (((1e3, 1.0), "is the column in mm?"), ((1.0, 1e3), "is the time in ms")):
+        file = tmp_path / "log.csv"
+        rows = (f"{t},{q:.9f}" for t, q in zip(factors[1] * TIME, factors[0] * SWEEP, strict=True))
+        file.write_text("t [s],q [m]\n" + "\n".join(rows), encoding="utf-8")
+        for command in (
+            ["check", MACHINE, file],
+            ["encoder", file],
+            ["run", MACHINE, file, "-o", tmp_path / "out"],
+        ):
+            options = ["--no-pictures", "--overwrite"] if command[0] == "run" else []
+            head = guideload(*command, *options).stdout.split("free y, z")[0].split("Trace\n")[0]
+            assert question in " ".join(head.split()), command
+
+
+@pytest.mark.parametrize("speed", [0.5, -0.02])
+def test_the_longest_move_is_that_of_the_planned_moves(speed: float) -> None:
+    """Speeds below the standstill share are left out at both ends: with a trapezoid, 1 % of the ramps."""
+    time = np.linspace(0.0, 12.0, 12001)
+    velocity = speed * np.clip(np.minimum(time - 1.0, 9.0 - time), 0.0, 1.0) - 0.5 * speed * (time > 10.0)
+    assert longest_move(time, velocity) == pytest.approx(8.0 - 2 * 0.01, abs=2e-3)
+
+
+def test_a_warning_keeps_its_key_in_a_copy() -> None:
+    text = WarningText("speed", "fast")
+    again = pickle.loads(pickle.dumps(text))
+    assert (again, again.key) == ("fast", "speed")
+    with pytest.raises(KeyError):
+        WarningText("unknown", "")
+    assert [verdict(["a"] * count) for count in range(3)] == ["No warnings.", "1 warning:", "2 warnings:"]
+
+
+def test_the_table_of_the_docs_is_that_of_the_code() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "methods.md").read_text(encoding="utf-8")
+    assert all(f"| {limit.figure} | {limit.text} | {limit.reason} |" in page for limit in LIMITS.values())
