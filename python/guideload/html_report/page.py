@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -32,9 +33,7 @@ def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None =
     drawn = {title: list(each) for title, each in (figures or {}).items()}
     titles = [one.title for one in report.sections]
     added = [Section(title) for title in drawn if title not in titles]
-    page = Report(
-        report.title, report.answer, report.warnings, report.about, [*report.sections, *added], report.failed
-    )
+    page = replace(report, sections=[*report.sections, *added])
     return _template().render(
         report=page,
         figures={one.title: drawn.get(one.title, []) for one in page.sections},

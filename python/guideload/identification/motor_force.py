@@ -203,7 +203,9 @@ class MotorForce(Measured):
         return {"seal": len(self.machine.carriages) * np.sign(velocity), "viscous": velocity}
 
     def _known(self, key: str) -> float:
-        friction = self.machine.friction
+        friction, seals = self.machine.friction, self.machine.seal_forces
+        if key == "seal":
+            return float(seals.mean()) if seals.size else 0.0
         return 0.0 if friction is None else float(getattr(friction, key))
 
     def _known_friction(self, per_unit: dict[str, Array]) -> Array | float:

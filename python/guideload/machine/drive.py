@@ -156,8 +156,9 @@ class Friction(ConfigModel):
     coefficient: Annotated[float, in_range(FRICTION, least=0.0)] = Field(
         default=0.0, description="mu of the loaded carriages without seals, e.g. 0.003"
     )
-    seal: Annotated[float, in_range(FORCE, least=0.0)] = Field(
-        default=0.0, description='friction of the seals of one carriage, e.g. "12 N"'
+    seal: Annotated[float, in_range(FORCE, least=0.0)] | None = Field(
+        default=None,
+        description='friction of the seals of one carriage, e.g. "12 N"; by default that of its product',
     )
     viscous: Annotated[float, in_range(DAMPING, least=0.0)] = Field(
         default=0.0, description='c of all carriages together, e.g. "15 N s/m"'

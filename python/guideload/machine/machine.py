@@ -45,6 +45,7 @@ from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_on
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
 from guideload.machine.products import filled, product_problems, with_catalogue, with_packaged
+from guideload.machine.report_head import ReportHead
 from guideload.machine.riders import MOST_RIDERS, Rider
 from guideload.machine.straightness import with_straightness
 
@@ -105,6 +106,10 @@ class Machine(ConfigModel):
     )
     life: LifeConditions = Field(
         default=LifeConditions(), description="the table [life]: how life and static safety are judged"
+    )
+    report: ReportHead = Field(
+        default=ReportHead(),
+        description="the table [report]: project, customer and others, for the head of reports",
     )
 
     @classmethod
@@ -251,6 +256,14 @@ class Machine(ConfigModel):
         return tuple(
             None if carriage.product is None else products[carriage.product] for carriage in self.carriages
         )
+
+    @cached_property
+    def seal_forces(self) -> Array:
+        """Friction of the seals of each carriage (carriage,) [N]: of [friction], or else of its product."""
+        if self.friction is not None and self.friction.seal is not None:
+            return read_only(np.full(len(self.carriages), self.friction.seal))
+        seals = [None if one is None else one.seal_force for one in self.product_of_carriage]
+        return read_only(np.array([0.0 if one is None else one.per_carriage for one in seals]))
 
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:

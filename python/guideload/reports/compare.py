@@ -50,6 +50,7 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
     alike = "" if len(machines) > 1 else "The machines are the same; the motions differ."
     return Report(
+        head=next(iter(machines.values())).report.lines,
         title=f"Comparison: {', '.join(results)}",
         answer=[f"Largest loads: {largest}. {alike}".rstrip()],
         warnings=[*warned, *unverified_lines(products), *estimated],
@@ -92,7 +93,9 @@ def differences(*machines: Machine) -> Iterator[tuple[str, tuple[Any, ...]]]:
 
     Parts with a name are matched by it: `carriages[1a].stiffness_y`. Without those of products.
     """
-    flat = [dict(_values(machine.model_dump(mode="json", exclude={"products"}))) for machine in machines]
+    flat = [
+        dict(_values(machine.model_dump(mode="json", exclude={"products", "report"}))) for machine in machines
+    ]
     for path in dict.fromkeys(path for values in flat for path in values):
         values = tuple(each.get(path) for each in flat)
         if any(value != values[0] for value in values):

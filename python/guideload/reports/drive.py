@@ -64,6 +64,9 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
         yield f"The drive holds the cart at rest against gravity with {held}, without friction and losses."
         if needed.power is not None and needed.power.min() < 0.0:
             yield f"Power flows back from the cart, up to {load_in_table(-float(needed.power.min()))} W."
+    machine, seals = needed.machine, needed.machine.seal_forces
+    if seals.any() and needed.friction.any() and (machine.friction is None or machine.friction.seal is None):
+        yield f"The seals of the products take {digits(seals.sum())} N together; seal in [friction] replaces it."
     if needed.motor is not None:
         yield from _motor_sentences(needed.motor)
     for name in ("speed of the screw", "drive force"):

@@ -24,6 +24,7 @@ def duty_report(duty: DutyCycle) -> Report:
     }
     machine = duty.cases[0].machine
     return Report(
+        head=machine.report.lines,
         title=f"{machine.name}: duty cycle",
         answer=[f"{machine.name}: {_answer(duty)}"],
         warnings=[*warnings_by_title(found), *life_warnings(duty.hours(duty.machine_life))],

@@ -50,6 +50,7 @@ def life_report(life: Life, band: bool = True) -> Report:
     found = life.band if band else None
     words = "" if found is None else f"Band: 95 % credible band of the life; {found.method}."
     return Report(
+        head=life.record.result.machine.report.lines,
         title=f"{life.record.result.machine.name}: life and static safety",
         answer=[_answer(life, found)],
         warnings=[*life.record.result.audit.warnings, *life_notes(life)],

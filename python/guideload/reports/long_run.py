@@ -32,6 +32,7 @@ def long_run_report(run: LongRun) -> Report:
     """The whole report."""
     rated = [one.product for one in run.criteria]
     return Report(
+        head=run.machine.report.lines,
         title=f"{run.machine.name}: long record",
         answer=[f"{run.machine.name}: {_answer(run)}"],
         warnings=[*_warnings(run), *unverified_lines(rated)],

@@ -32,6 +32,7 @@ def machine_report(machine: Machine) -> Report:
     at_rest = np.abs(machine.scene.static_link_loads())
     rows = open_row_warnings(machine.link_table(), at_rest, "at rest")
     return Report(
+        head=machine.report.lines,
         title=f"{machine.name}: machine",
         answer=[
             f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}",
@@ -82,6 +83,7 @@ def _body_lines(machine: Machine) -> list[str]:
 def modes_report(machine: Machine, modes: Modes) -> Report:
     """The report of the natural modes: range of frequencies and damping, warnings, a row per mode."""
     return Report(
+        head=machine.report.lines,
         title=f"{machine.name}: natural modes",
         answer=[f"{machine.name}: {_modes_range(modes)}"],
         warnings=[*machine_warnings(machine, modes)],

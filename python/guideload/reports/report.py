@@ -99,9 +99,9 @@ class Section:
 class Report:
     """A whole report.
 
-    title: of the page. answer: the result in a few sentences. warnings: what speaks against it, the worst first; the
-    head counts them. about: what it is about, such as the free dofs of the machine. failed: whether what was asked for
-    is not reached.
+    title: of the page. head: project, customer and the like, a line each. answer: the result in a few sentences.
+    warnings: what speaks against it, the worst first; the page counts them. about: what it is about, such as the free
+    dofs of the machine. failed: whether what was asked for is not reached.
     """
 
     title: str
@@ -110,6 +110,7 @@ class Report:
     about: str = ""
     sections: list[Section] = field(default_factory=list)
     failed: bool = False
+    head: list[str] = field(default_factory=list)
 
     @property
     def verdict(self) -> str:
@@ -118,8 +119,8 @@ class Report:
 
     def text(self, width: int = WIDTH, encoding: str = "utf-8") -> str:
         """The report as text in lines of at most `width` characters, where words and numbers allow it."""
-        head = [*self.answer, self.verdict, *self.warnings, self.about]
-        blocks = [prose(text, width) for text in head if text]
+        top: list[Part] = [self.head, *self.answer, self.verdict, *self.warnings, self.about]
+        blocks = [_text(part, width) for part in top if part]
         for one in self.sections:
             if shown := one.parts:
                 space = "\n\n" if isinstance(shown[0], Table) else "\n"

@@ -14,6 +14,7 @@ from guideload.base.number_text import between, digits, fixed, joined, load_in_t
 from guideload.life.life import Life
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts, drive_warnings
+from guideload.reports.guides import guides_section
 from guideload.reports.life import life_answer, life_notes, life_sections, run_life
 from guideload.reports.machine import estimate_lines, modes_section
 from guideload.reports.points import points_section
@@ -47,6 +48,7 @@ def result_report(result: Result) -> Report:
     """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
     machine, life = result.machine, run_life(result)
     return Report(
+        head=machine.report.lines,
         title=f"{machine.name}: load of the guides",
         answer=[_largest_load(result), *life_answer(life), *estimate_lines(machine)],
         warnings=[*result.audit.warnings, *drive_warnings(result), *life_notes(life)],
@@ -54,6 +56,7 @@ def result_report(result: Result) -> Report:
         sections=[
             _peaks_section(result),
             *life_sections(life),
+            guides_section(result),
             points_section(result),
             Section("Drive and held dofs", *drive_parts(result), _held_dofs(result)),
             modes_section(machine, result.modes),

@@ -47,6 +47,7 @@ def sizing_report(machine: Machine, sizing: Sizing) -> Report:
     table = _candidates_table(sizing)
     marks = "* the smallest that holds; - does not hold." if table else ""
     return Report(
+        head=machine.report.lines,
         title=f"{machine.name}: which carriage",
         answer=[" ".join([_answer(machine, sizing), *not_run])],
         warnings=[*_warnings_of_the_run(sizing), *unverified_lines(products), *_estimate_lines(sizing)],
@@ -137,6 +138,7 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
         )
     figures = ", ".join(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
     return Report(
+        head=machine.report.lines,
         title=f"{machine.name}: largest {limit.quantity}",
         answer=[
             text,

@@ -44,6 +44,7 @@ def study_report(result: StudyResult) -> Report:
         answer = [*lines]
         sections += _case_sections(result) if metadata.chosen else _statistics_sections(result, summary)
     return Report(
+        head=result.metadata.machine.report.lines,
         title=f"{metadata.machine.name}: study",
         answer=["\n".join([metadata.machine.name, *answer])],
         warnings=[

@@ -33,18 +33,20 @@ def friction_force(machine: Machine, loads: Array, velocity: Array | None) -> Ar
     """Force [N] (time,) along x with which the drive overcomes the friction of the guides; 0 at standstill.
 
     loads: (time, carriage, 6) of the carriages. velocity: (time, 3) m/s of the cart.
-    Raises ArgumentError if there is friction but no velocity, which decides its sign.
+    Without a table [friction] it is the friction of the products' seals, where the velocity is known.
+    Raises ArgumentError if there is a table [friction] but no velocity, which decides its sign.
     """
-    friction = machine.friction
-    if friction is None:
+    friction, seals = machine.friction, float(machine.seal_forces.sum())
+    if friction is None and (velocity is None or not seals):
         return np.zeros(loads.shape[0])
     if velocity is None:
         raise ArgumentError(
             "velocity: friction needs the velocity of the cart, which this motion does not have"
         )
-    normal = np.abs(loads[:, :, 1:3]).sum(axis=(1, 2))
     speed = velocity[:, 0]
-    dry = friction.coefficient * normal + friction.seal * loads.shape[1]
+    if friction is None:
+        return np.asarray(np.sign(speed) * seals)
+    dry = friction.coefficient * np.abs(loads[:, :, 1:3]).sum(axis=(1, 2)) + seals
     return np.asarray(np.sign(speed) * dry + friction.viscous * speed)
 
 

@@ -216,7 +216,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     if design is not None and design.sampling != "latin hypercube":
         names.append("runs")
     free: dict[str, Any] = dict.fromkeys(names, True)
-    free["machine"] = dict.fromkeys(("catalogue", "products", "life"), True)
+    free["machine"] = dict.fromkeys(("catalogue", "products", "life", "report"), True)
     rules = [rule for one in metadata.rated() for rule in (one.rule, one.static_rule)]
     rules_text = [(digest(rule.weights), rule.minor, rule.preload, rule.effect) for rule in rules]
     exact = (*exact, None if design is None else design.copula, rules_text)

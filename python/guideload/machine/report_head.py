@@ -1,0 +1,34 @@
+"""The table [report] of a machine file: what stands at the head of a report that someone signs."""
+
+from __future__ import annotations
+
+from datetime import date
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from guideload.base.config import ConfigModel
+from guideload.machine.components import Name
+
+
+def _day(value: object) -> object:
+    """A date as text; that of the day on which the file is read for "today"."""
+    return str(date.today() if value == "today" else value) if isinstance(value, date | str) else value
+
+
+class ReportHead(ConfigModel):
+    """The head of all reports of the machine; keys that are left out are not shown."""
+
+    project: Name | None = Field(default=None, description="name or number of the project")
+    customer: Name | None = Field(default=None, description="for whom the machine is built")
+    drawing: Name | None = Field(default=None, description="number of the drawing, with its revision")
+    author: Name | None = Field(default=None, description="who computed it")
+    date: Annotated[Name, BeforeValidator(_day)] | None = Field(
+        default=None, description='a day, e.g. 2026-03-31; "today" is that of the run'
+    )
+
+    @property
+    def lines(self) -> list[str]:
+        """A line for each key that is given: `Project: Gantry 12`."""
+        given = ((key, getattr(self, key)) for key in type(self).model_fields)
+        return [f"{key.capitalize()}: {value}" for key, value in given if value is not None]

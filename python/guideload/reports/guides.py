@@ -1,0 +1,62 @@
+"""What to order: rails as long as the stroke needs, carriages and their mass."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from guideload.base.number_text import counted, digits, number
+from guideload.reports.report import Section
+
+if TYPE_CHECKING:
+    from guideload.simulation.result import Result
+
+
+class RailLength(NamedTuple):
+    """Least length of a rail [m]: stroke, distance of its outer carriages, and the longest carriage, nan if unknown."""
+
+    rail: str
+    stroke: float
+    span: float
+    carriage: float
+
+
+def rail_lengths(result: Result) -> Iterator[RailLength]:
+    """The least length of each rail with carriages; none where the position of the cart is unknown."""
+    machine, position = result.machine, result.history("cart_position")
+    if position is None:
+        return
+    lengths = [None if one is None else one.carriage_length for one in machine.product_of_carriage]
+    for index, rail in enumerate(machine.rails):
+        on_it = np.flatnonzero(machine.rail_of_carriage == index)
+        if on_it.size:
+            span = np.ptp(machine.carriage_centers[on_it, 0])
+            longest = np.max([lengths[i] or np.nan for i in on_it])
+            yield RailLength(rail.name, float(np.ptp(position[:, 0])), float(span), float(longest))
+
+
+def guides_section(result: Result) -> Section:
+    """Carriages by product with their mass, and the least length of each rail."""
+    lines = []
+    named = (one for one in result.machine.product_of_carriage if one is not None)
+    for product, count in Counter(named).items():
+        each, mass = product.mass, ""
+        if each is not None:
+            mass = f", {number(each)} kg each, {digits(count * each)} kg together"
+        lines.append(f"{counted(count, 'carriage')} {product.name}{mass}")
+    for rail, stroke, span, carriage in rail_lengths(result):
+        known = not np.isnan(carriage)
+        least = digits(stroke + span + (carriage if known else 0.0), 4)
+        last = (
+            f"{digits(1e3 * carriage)} mm of a carriage"
+            if known
+            else "a carriage, whose length no product states"
+        )
+        lines.append(
+            f"rail {rail}: at least {least} m{'' if known else ' and a carriage'}: {digits(stroke, 4)} m of stroke, "
+            f"{digits(span, 4)} m from the first to the last carriage, {last}"
+        )
+    return Section("Rails and carriages", lines)

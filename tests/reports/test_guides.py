@@ -1,0 +1,116 @@
+"""Least lengths of rails, mass of carriages, seals of products in the drive force, and the head of a report."""
+
+from __future__ import annotations
+
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import guideload, refused
+from lives import PRODUCT, cart, moved
+from moves import GENTLE
+
+from guideload import Machine, Motion, Product, html_report, simulate
+from guideload.base.errors import ConfigError
+from guideload.drive import drive_requirements
+from guideload.life.life import life_of
+from guideload.machine.drive import Friction
+from guideload.reports.guides import guides_section, rail_lengths
+from guideload.reports.life import life_report
+from guideload.reports.machine import machine_report
+from guideload.reports.run import result_report
+
+MOTION = moved(GENTLE, 500.0)
+SEAL = {"value": 1.5, "per": "end seal"}  # 3 N per carriage
+
+
+def with_product(**changes: object) -> Machine:
+    return cart().model_copy(update={"products": [Product(**PRODUCT | changes)]})
+
+
+def test_every_carriage_stays_on_the_rail() -> None:
+    """The ends of a rail of this length are where the ends of the outer carriages come, and no farther."""
+    result = simulate(with_product(carriage_length=0.09), MOTION)
+    assert MOTION.position is not None
+    machine, place = result.machine, MOTION.position[:, 0]
+    found = {one.rail: one for one in rail_lengths(result)}
+    assert set(found) == {"1", "2"}
+    for index, rail in enumerate(machine.rails):
+        centers = machine.carriage_centers[machine.rail_of_carriage == index, 0]
+        ends = place[:, None, None] + centers[:, None] + np.array([-0.045, 0.045])
+        assert sum(found[rail.name][1:]) == pytest.approx(np.ptp(ends), rel=1e-14)
+    text = " ".join(guides_section(result).parts[0])
+    assert "90 mm of a carriage" in text
+    unknown = simulate(with_product(carriage_length=None), MOTION)
+    assert all(np.isnan(one.carriage) for one in rail_lengths(unknown))
+    assert "a carriage, whose length no product states" in " ".join(guides_section(unknown).parts[0])
+
+
+def test_the_mass_of_the_carriages_is_that_of_all_of_a_product() -> None:
+    text = guides_section(simulate(with_product(mass="0.51 kg"), MOTION)).parts[0]
+    assert "4 carriages 20, 0.51 kg each, 2.04 kg together" in text
+
+
+def test_seals_of_the_products_cost_their_force_over_the_whole_path() -> None:
+    """4 carriages with 3 N each: work = 12 N times the path; the same as with [friction], which goes first."""
+    free, sealed = cart(), with_product(seal_force=SEAL)
+    needed = [drive_requirements(simulate(one, MOTION)) for one in (free, sealed)]
+    assert MOTION.velocity is not None
+    speed = MOTION.velocity[:, 0]
+    added = needed[1].force - needed[0].force
+    assert added == pytest.approx(12.0 * np.sign(speed), abs=1e-9)  # rounding of forces of kilonewtons
+    work, path = (
+        np.sum(0.5 * (each[1:] + each[:-1]) * np.diff(MOTION.time)) for each in (added * speed, np.abs(speed))
+    )
+    assert work == pytest.approx(12.0 * path, rel=1e-12)
+    stated = free.model_copy(update={"friction": Friction(seal=3.0)})
+    same = drive_requirements(simulate(stated, MOTION)).force
+    assert same == pytest.approx(needed[1].force, rel=1e-14)
+    other = sealed.model_copy(update={"friction": Friction(seal=1.0)})
+    assert other.seal_forces.tolist() == [1.0] * 4
+    assert sealed.model_copy(update={"friction": Friction(viscous=2.0)}).seal_forces.tolist() == [3.0] * 4
+
+
+def test_seals_of_products_need_no_velocity() -> None:
+    """Nobody asked for friction: a motion without velocity has none, as before."""
+    motion = Motion.along_x(MOTION.time, MOTION.acceleration[:, 0])
+    assert not drive_requirements(simulate(with_product(seal_force=SEAL), motion)).friction.any()
+
+
+HEAD = """
+[report]
+project = "Gantry <12>"
+customer = "A & B"
+drawing = "4711 rev. B"
+author = "N. N."
+date = 2026-03-31
+"""
+
+
+def test_the_head_is_in_every_report_as_text_and_html() -> None:
+    machine = cart(report={"project": "Gantry <12>", "date": date(2026, 3, 31)})
+    result = simulate(machine, MOTION)
+    for report in (result_report(result), machine_report(machine), life_report(life_of(result), band=False)):
+        assert report.text().startswith("Project: Gantry <12>\nDate: 2026-03-31\n\n")
+        assert "<p>Project: Gantry &lt;12&gt;</p>" in html_report.report_page(report)
+    assert machine_report(cart()).text().startswith("machine: linear")
+    assert Machine.model_validate_json(machine.model_dump_json()) == machine
+
+
+def test_the_head_comes_from_the_machine_file(tmp_path: Path) -> None:
+    from guideload.cli.inputs import EXAMPLES
+
+    file = tmp_path / "machine.toml"
+    text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
+    file.write_text(text + HEAD, encoding="utf-8")
+    shown = guideload("check", file).stdout
+    assert shown.startswith(
+        "Project: Gantry <12>\nCustomer: A & B\nDrawing: 4711 rev. B\nAuthor: N. N.\nDate: 2026-03-31\n"
+    )
+    file.write_text(text + '[report]\ndate = "today"\n', encoding="utf-8")
+    assert guideload("check", file).stdout.startswith(f"Date: {date.today().isoformat()}\n")
+    file.write_text(text + "[report]\nproject = 12\n", encoding="utf-8")
+    assert "report.project: expected text in quotes, got 12" in refused("check", file)
+    with pytest.raises(ConfigError, match=r"report.customr: expected a known key.*\"customer\""):
+        cart(report={"customr": "x"})
