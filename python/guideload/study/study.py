@@ -19,6 +19,7 @@ from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import with_forces_of_drive
 from guideload.simulation.start import start_of
+from guideload.study.estimated import estimated_entries
 from guideload.study.factors import build_copula, drawn_factors, read_cases
 from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
 from guideload.study.options import REPLICATES, StudyFile, StudyOptions, read_study, with_hint_on_place
@@ -135,8 +136,11 @@ class Study(StudyOptions):
             runs = len(cases)
         else:
             assert self.samples is not None
-            factors = drawn_factors(self.vary, parameters)
-            copula = build_copula(self.correlation, factors, self.vary)
+            vary = (*self.vary, *estimated_entries(self.vary, parameters))
+            if not vary:
+                raise _missing("vary", "a [[vary]] table, or cases")
+            factors = drawn_factors(vary, parameters)
+            copula = build_copula(self.correlation, factors, vary)
             self._require_possible_design(len(factors), copula is not None)
             drawn = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
             design = Design(*drawn, self._replicates, self.posterior)
@@ -194,10 +198,8 @@ class Study(StudyOptions):
                     value = value if isinstance(value, int) else len(value)
                     raise refused_at((key,), f"no {key} beside cases", value, hint)
             return
-        for key, hint in (("samples", "samples = 10_000"), ("vary", "a [[vary]] table, or cases")):
-            if not getattr(self, key):
-                words = StudyOptions.model_fields[key].description or ""
-                raise ConfigError([Problem((key,), None, words, f"add {hint}", None, ABSENT)])
+        if not self.samples:
+            raise _missing("samples", "samples = 10_000")
 
     @property
     def _replicates(self) -> int:
@@ -217,6 +219,11 @@ class Study(StudyOptions):
         if self.sampling == "sobol" and factors > most:
             hint = f'these entries have {factors}; "random" takes any number'
             raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)
+
+
+def _missing(key: str, hint: str) -> ConfigError:
+    words = StudyOptions.model_fields[key].description or ""
+    return ConfigError([Problem((key,), None, words, f"add {hint}", None, ABSENT)])
 
 
 # ---- motions drawn from the posterior of the trace
