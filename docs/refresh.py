@@ -265,6 +265,24 @@ def identification(choose: Callable[[list[str]], list[str]]) -> str:
 
 
 RUN = ("run", "manipulator.toml", "manipulator.csv", "-o", "out", "--no-pictures")
+
+
+def stiffness_of_carriages() -> str:
+    """Printed and estimated stiffness [N/um] by carriage and preload class."""
+    sys.path.insert(0, str(ROOT / "tests" / "helpers"))
+    from printed_stiffness import in_place_of_print, printed
+
+    rows = [
+        "| carriage | class | edition | printed | estimated | estimated/printed |",
+        "|---|---|---|---:|---:|---:|",
+    ]
+    for name, preload_class, edition, stiffness in printed():
+        estimate = in_place_of_print(name, preload_class).stiffness
+        figures = f"{1e-6 * stiffness:.0f} | {1e-6 * estimate:.0f} | {estimate / stiffness:.2f}"
+        rows.append(f"| {name} | {preload_class} | {edition} | {figures} |")
+    return "\n".join(rows)
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "peaks": peaks,
     "weight": weight,
@@ -281,6 +299,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "monitor-watch": monitor_watch,
     "identify": lambda: identification(first(5)),
     "identify-worth": lambda: identification(between("What these", "Differences")),
+    "stiffness": stiffness_of_carriages,
     "identify-next": lambda: identification(between("Which model", "Search")),
 }
 
