@@ -198,15 +198,16 @@ def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
             assert largest > preload > smallest and (smallest == 0.0) == opens
 
 
-@pytest.mark.parametrize("law", ["class", "curve", "own"])
+@pytest.mark.parametrize("law", ["class", "range", "curve", "own"])
 def test_preload_counts_by_default_and_the_print_says_what_it_leaves_out(law: str) -> None:
-    """The preload of the class or of the carriage's own law; with the causes, and in the note of the print."""
+    """The preload of the class, at most, or of the carriage's own law; with the causes, and in the note of the print."""
     stiffness: dict[str, Any] = {"stiffness": 4e8}
     if law == "curve":
         curve = [[0.0, 0.0], [1e-4, 4e4]]
         stiffness = {"curve": dict.fromkeys(("press", "lift", "side"), curve)}
     preload = 9e3 if law == "own" else 8e3
-    classes = [{"name": "A", **stiffness, "preload": 8e3}]
+    of_class = {"share_of_C0": [0.1, 8e3 / 60e3]} if law == "range" else {"preload": 8e3}
+    classes = [{"name": "A", **stiffness, **of_class}]
     own = {"preload_y": 7e3, "preload_z": 9e3, "rolling": "ball"} if law == "own" else {}
     carriages = [one.model_copy(update=own) for one in cart().carriages]
     products = [Product(**{**PRODUCT, "preload_classes": classes})]

@@ -111,12 +111,11 @@ def _criteria(
 
 
 def _preload(carriage: Carriage, product: Product) -> float | None:
-    """The preload [N] of a carriage: its own, else that of its preload class; 0 with clearance, None if unknown."""
+    """The preload [N] of a carriage: its own, else the largest of its class; 0 with clearance, None if unknown."""
     if own := max(carriage.preload_y or 0.0, carriage.preload_z or 0.0):
         return own
-    chosen = product.class_named(carriage.preload_class)
-    if chosen is not None and chosen.preload is not None:
-        return chosen.preload
+    if (of_class := product.preload_range(carriage.preload_class)) is not None:
+        return of_class[1]
     return 0.0 if carriage.clearance_y or carriage.clearance_z else None
 
 

@@ -25,8 +25,8 @@ DEFINITIONS = (
     "Ranked by the dynamic load rating for 100 km. C: as printed by the maker, for 50 or 100 km. Life: "
     "of all carriages together; S0: static safety of the weakest "
     "carriage; margin: smallest ratio of figure to requirement; the criterion that has it fails first. The product "
-    "gives ratings and, if its record has them, stiffness, preload and length; damping is scaled so that damping "
-    "ratios stay, and the mass stays. Carriages: their mass together."
+    "gives ratings, length, width and stiffness, as far as its record has or implies them; damping is scaled so that "
+    "damping ratios stay, and the mass stays. Carriages: their mass together."
 )
 UNITS = {
     "pace": "times the given pace",
@@ -77,7 +77,7 @@ def _warnings_of_the_run(sizing: Sizing) -> list[str]:
 def _candidates_table(sizing: Sizing) -> Table:
     headings = [("product",), ("C", "kN", "3 digits"), ("C0", "kN", "3 digits"), ("life", "h", "hours")]
     headings += [("S0", "", "factor"), ("margin", "", "factor"), ("fails first",), ("drive", "N", "load")]
-    headings += [("mode 1", "Hz", "3 digits"), ("carriages", "kg", "3 digits"), ("stiffness of",)]
+    headings += [("mode 1", "Hz", "3 digits"), ("carriages", "kg", "3 digits"), ("stiffness",)]
     rows: list[tuple[Value, ...]] = []
     for one in sizing.candidates:
         if (
