@@ -16,6 +16,7 @@ from guideload.base.errors import LifeError
 from guideload.base.number_text import kilometres
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
+from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.arrangement import arrangements
 from guideload.life.by_place import rail_damage
 from guideload.life.life import Life, life_of
@@ -23,7 +24,6 @@ from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.row_loads import row_loads
 from guideload.machine.bodies import united
-from guideload.machine.laws import EXPONENT
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 from guideload.motion.motion import Motion
@@ -175,7 +175,7 @@ def test_factors_of_the_whole_formula(result: Result) -> None:
 
 
 def test_loads_of_the_rows_are_those_of_the_law() -> None:
-    for rolling, exponent in EXPONENT.items():
+    for rolling, exponent in CONTACT_EXPONENT.items():
         law = Law.preloaded(4e8, 2e3, exponent)
         deflection = np.linspace(0.0, 2.0, 9) * law.edges[-1]
         loaded, other = row_loads(law.force(deflection), 2e3, rolling)
@@ -200,7 +200,7 @@ def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
 
 @pytest.mark.parametrize("law", ["class", "range", "curve", "own"])
 def test_preload_counts_by_default_and_the_print_says_what_it_leaves_out(law: str) -> None:
-    """The preload of the class, at most, or of the carriage's own law; with the causes, and in the note of the print."""
+    """The largest preload of the class, or that of the own law; with the causes, and in the note of the print."""
     stiffness: dict[str, Any] = {"stiffness": 4e8}
     if law == "curve":
         curve = [[0.0, 0.0], [1e-4, 4e4]]

@@ -12,6 +12,7 @@ from guideload.base.arrays import Array
 from guideload.catalogue.conditions import RULES, LifeConditions, RuleName
 from guideload.catalogue.product import Moments, Product
 from guideload.catalogue.rating import Rating
+from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.arrangement import Arrangement
 from guideload.life.equivalent_load import dynamic_load, static_load
 from guideload.life.load_parts import load_parts
@@ -20,7 +21,6 @@ from guideload.life.rating_life import rating_life
 from guideload.life.record import travel_of
 from guideload.life.static_safety import static_safety
 from guideload.machine.components import Body, Carriage, Rail
-from guideload.machine.laws import EXPONENT
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.simulation import simulate
@@ -230,7 +230,7 @@ def test_every_rule_counts_what_the_loaded_row_carries(
     rule: RuleName, rolling: Literal["ball", "roller"]
 ) -> None:
     """Rule x preload x load, against the rows of the carriage law; with P much smaller and larger than the preload."""
-    n = EXPONENT[rolling]
+    n = CONTACT_EXPONENT[rolling]
     share = np.concatenate(
         [np.linspace(0.0, 1.0, 101), [1.5, 3.0]]
     )  # deflection over that at which a row opens

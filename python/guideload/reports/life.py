@@ -27,6 +27,7 @@ from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
+from guideload.reports.machine import estimate_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
@@ -53,7 +54,11 @@ def life_report(life: Life, band: bool = True) -> Report:
         head=life.record.result.machine.report.lines,
         title=f"{life.record.result.machine.name}: life and static safety",
         answer=[_answer(life, found)],
-        warnings=[*life.record.result.audit.warnings, *life_notes(life)],
+        warnings=[
+            *life.record.result.audit.warnings,
+            *life_notes(life),
+            *estimate_lines(life.record.result.machine),
+        ],
         sections=[
             Section("Life and static safety", _life_table(life, found), Definitions(LIFE_DEFINITION, words)),
             _causes_section(life),

@@ -34,11 +34,8 @@ def machine_report(machine: Machine) -> Report:
     return Report(
         head=machine.report.lines,
         title=f"{machine.name}: machine",
-        answer=[
-            f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}",
-            *estimate_lines(machine),
-        ],
-        warnings=[*machine_warnings(machine, modes), *rows],
+        answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
+        warnings=[*machine_warnings(machine, modes), *rows, *estimate_lines(machine)],
         about=free_dofs(machine),
         sections=[*machine_sections(machine), _static_section(machine)],
     )
@@ -251,7 +248,7 @@ def _product_lines(machine: Machine) -> list[str]:
 
 
 def estimate_lines(machine: Machine) -> list[str]:
-    """For the answer: which carriages have an estimated stiffness, and how good it is."""
+    """Which carriages have an estimated stiffness, and how good it is."""
     carriages: dict[tuple[str, str], list[str]] = {}  # by product with class, and words of the estimate
     estimates = stiffness_estimates(machine.carriages, machine.product_of_carriage)
     for carriage, estimate in zip(machine.carriages, estimates, strict=True):

@@ -50,8 +50,13 @@ def result_report(result: Result) -> Report:
     return Report(
         head=machine.report.lines,
         title=f"{machine.name}: load of the guides",
-        answer=[_largest_load(result), *life_answer(life), *estimate_lines(machine)],
-        warnings=[*result.audit.warnings, *drive_warnings(result), *life_notes(life)],
+        answer=[_largest_load(result), *life_answer(life)],
+        warnings=[
+            *result.audit.warnings,
+            *drive_warnings(result),
+            *life_notes(life),
+            *estimate_lines(machine),
+        ],
         about=free_dofs(machine),
         sections=[
             _peaks_section(result),

@@ -9,6 +9,7 @@ import pandas as pd
 
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import capitalised, digits, fixed, number, percent
+from guideload.reports.machine import estimate_lines
 from guideload.reports.report import Column, Report, Section, Table, free_dofs
 from guideload.reports.study_life import life_answer, life_section
 from guideload.reports.study_tables import (
@@ -50,6 +51,7 @@ def study_report(result: StudyResult) -> Report:
         warnings=[
             *result.doubts,
             *machine_warnings(metadata.machine),
+            *estimate_lines(metadata.machine),
             *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
         ],
         about=free_dofs(metadata.machine),
