@@ -14,6 +14,7 @@ from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 
+from guideload.base.arguments import checked
 from guideload.base.errors import ValueRefused
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product
@@ -79,10 +80,19 @@ def _called(name: str) -> list[Record]:
     return [one for one in records() if one.name == name or one.is_called(words)]
 
 
+@checked
 def packaged_product(name: str) -> Product:
-    """The packaged product of a name: "HGH25CA", "HIWIN HGH25CA", or with words of its edition behind.
+    """The packaged product of a name.
 
-    Raises ValueRefused for an unknown name, with the nearest one, and for a name that several records have, with them.
+    Parameters
+    ----------
+    name : str
+        "HGH25CA", "HIWIN HGH25CA", or with words of its edition behind.
+
+    Raises
+    ------
+    ValueRefused
+        For an unknown name, with the nearest one, and for a name that several records have, with them.
     """
     found = _called(name)
     if len(found) == 1:
@@ -113,8 +123,20 @@ def product_and_class(text: str) -> tuple[Product, str | None]:
     return product, None if found is None else found.name
 
 
+@checked
 def packaged_catalogue(maker: str | None = None) -> Catalogue:
-    """All packaged products, or those of a maker, by unique names. Raises ValueRefused for an unknown maker."""
+    """All packaged products, by unique names.
+
+    Parameters
+    ----------
+    maker : str, optional
+        Only the products of this maker.
+
+    Raises
+    ------
+    ValueRefused
+        For an unknown maker.
+    """
     makers = {one.maker.lower(): one.maker for one in records()}
     if maker is not None and maker.lower() not in makers:
         raise ValueRefused(f"a maker of packaged products ({', '.join(makers.values())})", maker)

@@ -21,7 +21,7 @@ file_argument = click.argument("file", metavar="[CATALOGUE.TOML]", type=options.
 
 @click.group()
 def catalogue() -> None:
-    """Find carriages in the packaged catalogues or in a file of your own.
+    """Find carriages in the packaged catalogues or in your own.
 
     `guideload init --catalogue` writes such a file with examples.
     """

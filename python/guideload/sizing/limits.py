@@ -9,7 +9,6 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from guideload.base.arguments import checked, real_array
 from guideload.base.errors import ArgumentError, RunError
@@ -84,6 +83,8 @@ def largest(
         if quantity in ("speed", "acceleration", "deceleration", "jerk")
         else _variation(machine, motion, quantity, place, along)
     )
+
+    from scipy.optimize import brentq  # takes 0.2 s to import, and `size` does without
 
     runs: dict[float, tuple[Margins, Motion]] = {}
 

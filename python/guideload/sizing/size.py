@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from guideload.base.arguments import checked
+from guideload.base.cores import cores, threads
 from guideload.base.errors import ArgumentError, GuideloadError
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.conditions import LifeConditions
@@ -160,14 +163,18 @@ def size(
     chosen = catalogue.products if products is None else _selected(catalogue, products)
     trials = [(product, kind) for product in chosen for kind in _classes(product)]
     candidates: list[Candidate] = []
-    runs: dict[tuple[object, ...], Candidate] = {}
-    for done, (product, preload_class) in enumerate(trials, 1):
-        alike = _properties(product, preload_class)
-        if alike not in runs:
-            runs[alike] = _tried(machine, motion, product, preload_class, conditions)
-        candidates.append(replace(runs[alike], product=product, preload_class=preload_class))
-        if progress is not None:
-            progress(done, len(trials))
+    with threads(cores()) as submit:
+        runs: dict[tuple[object, ...], Future[Candidate]] = {}
+        for product, preload_class in trials:
+            alike = _properties(product, preload_class)
+            if alike not in runs:
+                tried = partial(_tried, machine, motion, product, preload_class)
+                runs[alike] = submit(tried, conditions)
+        for done, (product, preload_class) in enumerate(trials, 1):
+            run = runs[_properties(product, preload_class)].result()
+            candidates.append(replace(run, product=product, preload_class=preload_class))
+            if progress is not None:
+                progress(done, len(trials))
     ranked = sorted(candidates, key=lambda one: (one.margins is None, one.size, one.name))
     return Sizing(tuple(ranked), conditions)
 
