@@ -71,7 +71,8 @@ def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp
     text, box = run(machine_file, "out")
     assert "Life and static safety" in text and "HGH25CA" in text
     assert 'least for application "normal"' in text
-    assert box.startswith('answer">') and "The static safety is reached." in box
+    # Warned: values of the product were not compared with the maker's page.
+    assert box.startswith('answer warned">') and "The static safety is reached." in box
     file = machine_file.with_name("thomson.toml")
     file.write_text(machine_file.read_text(encoding="utf-8") + '[life]\nrule = "rexroth"\n', encoding="utf-8")
     text, box = run(file, "other")
