@@ -42,6 +42,11 @@ def test_packaged_files_are_valid(name: str, kind: str) -> None:
     assert not list(schema(kind).iter_errors(values))
 
 
+def test_packaged_catalogues_are_valid() -> None:
+    for file in (EXAMPLES.parent / "catalogues").glob("*.toml"):
+        assert not list(schema("catalogue").iter_errors(tomllib.loads(file.read_text(encoding="utf-8"))))
+
+
 @pytest.mark.parametrize(
     ("arguments", "kind", "name"),
     [
