@@ -80,6 +80,10 @@ ERRORS: dict[str, list[str]] = {
         "encoder jump.csv",
         "check negative.toml",
         "check unclosed.toml",
+        "check twice.toml",
+        "check headers.toml",
+        "check class.toml",
+        "check untyped.toml",
         "check loose.toml",
         "modes loose.toml",
         "run loose.toml trace.csv -o out",
@@ -131,6 +135,7 @@ ERRORS: dict[str, list[str]] = {
     "moves": [
         "run machine.toml moves.toml -o out --rate 1000",
         "run machine.toml moves.toml -o out --no-cross-check",
+        "run machine.toml -o out --move 'distance=1,2 m, speed=2 m/s'",
         f"run machine.toml -o out --move {MOVE} --smoothing auto",
         f"run machine.toml moves.toml -o out --move {MOVE}",
         "run machine.toml machine.toml -o out",
@@ -214,12 +219,18 @@ def write_files(folder: Path) -> None:
     moves, catalogue = (
         (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8") for name in ("moves", "catalogue")
     )
+    product = '[[carriages]]\nproduct = "HGH25CA"\npreload_class = {}\n'
+    named = 'catalogue = "catalogue.toml"\n' + plain.replace("[[carriages]]\n", product, 1)
     watched.write_monitor(folder)
     watch = (folder / "monitor.toml").read_text(encoding="utf-8").splitlines(keepends=True)
     texts = {
         "machine.toml": text,
         "negative.toml": plain.replace('"1250 kg"', '"-1250 kg"').replace("stiffness_y", "stifness_y", 1),
         "unclosed.toml": "name = [",
+        "twice.toml": 'name = "a"\nname = "b"\n',
+        "headers.toml": "[body]\n[body]\n",
+        "class.toml": named.format('"ZC"'),
+        "untyped.toml": named.format("1"),
         "loose.toml": plain.replace('free = ["y"', 'free = ["x", "y"'),
         "rider.toml": f"{plain}\n{RIDER}",
         "study.toml": STUDY,

@@ -22,6 +22,19 @@ else:
 # read digits without end in quadratic time.
 DEEPEST = 20  # levels of tables and lists in each other, and parts of a key with dots
 LONGEST = 1000  # characters of a key or value without quotes
+IN_QUOTES = (
+    'write text and values with a unit in quotes, and numbers with a decimal point, as in mass = "12.5 kg"'
+)
+# Beginnings of tomllib's reasons, what was expected, and the way out.
+TWICE = (
+    ("Cannot overwrite", "each key once", "this key was given before: keep one of the two"),
+    (
+        "Cannot declare",
+        "each table once",
+        "keep one of the two, or give both double brackets, as in [[carriages]]",
+    ),
+    ("Cannot mutate", "each table once", "a key or another table has this name already: keep one of the two"),
+)
 
 
 @dataclass(frozen=True)
@@ -74,9 +87,10 @@ def read_toml(
         at = re.search(r" \(at (?:line (\d+).*|end of document)\)", str(error))
         row = int(at[1]) if at and at[1] else len(lines)
         reason = str(error)[: at.start()] if at else str(error)
-        hint = f'{reason}; write text and values with a unit in quotes, as in mass = "1250 kg"'
+        expected, hint = next((words for start, *words in TWICE if reason.startswith(start)), ("TOML", ""))
+        hint = hint or f"{reason}; {IN_QUOTES}"
         written = shortened(lines[min(row, len(lines)) - 1]) or "an empty row"
-        raise refusal("TOML", hint, row, written) from None
+        raise refusal(expected, hint, row, written) from None
 
 
 def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> ConfigError:

@@ -129,6 +129,8 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
         except ValueRefused as refused:
             yield ("carriages", i, "product"), refused
             continue
+        if not isinstance(chosen, str | None):  # the field `preload_class` tells it
+            continue
         try:
             laws = product.law_keys(chosen)
         except ValueRefused as refused:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, partial
@@ -143,7 +144,8 @@ class Moves(ConfigModel):
             moves.append({key: value for key, _, value in pairs})
             if len(moves[i]) < len(pairs) or not all(key and value for key, value in moves[i].items()):
                 expected = "key=value, separated by commas, each key once"
-                raise _refusal(("moves", i), expected, text, 'as in "distance=1.2 m, speed=2 m/s"')
+                point = "numbers have a decimal point, " if re.search(r"\d,\d", text) else ""
+                raise _refusal(("moves", i), expected, text, f'{point}as in "distance=1.2 m, speed=2 m/s"')
         values: dict[str, Any] = {"moves": moves}
         return cls(**values)
 
