@@ -159,7 +159,7 @@ def test_a_machine_needs_a_body_and_something_that_holds_it(tmp_path: Path) -> N
     ("text", "row", "words"),
     [
         ("[body]\nmass = 1250 kg\n", 2, "got mass = 1250 kg; "),
-        ("[body]\nmass = 1\nmass = 2\n", 3, "overwrite a value"),
+        ("[body]\nmass = 1\nmass = 2\n", 3, "each key once"),
         ("[body]\nmass = [1,\n", 2, "quotes"),
         ("[body\nmass = 1\n", 1, "got [body"),
         (b"[body]\n# \xb5m\nmass = 1\n", 2, "UTF-8"),

@@ -60,7 +60,10 @@ PRODUCT = {
 
 def machine(carriages: int, **keys: Any) -> Machine:
     """A machine with this number of carriages on two rails, of a product with ratings; keys: of the carriages."""
-    spring = dict(length=0.12, stiffness_y=1.2e8, stiffness_z=1.2e8, damping_y=1e5, damping_z=1e5) | keys
+    spring = (
+        dict(length=0.12, width=0.06, stiffness_y=1.2e8, stiffness_z=1.2e8, damping_y=1e5, damping_z=1e5)
+        | keys
+    )
     return Machine(
         name="Gantry",
         products=[PRODUCT],

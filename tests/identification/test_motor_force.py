@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from guideload.identification.model import Model
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.result import identify
 from guideload.identification.unknowns import UnknownTable
+from guideload.reports.identification import identification_report
 from guideload.smoothing import smooth
 
 MASS_OF = (UnknownTable(path="body.mass"),)
@@ -112,3 +114,33 @@ def test_mass_of_emps(shared_data: Path, part: tuple[float, float]) -> None:
     one = found.estimates[0]
     assert one.value == pytest.approx(95.11, rel=0.005)
     assert one.low < 95.11 < one.high and one.high - one.low < 2.0
+
+
+@pytest.mark.parametrize("torque", [False, True])
+def test_in_one_direction_only_the_sum_of_dry_friction_and_offset_is_known(
+    motion: Motion, torque: bool
+) -> None:
+    """A trip there: the sum is that of the machine, and neither of the two has a value of its own."""
+    drive = {"gear_ratio": 4.0, "screw_lead": 0.02}
+    true, nominal = axis(drive=drive), axis(drive=drive, **NOMINAL)
+    shift = 1.1 * float(np.abs(motion.velocity[:, 0]).max())
+    there = Motion.along_x(motion.time, motion.acceleration[:, 0], velocity=motion.velocity[:, 0] + shift)
+    lever = true.drive.speed_per_motor_speed if torque else 1.0
+    noise = np.random.default_rng(1).normal(0.0, 0.5, there.time.size)
+    values = lever * (force_of(true, there, there.time) + OFFSET + noise)
+    data = MotorForce.of(nominal, there, there.time, values, torque=torque)
+    found = identify(nominal, MASS_OF, [data], starts=1)
+    (group,) = found.undetermined
+    assert group.combinations == 1 and "offset of motor force" in group.names and len(group.names) == 2
+    ends = [float(end) for end in re.search(r"\((\S+) to (\S+)\)$", group.words).groups()]
+    assert ends[0] < lever * (2.0 * SEAL + OFFSET) < ends[1] and np.ptp(ends) < 2.0 * lever
+    by_name = {one.parameter.name.split()[0]: one for one in found.nuisance_estimates(data)}
+    assert [by_name[name].is_identified for name in ("friction.seal", "friction.viscous", "offset")] == [
+        False,
+        True,
+        False,
+    ]
+    text = " ".join(identification_report(found).text().split())
+    assert group.words in text and "friction.seal none" in text
+    both = MotorForce.of(nominal, motion, motion.time, force_of(true, motion, motion.time) + OFFSET)
+    assert not identify(nominal, MASS_OF, [both], starts=1).undetermined

@@ -121,7 +121,7 @@ def test_doubts_stand_first_and_strict_makes_them_an_error(tmp_path: Path) -> No
     result = StudyResult.load(tmp_path)  # the samples are there all the same
     assert result.finished == 20 and result.doubts and result.doubts[0] in repr(result)
     lines = study_report(result).text().splitlines()
-    assert any("Doubtful: " in line for line in lines[:6])
+    assert any("Doubtful: " in line for line in lines[:10])
     assert run_study(study(ref.cart_clear()), strict=True).finished == 20
 
 

@@ -28,6 +28,7 @@ from guideload.identification.uncertainty import (
     information,
     interval,
     undetermined,
+    undetermined_nuisance,
 )
 from guideload.identification.unknowns import (
     Unknown,
@@ -155,12 +156,16 @@ class UnknownEstimate:
 
 @dataclass(frozen=True)
 class NuisanceEstimate:
-    """The most probable value of a nuisance parameter, and its interval with a probability of 95 %, in SI."""
+    """The most probable value of a nuisance parameter, and its interval with a probability of 95 %, in SI.
+
+    is_identified: whether the data determine it by itself, and not only together with others.
+    """
 
     parameter: NuisanceParameter
     value: float
     low: float
     high: float
+    is_identified: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +177,7 @@ class Identification:
     fit           the best fit
     covariance    (p + q, p + q) of the coordinates: logarithms of positive parameters, nuisance parameters of the data
     intervals     of the p unknowns of the machine
-    undetermined  groups of unknowns that the data do not separate
+    undetermined  groups of unknowns, or of nuisance parameters of a data set, that the data do not separate
     residuals     tests of the residuals
     """
 
@@ -233,7 +238,9 @@ class Identification:
         sigma = np.sqrt(np.diag(self.covariance)[here]) * objective.units[here]
         reach = student.ppf(0.5 + 0.5 * LEVEL, degrees) * sigma
         ends = np.clip([values - reach, values + reach], *np.array([one.bounds for one in data.nuisance]).T)
-        rows = zip(data.nuisance, values.tolist(), *ends.tolist(), strict=True)
+        together = {name for group in self.undetermined for name in group.names}
+        alone = [one.name not in together for one in data.nuisance]
+        rows = zip(data.nuisance, values.tolist(), *ends.tolist(), alone, strict=True)
         return tuple(NuisanceEstimate(*row) for row in rows)
 
     def nuisance_values(self, data: Measured) -> Array:
@@ -296,6 +303,7 @@ def identify(
     each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
     intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)
+    groups += tuple(undetermined_nuisance(found, spread))
     return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
 
 
@@ -317,7 +325,7 @@ def json_text(found: Identification) -> str:
         "correlation": found.correlation.tolist(),
         "own_numbers": [
             {"name": one.parameter.name, "unit": one.parameter.unit}
-            | {name: getattr(one, name) for name in ("value", "low", "high")}
+            | {name: getattr(one, name) if one.is_identified else None for name in ("value", "low", "high")}
             for data in found.data
             for one in found.nuisance_estimates(data)
         ],

@@ -5,7 +5,7 @@ Intervals are from the covariance where the fit is nearly linear, else from the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from scipy.stats import t as student
 
 from guideload.base.arrays import Array
+from guideload.base.number_text import joined
 from guideload.identification.fit import COARSE, Fit, Minimum
 from guideload.identification.records import score_root
 from guideload.identification.unknowns import Unknown, grouped_names, usual_unit
@@ -237,20 +238,68 @@ def undetermined(
     unknowns: Sequence[Unknown], z: Array, information: Array, covariance: Array
 ) -> tuple[Undetermined, ...]:
     """The groups of unknowns that the data do not separate; information, covariance: see the file of that name."""
-    sizes, vectors = np.linalg.eigh(information)
-    weak = vectors[:, sizes < LEAST_INFORMATION]
-    shares = weak @ weak.T
     found = []
-    for group in _connected(abs(shares) > LINKED):
-        if shares[group, group].max() <= LINKED:
-            continue
-        inside = np.linalg.eigvalsh(shares[np.ix_(group, group)])
-        determined = len(group) - int((inside > 0.5).sum())
+    for group, determined, shares in _undetermined_groups(information):
         words = _words(unknowns, z, group, determined, shares)
         if words.endswith(SUM):
             words += _sum(unknowns, z, group, covariance)
         found.append(Undetermined(tuple(unknowns[i].name for i in group), determined, words))
     return tuple(found)
+
+
+def undetermined_nuisance(fit: Fit, covariance: Array) -> Iterator[Undetermined]:
+    """The groups of nuisance parameters of one data set that the data do not separate, as friction and offset.
+
+    covariance: (p + q, p + q) of the coordinates. Of the one combination that is determined the words give the value.
+    """
+    objective, first = fit.objective, fit.objective.p
+    weights, values = objective.weights, fit.minimum.x * objective.units
+    for data in objective.data:
+        own, first = np.arange(first, first + len(data.nuisance)), first + len(data.nuisance)
+        others = np.setdiff1d(np.arange(values.size), own)
+        by_own = fit.jacobian[:, own] / weights[own]
+        for group, determined, shares in _undetermined_groups(
+            marginal_information(by_own, fit.jacobian[:, others], weights[others])
+        ):
+            members = [data.nuisance[i] for i in group]
+            names = [one.name for one in members]
+            words = f"{joined(names)}: only {determined} combinations of these {len(group)} numbers"
+            if determined == 1 and len(group) > 1:
+                spread = objective.units[own[group]] / weights[own[group]]
+                factors = _determined_direction(shares, group) / spread
+                factors /= factors[-1]  # the others as the last one is measured
+                at, unit = own[group], members[-1].unit
+                slopes = factors * objective.units[at]
+                half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance[np.ix_(at, at)] @ slopes))
+                value = float(factors @ values[at])
+                terms = " ".join(f"{f:+.3g} {name}" for f, name in zip(factors[:-1], names, strict=False))
+                total = (
+                    SUM
+                    if np.allclose(factors, 1.0, rtol=EQUAL)
+                    else f"only {terms.removeprefix('+')} + {names[-1]}"
+                )
+                words = (
+                    f"{joined(names)}: {total}, {value:.4g} {unit} ({value - half:.4g} to {value + half:.4g})"
+                )
+            elif determined == 0:
+                words = f"{joined(names)}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
+            yield Undetermined(tuple(names), determined, words)
+
+
+def _undetermined_groups(information: Array) -> Iterator[tuple[list[int], int, Array]]:
+    """Groups of unknowns, how many combinations of each are determined, and shares in the undetermined directions."""
+    sizes, vectors = np.linalg.eigh(information)
+    weak = vectors[:, sizes < LEAST_INFORMATION]
+    shares = weak @ weak.T
+    for group in _connected(abs(shares) > LINKED) if information.size else ():
+        if shares[group, group].max() > LINKED:
+            inside = np.linalg.eigvalsh(shares[np.ix_(group, group)])
+            yield group, len(group) - int((inside > 0.5).sum()), shares
+
+
+def _determined_direction(shares: Array, group: list[int]) -> Array:
+    """The one direction (group,) that is determined, in units of what was known before."""
+    return np.asarray(np.linalg.eigh(np.eye(len(group)) - shares[np.ix_(group, group)])[1][:, -1])
 
 
 def _connected(linked: Array) -> list[list[int]]:
@@ -267,8 +316,7 @@ def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: 
         return f"{names}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
     if determined > 1:
         return f"{names}: only {determined} combinations of these {len(group)} numbers"
-    block = np.eye(len(group)) - shares[np.ix_(group, group)]
-    along = np.linalg.eigh(block)[1][:, -1] / [unknowns[i].spread for i in group]  # of the coordinates z
+    along = _determined_direction(shares, group) / [unknowns[i].spread for i in group]  # of the coordinates z
     by_value = along / [unknowns[i].slope(z[i]) for i in group]
     one_unit = len({unknowns[i].unit for i in group}) == 1
     if one_unit and _equal(by_value):

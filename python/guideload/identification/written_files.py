@@ -103,6 +103,8 @@ def _of_key(
     written = _in_unit_as_written("", value, nuisance.unit)
     reach = f"95 % interval {estimate.low:.4g} to {estimate.high:.4g} {nuisance.unit}"
     comment = f"{reach}, from {', '.join(each.name for each in found.data)}"
+    if not estimate.is_identified:
+        comment = _not_identified(nuisance.name, found)
     if (place := places.get(path)) is not None and place.text:
         return _Edit(
             place.first,
@@ -150,13 +152,20 @@ def _comment(estimate: UnknownEstimate, found: Identification) -> str:
     """Interval and source of an identified value."""
     source = ", ".join(each.name for each in found.data)
     if not estimate.is_identified:
-        words = next((one.words for one in found.undetermined if estimate.name in one.names), "")
-        return f"NOT identified by {source}" + (f": {words}" if words else "")
+        return _not_identified(estimate.name, found)
     unit, scale = usual_unit(estimate.unit)
     low, high = f"{scale * estimate.low:.4g}", f"{scale * estimate.high:.4g}"
     if estimate.unit == "1":
         return f"times {estimate.value:.4g}, 95 % interval {low} to {high}, from {source}"
     return f"95 % interval {low} to {high} {unit}, from {source}"
+
+
+def _not_identified(name: str, found: Identification) -> str:
+    """That a number is not identified, and what is known of it together with others."""
+    words = next((one.words for one in found.undetermined if name in one.names), "")
+    return f"NOT identified by {', '.join(each.name for each in found.data)}" + (
+        f": {words}" if words else ""
+    )
 
 
 def _of_files(places: dict[KeyPath, Place], text: str, source: Path, folder: Path) -> Iterator[_Edit]:

@@ -37,7 +37,8 @@ def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
     for one in found.nuisance_estimates(data):
         unit, scale = ("ms", 1e3) if one.parameter.unit == "s" else usual_unit(one.parameter.unit)
         count = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
-        values = (digits(scale * value, count) for value in (one.value, one.low, one.high))
+        ends = (digits(scale * value, count) for value in (one.value, one.low, one.high))
+        values = ends if one.is_identified else ("none", "", "")
         name = one.parameter.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
         rows.append((name, *values, "" if unit == "1" else unit))
     return Table.by_rows(
