@@ -10,6 +10,7 @@ from guideload import (
     Carriage,
     Drive,
     Friction,
+    Link,
     Machine,
     Motion,
     Moves,
@@ -112,3 +113,45 @@ def test_gravity_along_the_travel_changes_neither_vibration_nor_response() -> No
     tool = [{"name": "tool", "at": (0.1, 0.2, 0.3)}]
     answers = [frequency_response(axis(angle, points=tool)).displacement for angle in (0.0, 90.0)]
     assert np.array_equal(*answers)
+
+
+def test_an_elastic_drive_has_force_power_torque_and_holding_force() -> None:
+    """A screw so stiff that nothing moves along x has those of the rigid drive; its own vibration comes in addition."""
+    drive = Drive(screw_lead=0.02, efficiency=0.9, motor_inertia=1e-4)
+    rigid = axis(drive=drive, friction=Friction(seal=5.0))
+    screw = {"name": "screw", "point": (0.0, 0.0, 0.0), "direction": (1.0, 0.0, 0.0)}
+    all_dofs = ("x", *rigid.free)
+    stiff, soft = (
+        rigid.model_copy(update={"links": (Link(**screw, stiffness=k, damping=d),), "free": all_dofs})
+        for k, d in ((1e11, 1e6), (2e7, 4e3))
+    )
+    held, firm, springy = (drive_requirements(simulate(one, RISE)) for one in (rigid, stiff, soft))
+    assert held.motor is not None and firm.motor is not None and held.power is not None
+    # Along x the stiff machine is 5000 times as stiff as the guides, which both have.
+    scale = 2e-3 * held.peak_force
+    assert firm.force == pytest.approx(held.force, abs=scale)
+    assert firm.power == pytest.approx(held.power, abs=scale * 0.5)
+    assert firm.motor.torque == pytest.approx(held.motor.torque, abs=2e-3 * np.abs(held.motor.torque).max())
+    for one in (held, firm, springy):
+        assert one.holding_force == pytest.approx(MASS * G, rel=1e-9)
+    still = simulate(soft, RISE)
+    body = still.quantities["acceleration"][:, 0] - still.quantities["acceleration"][:, 5] * ARM
+    inertia = MASS * (still.quantities["cart_acceleration"][:, 0] + body + G)
+    assert springy.reaction == pytest.approx(inertia, abs=1e-6 * MASS * G)
+
+
+@pytest.mark.parametrize(
+    ("elastic", "words"),
+    [(False, "The drive is rigid"), (True, "The drive is elastic: x is free, and screw")],
+)
+def test_a_report_says_what_the_drive_is_and_has_its_figures(elastic: bool, words: str) -> None:
+    machine = axis(
+        drive=Drive(screw_lead=0.02), points=[{"name": "tool", "at": (0, 0.1, 0), "settle_window": 1e-5}]
+    )
+    screw = Link(name="screw", point=(0, 0, 0), direction=(1, 0, 0), stiffness=2e7, damping=4e3)
+    if elastic:
+        machine = machine.model_copy(update={"links": (screw,), "free": ("x", *machine.free)})
+    text = " ".join(result_report(simulate(machine, RISE)).text().split())
+    assert words in text
+    for figure in ("drive force", "power at the cart", "motor torque", "holds the cart at rest", "tool 10.0"):
+        assert figure in text

@@ -15,7 +15,7 @@ from guideload.base.methods import Method
 from guideload.machine.drive import Drive
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.drive_force import friction_force, require_held_x
+from guideload.simulation.drive_force import friction_force
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
@@ -62,7 +62,8 @@ class DriveRequirements:
 
     time      (time,) s
     velocity  (time,) m/s of the cart, or None
-    reaction  (time,) N without friction: inertia, gravity along x, process forces, vibration
+    reaction  (time,) N without friction: inertia, gravity along x, process forces, vibration; of the held x, or of the
+              links along x, the elastic drive, if x is free
     friction  (time,) N, share that overcomes the friction of the guides; 0 at standstill
     motor     torque and speed of the motor; None for a linear motor, without [drive] or without velocity
     machine   the machine
@@ -94,7 +95,10 @@ class DriveRequirements:
     def holding_force(self) -> float:
         """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
         laden = self.machine.carrying(payload.name for payload in self.machine.payloads)
-        return float((laden if self.machine.payloads else self.machine).scene.static_reaction()[0])
+        scene = (laden if self.machine.payloads else self.machine).scene
+        if is_elastic(self.machine):
+            return float(-scene.static_link_loads() @ _along_x(self.machine))
+        return float(scene.static_reaction()[0])
 
     @property
     def holding_torque(self) -> float | None:
@@ -138,14 +142,16 @@ class DriveRequirements:
 def drive_requirements(result: Result) -> DriveRequirements:
     """What the motion of a result asks of the drive of its machine.
 
-    Raises ArgumentError if x is free, if there is friction but no velocity, and if the result reports no instant.
+    If x is free, the drive is elastic: the links along x. Raises ArgumentError if there is friction but no velocity,
+    and if the result reports no instant.
     """
     machine = result.machine
-    require_held_x(machine)
     time, reactions = result.history("time"), result.history("reaction")
     if time is None or reactions is None or not time.size:
         raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
     velocity, reaction = result.history("cart_velocity"), reactions[:, DOFS.index("x")]
+    if is_elastic(machine):
+        reaction = -result.quantities["link_load"] @ _along_x(machine)
     friction = friction_force(machine, result.carriage_loads, velocity)
     motor = None
     if machine.drive is not None and not machine.drive.linear_motor and velocity is not None:
@@ -154,6 +160,16 @@ def drive_requirements(result: Result) -> DriveRequirements:
         motor = _motor(machine.drive, time, velocity[:, 0], acceleration[:, 0], reaction + friction)
     along_x = None if velocity is None else velocity[:, 0]
     return DriveRequirements(time, along_x, reaction, friction, motor, machine)
+
+
+def is_elastic(machine: Machine) -> bool:
+    """Whether links along x hold the cart to its drive; otherwise the drive is rigid, and x follows the motion."""
+    return "x" in machine.free
+
+
+def _along_x(machine: Machine) -> Array:
+    """(link,) x of the direction of each link."""
+    return machine.link_table().directions[:, 0]
 
 
 def _motor(drive: Drive, time: Array, velocity: Array, acceleration: Array, force: Array) -> Motor:

@@ -165,11 +165,10 @@ def _figures(result: Result) -> dict[Figure, float]:
             row |= {("S0", "", "factor"): life.weakest.static.safety}
         except LifeError:
             pass  # the report of a run says why
-    if "x" not in result.machine.free:
-        try:
-            row["drive", "N", "load"] = drive_requirements(result).peak_force
-        except GuideloadError:
-            pass  # no velocity: the report of a run says so
+    try:
+        row["drive", "N", "load"] = drive_requirements(result).peak_force
+    except GuideloadError:
+        pass  # no velocity: the report of a run says so
     if result.modes.frequency.size:
         row["mode 1", "Hz", "4 digits"] = float(result.modes.frequency.min())
     return row

@@ -8,30 +8,45 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import KINDS, digits, fixed, load_in_table, percent, seconds, signed
+from guideload.base.number_text import KINDS, digits, fixed, joined, load_in_table, percent, seconds, signed
 from guideload.base.warnings import LIMITS, WarningText
-from guideload.drive.requirements import DriveRequirements, Motor, drive_requirements, share_of_push
+from guideload.drive.requirements import (
+    DriveRequirements,
+    Motor,
+    drive_requirements,
+    is_elastic,
+    share_of_push,
+)
 from guideload.reports.report import Part, Table, Value
 
 if TYPE_CHECKING:
+    from guideload.machine.machine import Machine
     from guideload.simulation.result import Result
 
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 
 
 def drive_warnings(result: Result) -> list[str]:
-    """Warnings of a motor that cannot make the motion; none if x is free."""
-    if "x" in result.machine.free or (motor := drive_requirements(result).motor) is None:
-        return []
-    return [*_motor_warnings(motor)]
+    """Warnings of a motor that cannot make the motion."""
+    motor = drive_requirements(result).motor
+    return [] if motor is None else [*_motor_warnings(motor)]
 
 
 def drive_parts(result: Result) -> list[Part]:
-    """A table of force, power and torque, and what they mean; empty if x is free."""
-    if "x" in result.machine.free:
-        return []
+    """What the drive is, a table of force, power and torque, and what they mean."""
     needed = drive_requirements(result)
-    return [_table(needed), *_sentences(result, needed)]
+    return [drive_words(result.machine), _table(needed), *_sentences(result, needed)]
+
+
+def drive_words(machine: Machine) -> str:
+    """Whether the drive is rigid or elastic, and what that means."""
+    if not is_elastic(machine):
+        return (
+            "The drive is rigid: x is held, so the cart follows the motion exactly, and screw, rack or belt have no "
+            "part in vibration and settling."
+        )
+    names = [link.name for link in machine.links if link.direction[0]]
+    return f"The drive is elastic: x is free, and {joined(names)} along x holds the cart to the motion of the drive."
 
 
 def _table(needed: DriveRequirements) -> Table:

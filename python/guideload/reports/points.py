@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.number_text import counted, seconds
+from guideload.drive.requirements import is_elastic
 from guideload.reports.report import Column, Definitions, Section, Table, Value
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ SETTLING = (
     "Settling: from the last acceleration of a move until the point stays within its window around the place at rest, "
     "which process forces shift."
 )
+RIGID = "The drive is rigid (x is held): screw, rack or belt add nothing to these times."
 
 
 def points_section(result: Result) -> Section:
@@ -50,10 +52,12 @@ def points_section(result: Result) -> Section:
         if "band_method" in result.quantities.attrs
         else ""
     )
+    rigid = RIGID if settling and not is_elastic(result.machine) else ""
     return Section(
         title,
         table,
         _settling_table(settling),
+        rigid,
         *map(_not_settled, settling),
         Definitions(DEFINITIONS, SETTLING if settling else "", no_band),
     )
