@@ -74,7 +74,8 @@ def test_reactions_are_those_of_the_result() -> None:
         load = (
             data["reaction"].sel(dof="x") if name == "drive force" else data["link_load"].sel(link="rack")
         ).values
-        table = next(filter(None, tables(result_report(found), "Drive")))
+        found_tables = filter(None, tables(result_report(found), "Drive"))
+        table = next(one for one in found_tables if name in values(one, ""))
         row = values(table, "").index(name)
         peak = float(str(table.rows[row][1]).replace("\u202f", ""))
         assert peak == pytest.approx(load[np.abs(load).argmax()], abs=0.5)
