@@ -106,6 +106,19 @@ def test_a_motor_without_a_machine_is_shown_in_motor_units() -> None:
     assert f"largest speed {top:.4g} m/s" in with_machine and "Modes against the trace's band" in with_machine
 
 
+def test_the_ratio_stands_for_the_drive_of_a_machine() -> None:
+    drive = Machine.from_toml(MACHINE).drive
+    assert drive is not None
+    travel = 2e3 * np.pi * drive.speed_per_motor_speed
+    heads = [
+        output_of("encoder", TRACE, *way).partition("No warnings")[0]
+        for way in (("--machine", MACHINE), ("--ratio", f"{travel!r} mm"))
+    ]
+    assert heads[0] == heads[1]
+    for wrong in ("33", "-1 mm", "3 kg"):
+        assert "--ratio: expected a travel per turn" in refused("encoder", TRACE, "--ratio", wrong)
+
+
 @pytest.mark.slow
 def test_a_machine_without_a_drive_is_no_reason_to_fail(tmp_path: Path) -> None:
     bare = tmp_path / "bare.toml"

@@ -43,6 +43,17 @@ def life(result: Result) -> Life:
     return life_of(result)
 
 
+def test_a_mean_load_above_the_peak_load_is_explained_where_it_stands(life: Life) -> None:
+    """Carriages that bear hardly any moment: those are counted, and are no part of the resultant."""
+    assert "P_m exceeds" not in life_report(life, band=False).text()
+    narrow = Product(**{**PRODUCT, "static_moments": {"roll": 6.0, "pitch": 5.0, "yaw": 5.0}})
+    found = life_of(simulate(cart().model_copy(update={"products": (narrow,)}), moved(BRISK)))
+    peaks = np.hypot(*np.moveaxis(found.record.result.carriage_loads[:, :, 1:3], 2, 0)).max(axis=0)
+    assert all(one.mean_load > peaks[one.index] for one in found.carriages)
+    text = " ".join(life_report(found, band=False).text().split())
+    assert "P_m exceeds the peak load of carriage 1a, 1b, 2a and 2b" in text and "C0 (|Mx|/M0x" in text
+
+
 def test_the_causes_add_up_to_the_worst_load_and_the_phases_to_one(life: Life) -> None:
     for one in life.carriages:
         assert sum(one.worst.shares.values()) == pytest.approx(one.worst.load, rel=1e-12)

@@ -204,6 +204,39 @@ def test_a_row_of_units_that_says_time_gives_no_unit(read, true, unit):
     assert same(read(text_of(head=(f"t [{unit.strip('[]')}],x_mm,u",))), true)
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        ("time,Analog 1,u", "s,Axis position [mm],V"),
+        ("time,Analog 1,u", ",Axis position,force", "s,mm,V"),
+        ("time,Analog 1,u", "time,Axis position mm,force"),
+        ("Axis name,Axis position [mm],force", "time [s],Analog 1,u"),
+        ("time [s],Axis position [mm],force", "Channel 0,Analog 1,Analog 2"),
+    ],
+)
+def test_of_two_rows_of_names_each_column_has_the_one_that_names_a_quantity(read, true, head):
+    """Loggers write their channels above or below what is connected to them."""
+    trace = read(text_of(head=head))
+    assert same(trace, true) and trace.column.startswith("Axis position")
+
+
+def test_a_unit_of_time_may_be_given_in_place_of_the_header(read, true):
+    """Milliseconds under [s], and without a unit."""
+    for header in ("t [s],x_mm,u", "t,x_mm,u"):
+        text = text_of(head=(header,), columns=(np.round(1e3 * TIME), PLACE, PLACE))
+        assert same(read(text, time_unit="ms"), true) and not same(read(text), true)
+    cycles = text_of(head=("cycle,x_mm,u",), columns=(np.arange(COUNT), PLACE, PLACE))
+    refuses("no time_unit .* beside a rate", read, cycles, time="cycle", rate=250, time_unit="ms")
+    refuses("no time_unit .* without a time column", read, text_of(), rate=250, time_unit="ms")
+    refuses("is a length", read, text_of(), time_unit="mm")
+
+
+def test_a_speed_in_turns_needs_no_motor_in_its_name(read):
+    values = np.round(100.0 * np.sin(12.0 * TIME), 3)
+    trace = read(text_of(head=("time,Speed,u",), columns=(TIME, values, PLACE)), unit="rpm")
+    assert trace.kind == "motor_speed" and trace.value == pytest.approx(values * np.pi / 30.0)
+
+
 def test_an_empty_line_in_a_single_column_is_an_empty_cell(read):
     """The samples after it keep their time; line ends that were doubled are no cells."""
     lines = text_of(head=("x_mm",), columns=(PLACE,)).splitlines()

@@ -216,10 +216,12 @@ def plausible_motion(
     largest = float(np.abs(acceleration).max())
     longest = 0.0 if velocity is None else longest_move(time, velocity[:, 0])
     where = f"{source}: " if source else ""
-    length = "the column" if ", column " in source else "a length or a speed"
+    is_trace = ", column " in source
+    length = "the column" if is_trace else "a length or a speed"
+    unit, time_unit = (" (--unit mm or mm/s)", " (--time-unit ms)") if is_trace else ("", "")
     known = position is not None and LIMITS["travel"].holds(travel)
-    quick = "is the time in s, but read in ms?" if known else f"is {length} in mm?"
-    slow = "is the time in ms, or a speed in m/min?"
+    quick = "is the time in s, but read in ms (--time-unit s)?" if known else f"is {length} in mm{unit}?"
+    slow = f"is the time in ms{time_unit}, or a speed in m/min?"
     for key, value, words in (
         ("travel", travel, f"the cart moves over {digits(travel)} m"),
         ("speed", speed, f"the cart reaches {digits(speed)} m/s"),

@@ -27,11 +27,20 @@ if TYPE_CHECKING:
     type=options.InputFile,
     help="Machine whose modes the trace is compared with; its [drive] converts motor speed to cart speed.",
 )
+@click.option(
+    "--ratio",
+    help='Travel of the cart per turn of the motor, e.g. "33.3 mm", which converts motor speed without a machine.',
+)
 @options.picture_option
 @options.overwrite_picture_option
 @options.trace_options
 def encoder(
-    trace_file: Path, machine_file: Path | None, output: Path | None, overwrite: bool, **reading: Any
+    trace_file: Path,
+    machine_file: Path | None,
+    ratio: str | None,
+    output: Path | None,
+    overwrite: bool,
+    **reading: Any,
 ) -> Report:
     """Report on an encoder trace, and draw it.
 
@@ -43,7 +52,7 @@ def encoder(
     with picture_draft(output, overwrite, *filter(None, (trace_file, machine_file))) as draft:
         machine = None if machine_file is None else read_machine(machine_file)
         with status("reading and smoothing"):
-            inspection = read_inspection(trace_file, machine, **reading)
+            inspection = read_inspection(trace_file, machine, ratio, **reading)
         if draft is not None:
             from guideload import plots
 

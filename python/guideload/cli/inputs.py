@@ -166,8 +166,12 @@ def read_riders(machine: Machine, machine_file: Path, given: Sequence[str]) -> d
     return {name: read_motion(file, plain) for name, file in files.items()}
 
 
-def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -> Inspection:
-    """The inspection of a trace. options: see `options.trace_options`."""
+def read_inspection(
+    trace_file: Path, machine: Machine | None, ratio: str | None = None, **options: Any
+) -> Inspection:
+    """The inspection of a trace. ratio: travel per turn of the motor; options: see `options.trace_options`."""
+    from guideload.base.units import quantity
+    from guideload.machine.drive import Drive
     from guideload.traces.inspection import Inspection
     from guideload.traces.reading import read_trace
 
@@ -175,7 +179,13 @@ def read_inspection(trace_file: Path, machine: Machine | None, **options: Any) -
         reason = "its moves are known exactly: there are no samples to judge or to smooth"
         raise InputError(f"{trace_file}: is a motion file; {reason}. For its loads: guideload run")
     reading, smoothing = _split(options)
-    return Inspection.of(read_trace(trace_file, **reading), machine, **smoothing)
+    try:
+        drive = None if ratio is None else Drive(screw_lead=quantity(ratio, "m"))
+    except (ConfigError, ValueRefused) as error:
+        raise InputError(
+            f'--ratio: expected a travel per turn of the motor, as in "33.3 mm"; {error}'
+        ) from None
+    return Inspection.of(read_trace(trace_file, **reading), machine, drive=drive, **smoothing)
 
 
 def _split(options: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

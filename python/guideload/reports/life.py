@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from guideload.audit.plausibility import life_warnings
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
@@ -60,7 +62,12 @@ def life_report(life: Life, band: bool = True) -> Report:
             *estimate_lines(life.record.result.machine),
         ],
         sections=[
-            Section("Life and static safety", _life_table(life, found), Definitions(LIFE_DEFINITION, words)),
+            Section(
+                "Life and static safety",
+                _life_table(life, found),
+                _above_peak(life),
+                Definitions(LIFE_DEFINITION, words),
+            ),
             _causes_section(life),
             _rows_section(life),
             Section("Share of the life by phase of the cycle", _phases(life)),
@@ -95,7 +102,9 @@ def life_sections(life: Life | LifeError | None) -> list[Section]:
     if not isinstance(life, Life):
         return []
     return [
-        Section("Life and static safety", _life_table(life, None), Definitions(LIFE_DEFINITION)),
+        Section(
+            "Life and static safety", _life_table(life, None), _above_peak(life), Definitions(LIFE_DEFINITION)
+        ),
         _causes_section(life),
     ]
 
@@ -196,6 +205,19 @@ def _life_table(life: Life, band: LifeBand | None) -> Table:
         Column("f_W", [*(one.factor_life for one in carriages), *blank], "L", "factor"),
         Column("f_W", [*(one.factor_safety for one in carriages), *blank], "S0", "factor"),
         Column("product", [*(one.product.name for one in carriages), *blank]),
+    )
+
+
+def _above_peak(life: Life) -> str:
+    """Why a mean load may exceed the largest resultant, if one does."""
+    loads = life.record.result.carriage_loads[:, :, 1:3]
+    peaks = np.linalg.norm(loads, axis=2).max(axis=0)
+    above = [one.name for one in life.carriages if one.mean_load > peaks[one.index]]
+    if not above:
+        return ""
+    return (
+        f"P_m exceeds the peak load of carriage {joined(above)}: the peak is the resultant of Fy and Fz, and the "
+        f"equivalent load by rule {life.conditions.rule} has more in it: {RULES[life.conditions.rule].note}."
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.base.arrays import Array, errors_name
 from guideload.base.units import factor
+from guideload.machine.drive import Drive
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution, usable_bandwidth
@@ -47,14 +48,16 @@ class Inspection:
         trace: Trace,
         machine: Machine | None = None,
         *,
+        drive: Drive | None = None,
         smoothing: Method = "auto",
         window: float | None = None,
     ) -> Inspection:
         """Smooth a trace, as `motion_from_trace` does; see `smoothing.smooth`. Raises TraceError.
 
-        A motor speed is converted to the cart's if the machine has a [drive].
+        A motor speed is converted to the cart's by `drive`, by default the [drive] of the machine, if it has one.
         """
-        drive = None if machine is None else machine.drive
+        if drive is None and machine is not None:
+            drive = machine.drive
         of_motor = trace.kind == "motor_speed" and drive is None
         kind, value, quantum = trace.samples(drive)
         with errors_name(trace.source):

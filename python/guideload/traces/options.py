@@ -17,6 +17,7 @@ class ReadingOptions(TypedDict, total=False):
     unit: Annotated[Number | None, 'unit of that column, e.g. rpm; for counts the travel per count: "5e-8 m"']
     kind: Annotated[str | None, "kind of that column: position, counts, velocity (of the cart), motor_speed"]
     time: Annotated[str | None, "column of the time stamps; with a rate, of a counter of cycles"]
+    time_unit: Annotated[str | None, "unit of the time column, e.g. ms; else that of its header, or s"]
     rate: Annotated[Number | None, "samples per second, in place of a time column"]
     clock: Annotated[str | None, "time stamps are uniform, ticks, jitter or on_change; else detected"]
     quantum: Annotated[Number | None, 'smallest change of the value, e.g. "5e-8 m"; else detected']

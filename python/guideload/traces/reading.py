@@ -95,6 +95,7 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
         kind of the unit.
     unit: of the column, such as "mm/s" or "rpm"; by default from the header ("n [rpm]", "speed (mm/s)", "q_m") or a
         row of units below it. For counts: travel of the cart per count, in metres or as a string such as "5e-8 m".
+    time_unit: unit of the time column, such as "ms"; by default from its header, else s.
     rate: samples per second (Hz), in place of a time column; with `time`, counts of that column per second.
     quantum: smallest change of the value, in the kind's SI unit or as a string; by default detected.
     clock: kind of the time stamps, by default detected. "uniform": the stamps are put on the uniform grid that fits

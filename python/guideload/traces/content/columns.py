@@ -125,7 +125,10 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
         kind = kind_of_unit(known_unit(unit)) or None
     names = [name for name, header in headers.items() if header.kind and kind in (None, header.kind)]
     if not names and kind is not None:
-        names = [name for name, header in headers.items() if not header.unit and header.word_kind == kind]
+        no_unit = {name: header.word_kind for name, header in headers.items() if not header.unit}
+        names = [name for name, word_kind in no_unit.items() if word_kind == kind]
+        if not names and kind == "motor_speed":  # a name such as "Speed" does not say of what
+            names = [name for name, word_kind in no_unit.items() if word_kind == "velocity"]
         names = names or (list(headers) if len(headers) == 1 else [])
     if len(names) == 1:
         return names[0], f"column {names[0]}, the only one that fits"

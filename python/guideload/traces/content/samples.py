@@ -190,7 +190,10 @@ def time_stamps(table: Table, column: str | None, options: ReadingOptions, count
     given = options.get("rate")
     rate = table.rate if given is None else option_in_si(table, "rate", given, "Hz", ">")
     if column is not None:
-        return stamps_of(table, column, None if given is None else rate, options.get("date_order"))
+        order, unit = options.get("date_order"), options.get("time_unit")
+        return stamps_of(table, column, None if given is None else rate, order, unit)
+    if options.get("time_unit") is not None:
+        raise TraceError(f"{table.source}: expected no time_unit (--time-unit) without a time column")
     assert rate is not None
     unused = table.time_names[:1]
     note = f"time from the rate {rate:g} Hz" + (f"; column {unused[0]} not used" if unused else "")

@@ -13,6 +13,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError, ValueRefused
 from guideload.base.units import factor
 from guideload.traces.content.counters import unwrap
+from guideload.traces.format.headers import known_unit
 from guideload.traces.format.table import Table
 
 DAY = 86_400_000_000_000  # ns
@@ -49,18 +50,27 @@ MISSING = (
 
 
 def stamps_of(
-    table: Table, name: str, rate: float | None, date_order: str | None = None
+    table: Table,
+    name: str,
+    rate: float | None,
+    date_order: str | None = None,
+    time_unit: str | None = None,
 ) -> tuple[Array, str]:
     """Seconds (n,) and a note. Cells without a time stamp become NaN.
 
     Plain seconds stay as they are; dates, counts and times since an epoch run from the first stamp, since
     doubles could not hold their digits. rate: counts per second (Hz) of a column that counts cycles; date_order:
-    one of DATE_ORDERS for dates such as 03/04/2024, None to find it.
-    Raises TraceError for cells that are not time stamps.
+    one of DATE_ORDERS for dates such as 03/04/2024, None to find it; time_unit: instead of that of the header.
+    Raises TraceError for cells that are not time stamps, and for a unit beside dates or a rate.
     """
+    if time_unit is not None and (rate is not None or table.is_stamped(name)):
+        beside = "dates" if rate is None else "a rate"
+        raise TraceError(
+            f"{table.source}: column {name}: expected no time_unit (--time-unit) beside {beside}"
+        )
     if table.is_stamped(name):
         return _dated(table, name, date_order)
-    unit = table.header(name).unit
+    unit = table.header(name).unit if time_unit is None else known_unit(time_unit) or time_unit
     values = table.values(name)
     table.require_size(name, values)
     if rate is not None:

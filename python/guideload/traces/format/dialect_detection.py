@@ -163,6 +163,10 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     if head:
         named = max(range(len(head)), key=lambda i: (_likeness_to_names(head[i]), -i))
         names = head[named].cells
+        for row in head[:named]:
+            if (merged := _merged_names(names, row.cells)) != names:
+                names = merged
+                notes.append(f"names of quantities from row {row.line + 1}")
         for row in head[named + 1 :]:
             known = tuple(known_unit(cell) for cell in row.cells)
             # Without brackets; "[-]" and "1" are no units.
@@ -171,6 +175,9 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
             if not units and any(known) and 2 * count >= sum(map(bool, texts)) > 0:
                 units = known
                 notes.append(f"units from row {row.line + 1}")
+            elif (merged := _merged_names(names, row.cells)) != names:
+                names = merged
+                notes.append(f"names of quantities from row {row.line + 1}")
             else:
                 notes.append(f"row {row.line + 1} above the samples not used")
     else:  # the names may be in a comment
@@ -232,5 +239,19 @@ def _top_of_header(rows: list[Row], start: int, width: int) -> int:
 
 def _likeness_to_names(row: Row) -> int:
     """Score of a row as the row of names: 2 per time column, 1 per column with a unit or word of motion."""
-    headers = [Header.of(cell) for cell in row.cells]
-    return sum(2 * one.is_time + bool(one.kind or one.word_kind) for one in headers if one.words)
+    return sum(map(_likeness_to_name, row.cells))
+
+
+def _likeness_to_name(cell: str) -> int:
+    header = Header.of(cell)
+    return 2 * header.is_time + bool(header.kind or header.word_kind) if header.words else 0
+
+
+def _merged_names(names: tuple[str, ...], cells: tuple[str, ...]) -> tuple[str, ...]:
+    """The names with those of a second row, where it names quantities that they do not, as below "Analog 1"."""
+    own, other = (list(map(_likeness_to_name, row)) for row in (names, cells))
+    pairs = list(zip(names, cells, own, other, strict=False))
+    if not any(there > here for _, _, here, there in pairs):
+        return names
+    merged = (cell if cell and there >= here else name for name, cell, here, there in pairs)
+    return (*merged, *names[len(pairs) :])
