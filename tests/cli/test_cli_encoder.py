@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from command_line import refused
 from trace_files import has_note, write_trace
 
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
