@@ -18,6 +18,7 @@ from guideload.base.number_text import load_with_unit
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import PICTURE_ENDINGS, PICTURES
 from guideload.machine.machine import Machine
+from guideload.machine.points import PointOfInterest
 from guideload.motion.motion import Motion
 from guideload.plots.saving import DOTS_PER_INCH
 from guideload.plots.spectrum import octave_bands
@@ -266,6 +267,27 @@ def test_scene_shows_loads_at_the_peak(machine: Machine, result: Result) -> None
     assert len([one for one in ax.collections if isinstance(one, Poly3DCollection)]) == 1 + len(
         machine.carriages
     )
+
+
+@pytest.mark.parametrize(
+    "down", [(-9.81, 0.0, 0.0), (9.81, 0.0, 0.0), (0.0, 9.81, 1.0), (0.0, 1.0, -9.81), (0.0, 0.0, 0.0)]
+)
+def test_up_is_against_gravity_and_points_are_drawn(
+    machine: Machine, down: tuple[float, float, float]
+) -> None:
+    tool = PointOfInterest(name="tool", at=(0.1, -0.2, 0.3))
+    ax = plots.scene(machine.model_copy(update={"gravity": down, "points": (tool,)}))
+    ax.figure.draw_without_rendering()
+    middle = np.array([np.mean(limits) for limits in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())])
+    fall = np.array(down if any(down) else (0.0, -1.0, 0.0))
+    largest = np.where(np.abs(fall) == np.abs(fall).max(), fall, 0.0)
+    higher = middle - 0.1 * largest / np.linalg.norm(largest)
+    (x0, y0), (x1, y1) = (
+        (seen / seen[3])[:2] for seen in (ax.get_proj() @ [*point, 1] for point in (middle, higher))
+    )
+    assert y1 > y0 and abs(x1 - x0) < 1e-9
+    assert any(np.array_equal(np.ravel(line.get_data_3d()), tool.at) for line in ax.lines)
+    assert any("tool" in text.get_text() for text in ax.texts)
 
 
 def test_scene_has_one_scale_and_y_up(machine: Machine, result: Result) -> None:

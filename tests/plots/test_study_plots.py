@@ -73,7 +73,7 @@ def test_the_curve_of_failures_is_their_probability(result: StudyResult) -> None
             assert share == pytest.approx(expected, rel=1e-9)
     for travel, share in np.transpose(shorter)[60::20]:
         assert share == pytest.approx(result.failure_probability(travel).loc["", "shorter"], abs=1e-12)
-    assert ax.lines[6].get_xdata()[0] == 4000.0
+    assert ax.lines[6].get_xdata()[0] == 4000.0 and "required life" in str(ax.lines[6].get_label())
     with pytest.raises(ValueError, match="no life"):
         pictures.failure(studies.recording(result, [("load", "mean")]))
 

@@ -13,7 +13,7 @@ from guideload.base.atomic import atomic_write
 from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
+from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_optional_motion
 from guideload.cli.machine_kinds import KINDS
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.reporting import shows_report
@@ -82,15 +82,29 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 @shows_report
 @options.machine_argument
 @options.optional_trace_argument
+@options.picture_option
+@options.overwrite_picture_option
 @options.trace_options
-def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> Report:
+def check(
+    machine_file: Path,
+    trace_file: Path | Moves | None,
+    output: Path | None,
+    overwrite: bool,
+    **reading: Any,
+) -> Report:
     """Check a machine and a motion, and show what they contain.
 
-    With a motion the report also shows its moves, and which modes of the machine a trace can show.
+    With a motion the report also shows its moves, and which modes of the machine a trace can show. The picture shows
+    the machine in space, with up against gravity.
     """
     from guideload.reports.machine import machine_report
 
-    machine = read_machine(machine_file)
+    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
+        machine = read_machine(machine_file)
+        if draft is not None:
+            from guideload import plots
+
+            plots.save(plots.scene(machine), draft)
     motion = read_optional_motion(trace_file, machine, **reading)
     report = machine_report(machine)
     if motion is None:

@@ -1,10 +1,10 @@
-"""Pictures in space: the machine with its loads, and its natural modes. y is up; all axes have the same scale."""
+"""Pictures in space, up against gravity, axes of one scale: the machine with its loads, and its natural modes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 from matplotlib.patches import Patch
@@ -32,6 +32,7 @@ BODY_COLOR = "#5b6f8a"
 # Over the diagonal of the machine: longest arrow of a load, arrow of the weight, largest displacement of a mode.
 LOAD_ARROW, WEIGHT_ARROW, MODE_DISPLACEMENT = 0.36, 0.16, 0.10
 
+AXES = "x, travel", "y", "z"
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 EDGES = [(a, b) for a, b in combinations(range(8), 2) if np.abs(CORNERS[a] - CORNERS[b]).sum() == 1]
 FACES = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
@@ -56,7 +57,7 @@ def equivalent_box(machine: Machine) -> Points:
 
 @checked
 def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = None) -> Axes3D:
-    """The machine in space: box of the body's inertia, rails, carriages, L, centre of mass and weight.
+    """The machine in space: box of the body's inertia, rails, carriages, L, points, centre of mass and weight.
 
     With a result, arrows show the force of the body on each carriage at the instant of the largest resultant; the
     legend gives their scale and the instant.
@@ -75,18 +76,22 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
         ax.plot([], [], "s", color=BODY_COLOR, alpha=0.4, markersize=9, label=label)
         _draw_weight(ax, machine, size)
         ax.plot([0], [0], [0], "D", color=INK, markersize=6, label="L, the reference point")
+        for point in machine.points:
+            ax.plot(*np.array(point.at)[:, None], "^", color=INK, markersize=6, zorder=20)
+            ax.text(*point.at, f"  {plain(point.name)}", color=INK, fontsize=8.5, va="center", zorder=20)
         for index in range(len(machine.carriages)):
             _draw_box(ax, _carriage_block(machine, index, size), carriage_look(index).color, 0.45)
+        up = _up(machine)
         upward = np.zeros(len(machine.carriages))
         if result is not None and machine.carriages:
-            upward = _draw_loads(ax, result, machine.carriage_centers, size)
+            upward = _draw_loads(ax, result, machine.carriage_centers, size) @ up
         for index, carriage in enumerate(machine.carriages):
             side = -1 if upward[index] > 0 else 1  # the name is on the side without the arrow
-            place = machine.carriage_centers[index] + (0, 0.045 * size * side, 0)
+            place = machine.carriage_centers[index] + 0.045 * size * side * up
             style = {"color": carriage_look(index).color, "weight": "bold", "ha": "center", "zorder": 20}
             ax.text(*place, plain(carriage.name), va="top" if side < 0 else "bottom", **style)
         ax.set_title(machine.name, parse_math=False)
-        _set_view(ax, zoom=0.98)
+        _set_view(ax, machine, zoom=0.98)
         ax.legend(loc="upper left", bbox_to_anchor=(1.02, 0.95), alignment="left", labelspacing=0.9)
     return ax
 
@@ -171,13 +176,13 @@ def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
 
 
 def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Points:
-    """Arrows of the carriages' loads at the instant of the peak; returns the y components (carriage,) [N]."""
+    """Arrows of the carriages' loads at the instant of the peak; returns these loads (carriage, 3) [N]."""
     data = result.quantities  # not `data`, which takes the time to import xarray
     instant = int(data["resultant"].max(axis=1).argmax())
     force = cast("Points", data["force_global" if "force_global" in data else "force"][instant])
     sizes = np.linalg.norm(force, axis=1)
     if sizes.max() == 0:
-        return force[:, 1]
+        return force
     newtons_per_metre = _round_up(sizes.max() / (LOAD_ARROW * size))
     time = data["time"][instant]
     ax.plot([], [], " ", label=f"\nloads: the body on the carriages, {time:.3f} s")
@@ -190,7 +195,7 @@ def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Poi
     ax.auto_scale_xyz(*(centers + force / newtons_per_metre).T, True)
     scale = load_with_unit(newtons_per_metre / 10)
     ax.plot([], [], " ", label=f"scale of their arrows: {scale} per 100 mm")
-    return force[:, 1]
+    return force
 
 
 def _round_up(value: float) -> float:
@@ -214,7 +219,7 @@ def _draw_mode(ax: Axes3D, machine: Machine, shape: NDArray[np.float64], box: Po
         ax.add_collection3d(_edges(corners, GREY, 0.55, width=0.7))
         _draw_box(ax, corners + displacement(corners, q), color, alpha)
     ax.plot([0], [0], [0], "D", color=INK, markersize=4)
-    _set_view(ax, zoom=1.3, bare=True)
+    _set_view(ax, machine, zoom=1.3, bare=True)
 
 
 def _draw_box(ax: Axes3D, corners: Points, color: str, alpha: float) -> None:
@@ -229,9 +234,21 @@ def _edges(corners: Points, color: str, alpha: float, width: float = 1.1) -> Lin
     return Line3DCollection(lines, colors=color, alpha=alpha, linewidths=width)
 
 
-def _set_view(ax: Axes3D, zoom: float, bare: bool = False) -> None:
-    """The same scale on all axes, y up, seen from the front right."""
-    ax.view_init(elev=20, azim=-50, vertical_axis="y")
+def _up(machine: Machine) -> Points:
+    """The axis that is drawn upright, (3,) of 0 and 1 or -1: that along which gravity is largest, y without gravity."""
+    gravity = np.array(machine.gravity if any(machine.gravity) else (0.0, -1.0, 0.0))
+    at = int(np.abs(gravity).argmax())
+    return cast("Points", -np.sign(gravity[at]) * np.eye(3)[at])
+
+
+def _set_view(ax: Axes3D, machine: Machine, zoom: float, bare: bool = False) -> None:
+    """The same scale on all axes, seen from the front right."""
+    up = _up(machine)
+    upright = int(np.abs(up).argmax())
+    vertical = cast("Literal['x', 'y', 'z']", "xyz"[upright])
+    # Turned upside down rather than mirrored, which would swap left and right.
+    roll = 180 if up[upright] < 0.0 else 0
+    ax.view_init(elev=-20 if roll else 20, azim=-50, roll=roll, vertical_axis=vertical)
     lengths = [float(np.ptp(limits)) for limits in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())]
     ax.set_box_aspect(lengths, zoom=zoom)
     for artist in (*ax.lines, *ax.collections):
@@ -241,7 +258,8 @@ def _set_view(ax: Axes3D, zoom: float, bare: bool = False) -> None:
     if bare:
         ax.set_axis_off()
         return
-    ax.set(xlabel="x, travel [m]", ylabel="y, up [m]", zlabel="z [m]")
+    names = [name + (", down" if up[i] < 0.0 else ", up") * (i == upright) for i, name in enumerate(AXES)]
+    ax.set(**{f"{axis}label": f"{name} [m]" for axis, name in zip("xyz", names, strict=True)})
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_major_locator(MaxNLocator(5))
         axis.pane.set_facecolor("white")

@@ -8,6 +8,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
+from guideload.base.number_text import number
 from guideload.life.rating_life import failure_probability
 from guideload.plots.drivers import set_title, short, write_no_result
 from guideload.plots.style import INK, axes_or_new, carriage_look, legend_beside, look, plain
@@ -58,8 +59,12 @@ def failure(result: StudyResult, ax: Axes | None = None) -> Axes:
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
         ax.margins(x=0.0)
-        if (wanted := result.limits.get(LIFE)) is not None:
-            ax.axvline(wanted, color=INK, linewidth=1.0, linestyle=(0, (5, 3)))
+        required, repetition = result.metadata.machine.life.life, result.metadata.repetition
+        asked = None if required is None or repetition is None else 1e-3 * repetition.travel(required)
+        wanted = result.limits.get(LIFE, asked)
+        if wanted is not None:
+            label = f"required life,\n{number(wanted)} km"
+            ax.axvline(wanted, color=INK, linewidth=1.0, linestyle=(0, (1, 2)), label=label)
         legend_beside(ax, "carriage")
     return ax
 
