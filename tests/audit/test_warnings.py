@@ -126,14 +126,17 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
     ),
     "free at rest": (lambda: machine_warnings(machine(clearance_z=5e-6)), "free within its clearance in z"),
     "open row": (lambda: run(machine(preload_y=10.0, rolling="ball")), "times the preload would keep"),
-    "speed": (lambda: motion_warnings(record(1e3 * SWEEP)), "m/s, beyond 10 m/s: is the column in mm?"),
+    "speed": (
+        lambda: motion_warnings(record(1e3 * SWEEP)),
+        "m/s, beyond 10 m/s: is the column in mm (--unit",
+    ),
     "acceleration": (
         lambda: motion_warnings(record(1e3 * SWEEP)),
-        "m/s2, beyond 98.0665 m/s2: is the column in mm?",
+        "m/s2, beyond 98.0665 m/s2: is the column in mm (--unit",
     ),
     "travel": (
         lambda: motion_warnings(record(1e3 * SWEEP)),
-        "moves over 200 m, beyond 20 m: is the column in mm?",
+        "moves over 200 m, beyond 20 m: is the column in mm (--unit",
     ),
     "time of a move": (lambda: motion_warnings(record(SWEEP, 2e3 * TIME)), "a move lasts"),
     "gap": (
@@ -223,7 +226,7 @@ def test_real_traces_have_no_warnings(shared_data: Path) -> None:
 
 def test_a_header_in_the_wrong_unit_is_told_in_reports_and_in_the_check(tmp_path: Path) -> None:
     """Millimetres under [m], and milliseconds under [s], as a log may have them."""
-    for factors, question in (((1e3, 1.0), "is the column in mm?"), ((1.0, 1e3), "is the time in ms")):
+    for factors, question in (((1e3, 1.0), "is the column in mm (--unit"), ((1.0, 1e3), "is the time in ms")):
         file = tmp_path / "log.csv"
         rows = (f"{t},{q:.9f}" for t, q in zip(factors[1] * TIME, factors[0] * SWEEP, strict=True))
         file.write_text("t [s],q [m]\n" + "\n".join(rows), encoding="utf-8")
@@ -243,6 +246,14 @@ def test_the_longest_move_is_that_of_the_planned_moves(speed: float) -> None:
     time = np.linspace(0.0, 12.0, 12001)
     velocity = speed * np.clip(np.minimum(time - 1.0, 9.0 - time), 0.0, 1.0) - 0.5 * speed * (time > 10.0)
     assert longest_move(time, velocity) == pytest.approx(8.0 - 2 * 0.01, abs=2e-3)
+
+
+def test_a_cart_that_is_held_or_reported_at_rest_is_not_slow() -> None:
+    held = record(1e-6 * np.round(np.random.default_rng(2).normal(0.0, 1.0, TIME.size)))
+    constant = Motion.along_x(TIME, 0.0 * TIME, velocity=0.0 * TIME + 0.5, position=0.5 * TIME)
+    assert "acceleration" not in keys([*motion_warnings(held), *motion_warnings(constant)])
+    rest = simulate(machine(), MOVES.motion(), times=[0.0, 1e-9]).audit.warnings
+    assert "acceleration" not in keys(rest)
 
 
 def test_a_warning_keeps_its_key_in_a_copy() -> None:

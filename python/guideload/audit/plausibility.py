@@ -17,6 +17,7 @@ from guideload.motion.motion import Motion
 from guideload.motion.resolution import TraceResolution
 
 STANDSTILL = 0.01  # of the top speed: the cart stops or turns below it
+STILL = 1e-3  # m: of a shorter travel, as of a cart that is held, accelerations may be as small as they like
 SI = "Numbers without unit are SI; other values need a unit, as in"
 
 
@@ -229,8 +230,8 @@ def plausible_motion(
         ("time of a move", longest, f"a move lasts {digits(longest)} s without a stop or a turn"),
     ):
         limit = LIMITS[key]
-        if value and not limit.holds(value):
-            below = value < limit.least
+        below = value < limit.least
+        if value and not limit.holds(value) and not (below and travel < STILL):
             beyond = f"below {number(limit.least)}" if below else f"beyond {number(limit.most)}"
             question = slow if below or key == "time of a move" else quick
             yield WarningText(key, f"Note: {where}{words}, {beyond} {limit.unit}: {question}")

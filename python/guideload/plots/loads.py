@@ -42,6 +42,7 @@ BAND_ALPHA = 0.25
 LINE_ALPHA = 0.75  # other loads remain visible under the line of a vibration
 # Least range of the vertical axis, over the largest value, so that a ripple does not fill the picture.
 SMALLEST_SPAN = 0.02
+NO_WIDTH = 1e-6  # N or N m: half a band that is rounding
 ROUNDING = 1e-6  # least range of the vertical axis, over the largest resultant
 
 
@@ -200,7 +201,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
             _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
         label = f"static {load_with_unit(static)}"
         ax.axhline(static, color=INK, linewidth=0.8, linestyle=DASHED, label=label)
-        label = f"peak {load_with_unit(load[peak])} at {time[peak]:.2f} s"
+        label = f"{_peak(part)} {load_with_unit(load[peak])} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
         ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
         title = f"Carriage {carriage}, {axis}{'' if part is None else ', worst cycle'}"
@@ -260,7 +261,7 @@ def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None)
         color, dash = carriage_look(index)
         # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
-        label = f"{plain(str(name))}: peak {load_with_unit(load.max(), loads.unit)}"
+        label = f"{plain(str(name))}: {_peak(part)} {load_with_unit(load.max(), loads.unit)}"
         if envelope:
             draw_envelope(ax, time, load, color, label)
         else:
@@ -298,9 +299,17 @@ def _mark_carriages(ax: Axes, result: Result, time: Array, shown: slice, from_ze
         ax.plot([], [], color=GREY, linewidth=4, label=contact.words(np.concatenate(links)))
 
 
+def _peak(part: slice | None) -> str:
+    """What the largest load of a picture is called: of the whole record, or of the cycle that is drawn enlarged."""
+    return "peak" if part is None else "peak in the cycle"
+
+
 def _band_label(deviation: Array, unit: str = "N") -> str:
     """Label with the largest half width, as most bands are thinner than the line on top of them."""
-    return f"95 % band, up to ±{load_with_unit(COVER * float(deviation.max(initial=0.0)), unit)}"
+    half = COVER * float(deviation.max(initial=0.0))
+    if half < NO_WIDTH:
+        return "no band: the motion does not excite it"
+    return f"95 % band, up to ±{load_with_unit(half, unit)}"
 
 
 def _draw_band(
