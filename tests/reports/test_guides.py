@@ -44,7 +44,7 @@ def test_every_carriage_stays_on_the_rail() -> None:
     assert "90 mm of a carriage" in text
     unknown = simulate(with_product(carriage_length=None), MOTION)
     assert all(np.isnan(one.carriage) for one in rail_lengths(unknown))
-    assert "a carriage, whose length no product states" in " ".join(guides_section(unknown).parts[0])
+    assert "m and the length of a carriage: " in " ".join(guides_section(unknown).parts[0])
 
 
 def test_the_mass_of_the_carriages_is_that_of_all_of_a_product() -> None:
