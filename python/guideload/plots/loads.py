@@ -52,22 +52,22 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
 
     Without motor speed, the velocity of the cart along the rails is drawn, or without that, its acceleration.
     """
-    data = result.data
+    data = result.quantities
     if "motor_speed" in data:
         title = "Motor speed"
-        values, label = data["motor_speed"].values / factor("rpm", "rad/s"), "motor speed n$_M$ [1/min]"
+        values, label = data["motor_speed"] / factor("rpm", "rad/s"), "motor speed n$_M$ [1/min]"
     elif "cart_velocity" in data:
         title = "Cart velocity (the motion has no motor speed)"
-        values, label = data["cart_velocity"].sel(axis="x").values, "velocity along x [m/s]"
+        values, label = data["cart_velocity"][:, 0], "velocity along x [m/s]"
     else:
         title = "Cart acceleration (the motion has neither motor speed nor velocity)"
-        values, label = data["cart_acceleration"].sel(axis="x").values, "acceleration [m/s²]"
+        values, label = data["cart_acceleration"][:, 0], "acceleration [m/s²]"
     with look():
         ax = axes_or_new(ax, 7.5, 2.6)
         if is_long(result):
-            draw_envelope(ax, data["time"].values, values, INK)
+            draw_envelope(ax, data["time"], values, INK)
         else:
-            ax.plot(data["time"].values, values, color=INK)
+            ax.plot(data["time"], values, color=INK)
         ax.axhline(0, color=GREY, linewidth=0.7, zorder=1)
         ax.set(title=title, xlabel="time [s]", ylabel=label)
         _limit_zoom(ax, values)
@@ -99,7 +99,7 @@ def paper_figures(result: Result) -> list[Axes]:
     Returns the axes in that order: motor speed, y and z of the first carriage, y and z of the second, ... Of a long
     record the worst cycle is drawn beside each load; these axes are the last ones.
     """
-    carriages = [str(name) for name in result.data["carriage"].values]
+    carriages = [str(name) for name in result.quantities["carriage"]]
     enlarged = is_long(result)
     with look():
         figure = new_figure(20.0 if enlarged else 12.0, 1.0 + 2.1 * (1 + len(carriages)))
@@ -136,7 +136,7 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     axes are given, the worst cycle below.
     """
     static = Histories(result.machine, result.quantities).quasi_static_resultants()
-    loads = _Loads(result.data["resultant"].values, static, "static with m a", "resultant_sd", "N")
+    loads = _Loads(result.quantities["resultant"], static, "static with m a", "resultant_sd", "N")
     return _carriages(result, loads, "Resultant load of the carriages", "√(F$_y$² + F$_z$²) [N]", ax)
 
 
@@ -147,8 +147,8 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     The two ends of a long carriage react to pitch of the body with opposite forces, which cancel in the force of the
     carriage and add up in its moment. If the motion has an uncertainty, pale areas are the 95 % bands.
     """
-    moment = result.data["moment"].transpose("time", "carriage", "axis").values
-    static = result.data["static_moment"].transpose("carriage", "axis").values
+    moment = result.quantities["moment"]
+    static = result.quantities["static_moment"]
     magnitude, level = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
     loads = _Loads(
         magnitude, np.broadcast_to(level, magnitude.shape), "static level", "moment_magnitude_sd", "N m"
@@ -174,20 +174,20 @@ def _cycle(result: Result, carriage: str, axis: str, ax: Axes) -> Axes:
 
 def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice | None = None) -> Axes:
     """A load over time, of a long record as an envelope; part: instants that are drawn enlarged instead."""
-    data = result.data
-    names = [str(name) for name in data["carriage"].values]
+    data = result.quantities
+    names = [str(name) for name in data["carriage"]]
     if carriage not in names:
         raise ArgumentError(
             f"no carriage {carriage!r}: the result has {joined(repr(name) for name in names)}"
         )
     index, shown = names.index(carriage), part or slice(None)
     color = carriage_look(index).color
-    here = {"carriage": carriage, "axis": axis}
-    time, load = data["time"].values[shown], data["force"].sel(here).values[shown]
-    static, peak = float(data["static_force"].sel(here)), int(np.abs(load).argmax())
+    component = "xyz".index(axis)
+    time, load = data["time"][shown], data["force"][shown, index, component]
+    static, peak = float(data["static_force"][index, component]), int(np.abs(load).argmax())
     contact = result.audit.contact
     links = result.machine.links_of_carriages[index]
-    links = links[result.machine.link_table().axis[links] == "xyz".index(axis)]
+    links = links[result.machine.link_table().axis[links] == component]
     lost = contact.lost_by(links)[shown]
     envelope = part is None and is_long(result)
     with look():
@@ -197,7 +197,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
         else:
             ax.plot(time, load, color=color)
         if "force_sd" in data and not envelope:
-            deviation = data["force_sd"].sel(here).values[shown]
+            deviation = data["force_sd"][shown, index, component]
             _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
         label = f"static {load_with_unit(static)}"
         ax.axhline(static, color=INK, linewidth=0.8, linestyle=DASHED, label=label)
@@ -236,7 +236,7 @@ def _carriages(result: Result, loads: _Loads, title: str, label: str, ax: Axes |
             ax, cycle = new_figure(9.0, 8.4).subplots(2, 1)
             part = worst_cycle(result, loads.values)
             cycle.set(ylabel=label)
-            time = result.data["time"].values[part]
+            time = result.quantities["time"][part]
             cycle.set_title(f"Worst cycle, {time[0]:.2f} to {time[-1]:.2f} s")
             _draw_carriages(cycle, result, loads, part)
         ax = axes_or_new(ax, 9.0, 4.4)
@@ -249,13 +249,13 @@ def _carriages(result: Result, loads: _Loads, title: str, label: str, ax: Axes |
 def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None) -> None:
     """Loads with static loads, bands and peaks; of a long record their envelopes, or a part of it enlarged."""
     shown = part or slice(None)
-    time, carriages = result.data["time"].values[shown], result.data["carriage"].values
+    time, carriages = result.quantities["time"][shown], result.quantities["carriage"]
     values, static = loads.values[shown], loads.static[shown]
     envelope = part is None and is_long(result)
     deviations = (
         None
-        if envelope or loads.deviations not in result.data
-        else result.data[loads.deviations].values[shown]
+        if envelope or loads.deviations not in result.quantities
+        else result.quantities[loads.deviations][shown]
     )
     for index, (name, load) in enumerate(zip(carriages, values.T, strict=True)):
         color, dash = carriage_look(index)

@@ -40,18 +40,18 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     The lines are the square root of `load_density`, averaged in bands of 1/12 octave: the integral of the square of a
     line over a range of frequencies is the mean square of the load in that range.
     """
-    data = result.data
+    data = result.quantities
     with look():
         ax = axes_or_new(ax, 9.0, 4.6)
         set_run_title(ax, result, "Spectrum of the dynamic loads")
-        if np.ptp(data["time"].values) == 0.0:
+        if np.ptp(data["time"]) == 0.0:
             return write_instead(ax, "a single instant has no spectrum")
         frequency, density, _ = octave_bands(*load_density(result))
         amplitude = np.sqrt(density)
-        for index, name in enumerate(data["carriage"].values):
+        for index, name in enumerate(data["carriage"]):
             color, dash = carriage_look(index)
             # Each line is thinner than the one before, so that equal spectra of symmetric carriages are all visible.
-            width = 1.1 + 2.4 * (1 - (index + 1) / data.sizes["carriage"])
+            width = 1.1 + 2.4 * (1 - (index + 1) / data["carriage"].size)
             line = {"color": color, "linestyle": dash, "linewidth": width}
             ax.plot(frequency, amplitude[:, index], label=plain(str(name)), **line)
         ax.set(xscale="log", xlabel="frequency [Hz]", ylabel="dynamic load, y and z together [N/√Hz]")
@@ -83,9 +83,9 @@ def load_density(result: Result) -> tuple[Array, Array]:
     frequency : ndarray, shape (frequency,) [Hz], from 1/duration up
     density : ndarray, shape (frequency, carriage) [N²/Hz]; its sum times the line spacing is the variance
     """
-    data = result.data
-    dynamic = (data["force"] - data["static_force"]).transpose("time", "carriage", "axis")
-    step, force = uniform(data["time"].values, dynamic.sel(axis=["y", "z"]).values)
+    data = result.quantities
+    dynamic = data["force"] - data["static_force"]
+    step, force = uniform(data["time"], dynamic[:, :, 1:])
     frequency, density = power_density(step, force)
     return frequency, density.sum(axis=-1)
 

@@ -52,7 +52,7 @@ def guides_section(result: Result) -> Section:
         least = digits(stroke + span + (carriage if known else 0.0), 4)
         last = f", {digits(1e3 * carriage)} mm of a carriage" if known else ""
         lines.append(
-            f"rail {rail}: at least {least} m{'' if known else ' and the length of a carriage'}: {digits(stroke, 4)} m of "
-            f"stroke, {digits(span, 4)} m from the first to the last carriage{last}"
+            f"rail {rail}: at least {least} m{'' if known else ' and the length of a carriage'}: {digits(stroke, 4)} m "
+            f"of stroke, {digits(span, 4)} m from the first to the last carriage{last}"
         )
     return Section("Rails and carriages", lines)
