@@ -307,6 +307,12 @@ def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path: Path, trace: 
     assert "numpy" in loaded and not loaded & {"matplotlib", "dask", "xarray", "pandas"}
 
 
+def test_pictures_and_page_of_a_run_need_no_labelled_arrays(tmp_path: Path, trace: str) -> None:
+    arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--report", str(tmp_path / "out.html")]
+    loaded = modules_after(f"from guideload.cli.main import main\nmain({arguments!r}, standalone_mode=False)")
+    assert "matplotlib" in loaded and not loaded & {"dask", "xarray", "pandas"}
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
 def test_any_terminal_encoding_will_do(tmp_path: Path, encoding: str) -> None:
     machine = tmp_path / "m.toml"

@@ -8,7 +8,6 @@ import matplotlib.image
 import numpy as np
 import pytest
 import reference as ref
-import xarray as xr
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -218,9 +217,9 @@ def test_spectral_density_of_uneven_samples_is_near_that_of_even_ones(result: Re
 
 def tone(result: Result, time: np.ndarray, load: np.ndarray) -> SimpleNamespace:
     """A result whose dynamic load is `load` along y, for each carriage."""
-    static = result.data["static_force"]
-    along_y = xr.DataArray(load, {"time": time}, "time") * (static["axis"] == "y")
-    return SimpleNamespace(data=xr.Dataset({"static_force": static, "force": static + along_y}))
+    static = result.quantities["static_force"]
+    along_y = load[:, None, None] * np.array([0.0, 1.0, 0.0])
+    return SimpleNamespace(quantities={"time": time, "static_force": static, "force": static + along_y})
 
 
 def test_spectrum_is_the_root_of_the_density_and_marks_the_modes(result: Result) -> None:
@@ -392,3 +391,14 @@ def test_every_ending_writes_its_format(tmp_path: Path, ending: str) -> None:
 )
 def test_loads_as_text(value: float, text: str) -> None:
     assert load_with_unit(value) == text
+
+
+def test_a_picture_that_is_laid_out_first_is_the_same_to_the_byte(result: Result, tmp_path: Path) -> None:
+    """Saving draws it once; Matplotlib alone draws it twice. The figure keeps its layout for the next change."""
+    for draw in (plots.resultant, plots.spectrum, lambda one: plots.scene(one.machine, one)):
+        figure = draw(result).figure
+        figure.savefig(tmp_path / "plain.png", dpi=DOTS_PER_INCH)
+        ax = draw(result)
+        plots.save(ax, tmp_path / "saved.png")
+        assert (tmp_path / "saved.png").read_bytes() == (tmp_path / "plain.png").read_bytes()
+        assert ax.figure.get_layout_engine() is not None and ax.figure.dpi == figure.dpi

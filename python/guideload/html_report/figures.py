@@ -58,6 +58,7 @@ class Listing:
 
 
 Figure = Chart | Picture | Listing
+SVG_DPI = 72.0  # of Matplotlib's SVG, in which a unit is a point
 
 
 def chart(title: str, unit: str, time: Array, lines: Sequence[Line], group: str = "") -> Chart:
@@ -95,11 +96,15 @@ def picture(ax: Axes, caption: str) -> Picture:
     """A picture in the document, with its caption: SVG, or PNG where it has so many elements that this is smaller."""
     from matplotlib import rc_context
 
-    from guideload.plots.saving import DOTS_PER_INCH, figure_of, quiet_glyphs
+    from guideload.plots.saving import DOTS_PER_INCH, figure_of, laid_out, quiet_glyphs
 
-    buffer, figure = io.StringIO(), figure_of(ax)
+    buffer = io.StringIO()
     # Letters as outlines: the reader's computer may lack the font. A fixed salt gives the same file for the same input.
-    with rc_context({"svg.fonttype": "path", "svg.hashsalt": caption}), quiet_glyphs():
+    with (
+        rc_context({"svg.fonttype": "path", "svg.hashsalt": caption}),
+        quiet_glyphs(),
+        laid_out(figure_of(ax), SVG_DPI) as figure,
+    ):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
         drawing = buffer.getvalue()
         drawing = drawing[drawing.index("<svg") :]

@@ -22,9 +22,24 @@ DOTS_PER_INCH = 130
 @checked
 def save(ax: Axes, path: str | Path) -> Path:
     """Save the figure of the axes, in the format of the path's ending; returns the path."""
-    with quiet_glyphs():
-        figure_of(ax).savefig(path, dpi=DOTS_PER_INCH)
+    with quiet_glyphs(), laid_out(figure_of(ax), DOTS_PER_INCH) as figure:
+        figure.savefig(path, dpi=DOTS_PER_INCH)
     return Path(path)
+
+
+@contextmanager
+def laid_out(figure: Figure, dpi: float) -> Iterator[Figure]:
+    """The figure with its parts in place: saving it then draws it once, not a first time to find their places."""
+    engine, before = figure.get_layout_engine(), figure.dpi
+    figure.dpi = dpi
+    if engine is not None:
+        engine.execute(figure)
+    figure.set_layout_engine(None)
+    try:
+        yield figure
+    finally:
+        figure.dpi = before
+        figure.set_layout_engine(engine)
 
 
 @contextmanager
