@@ -19,35 +19,25 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from click.testing import CliRunner
-from numpy.typing import NDArray
-
-from guideload import (
-    Inspection,
-    Machine,
-    Motion,
-    Result,
-    Study,
-    StudyResult,
-    motion_from_trace,
-    plots,
-    read_trace,
-    run_study,
-    simulate,
-    stability,
+from example import (
+    EXAMPLES,
+    described,
+    machine,
+    paper,
+    result,
+    static_with_inertia,
+    study,
 )
+from pictures import PICTURES
+
 from guideload.base.warnings import LIMITS
 from guideload.cli.main import main
-from guideload.identification import Identification, identify_file
 
 ROOT = Path(__file__).resolve().parents[1]
-IMAGES = ROOT / "docs" / "images"
-EXAMPLES = Path(str(files("guideload"))) / "examples"
 BLOCK = re.compile(r"(<!-- begin: ([\w-]+) -->\n)(.*?)(<!-- end: \2 -->)", re.DOTALL)
 
 
@@ -57,60 +47,6 @@ def pages() -> list[Path]:
         ROOT / "README.md",
         *sorted(path for path in ROOT.glob("docs/**/*.md") if "_build" not in path.parts),
     ]
-
-
-# ---- the example
-
-
-@cache
-def machine() -> Machine:
-    return Machine.from_toml(EXAMPLES / "manipulator.toml")
-
-
-@cache
-def motion() -> Motion:
-    return motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine().drive)
-
-
-@cache
-def identified() -> Identification:
-    return identify_file(EXAMPLES / "identify.toml")
-
-
-@cache
-def result() -> Result:
-    return simulate(machine(), motion())
-
-
-@cache
-def paper() -> Result:
-    return simulate(machine().with_free(("rx", "ry", "rz")), motion())
-
-
-@cache
-def described() -> Study:
-    return Study.from_toml(EXAMPLES / "study.toml")
-
-
-@cache
-def study() -> StudyResult:
-    return run_study(described())
-
-
-@cache
-def static_with_inertia() -> NDArray[np.float64]:
-    """Force across the rails (time, carriage, 2) [N] by a static calculation with m a at every instant.
-
-    A body that is accelerated by a is loaded as one at rest whose gravity is g - a; the example is linear.
-    """
-
-    def at_rest(a: float) -> NDArray[np.float64]:
-        gx, gy, gz = machine().gravity
-        tilted = machine().model_copy(update={"gravity": (gx - a, gy, gz)})
-        return np.asarray(simulate(tilted, Motion.along_x([0.0, 1.0], [0.0, 0.0])).carriage_loads[0, :, 1:3])
-
-    rest, unit = at_rest(0.0), at_rest(1.0) - at_rest(0.0)
-    return np.asarray(rest + motion().acceleration[:, 0, None, None] * unit)
 
 
 # ---- blocks
@@ -301,91 +237,6 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "identify-worth": lambda: identification(between("What these", "Differences")),
     "stiffness": stiffness_of_carriages,
     "identify-next": lambda: identification(between("Which model", "Search")),
-}
-
-
-# ---- pictures
-
-
-def encoder() -> Path:
-    inspection = Inspection.of(read_trace(EXAMPLES / "manipulator.csv"), machine())
-    return plots.save(plots.encoder(inspection)[0], IMAGES / "encoder.png")
-
-
-def validation() -> Path:
-    """A mass on links against the closed form of its step response; rk45 and implicit against exact on the example."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    time, simulated, closed = step_response()
-    left.plot(1e3 * time, closed, color="0.75", linewidth=4, label="closed form")
-    left.plot(1e3 * time, simulated, color="C0", linewidth=1, label="exact")
-    left.set(xlabel="time in ms", ylabel="deflection in µm", title="A mass after a step of acceleration")
-    largest = np.abs(simulated - closed).max() / np.abs(closed).max()
-    left.legend(frameon=False, title=f"largest difference {largest:.0e}")
-    tolerances = 10.0 ** -np.arange(3.0, 11.5)
-    for method, color in (("rk45", "C1"), ("implicit", "C2")):
-        right.loglog(tolerances, errors(method, tolerances), "o-", color=color, label=method)
-    right.loglog(tolerances, tolerances, color="0.75", label="error = rtol")
-    right.set(xlabel="rtol", ylabel="error of the loads, part of the largest")
-    right.set_title("Example: difference from exact")
-    right.legend(frameon=False)
-    path = IMAGES / "validation.png"
-    figure.savefig(path, dpi=130)
-    return path
-
-
-def step_response() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Times [s], and deflection [µm] by the program and in closed form, of a mass that y alone lets move."""
-    mass, stiffness, damping, step = 100.0, 4e8, 1e4, 2.0
-    spring = {"name": "spring", "point": [0, 0, 0], "direction": [0, 1, 0]}
-    link = spring | {"stiffness": stiffness, "damping": damping}
-    body = {"mass": mass, "center_of_mass": [0, 0, 0], "inertia": np.eye(3).tolist()}
-    held = Machine(body=body, links=[link], free=["y"], gravity=[0, 0, 0])
-    acceleration = np.zeros((4, 3))
-    acceleration[2:, 1] = step
-    time = np.linspace(0.0, 0.08, 801)
-    result = simulate(held, Motion([0.0, 0.01, 0.01, 0.08], acceleration), times=time)
-    omega = np.sqrt(stiffness / mass)
-    zeta = damping / (2.0 * mass * omega)
-    since = np.maximum(time - 0.01, 0.0)
-    ring = omega * np.sqrt(1.0 - zeta**2)
-    decay = np.exp(-zeta * omega * since)
-    swing = np.cos(ring * since) + zeta * omega / ring * np.sin(ring * since)
-    closed = -step / omega**2 * (1.0 - decay * swing)
-    return time, 1e6 * result.data["displacement"].sel(dof="y").values, 1e6 * closed
-
-
-def errors(method: str, tolerances: NDArray[np.float64]) -> list[float]:
-    """Largest difference of any carriage's force to `exact` on the example, as a part of the largest force."""
-    true = result().carriage_loads[:, :, :3]
-    runs = [simulate(machine(), motion(), method=method, rtol=float(rtol)) for rtol in tolerances]
-    return [float(np.abs(run.carriage_loads[:, :, :3] - true).max() / np.abs(true).max()) for run in runs]
-
-
-def wavy_rails() -> Path:
-    """The resultants over random rails, by the code of their page."""
-    page = (ROOT / "docs" / "how-to" / "rails-that-are-not-straight.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {}
-    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
-        exec(re.sub("plots.save.*", "", code), names)
-    return plots.save(plots.resultant(names["result"]), IMAGES / "wavy-rails.png")
-
-
-PICTURES: dict[str, Callable[[], Path]] = {
-    "resultant": lambda: plots.save(plots.resultant(result()), IMAGES / "resultant.png"),
-    "scene": lambda: plots.save(plots.scene(machine(), result()), IMAGES / "scene.png"),
-    "modes": lambda: plots.save(plots.modes(machine(), result().modes)[0], IMAGES / "modes.png"),
-    "spectrum": lambda: plots.save(plots.spectrum(result()), IMAGES / "spectrum.png"),
-    "encoder": encoder,
-    "exceedance": lambda: plots.save(plots.exceedance(study()), IMAGES / "exceedance.png"),
-    "drivers": lambda: plots.save(plots.tornado(study()), IMAGES / "drivers.png"),
-    "stability": lambda: plots.save(plots.stability(stability(machine()))[0], IMAGES / "stability.png"),
-    "validation": validation,
-    "wavy-rails": wavy_rails,
-    "identified": lambda: plots.save(plots.identified_numbers(identified()), IMAGES / "identified.png"),
-    "modal-test": lambda: plots.save(plots.modal_test(identified())[0], IMAGES / "modal-test.png"),
 }
 
 

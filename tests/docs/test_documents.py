@@ -29,6 +29,7 @@ else:
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
 
+import pictures  # noqa: E402
 import refresh  # noqa: E402
 
 EXAMPLES = Path(str(files("guideload"))) / "examples"
@@ -182,8 +183,8 @@ def test_every_picture_is_shown_and_made_by_a_script() -> None:
     of_benchmarks = {"speed-accuracy", "monte-carlo", "monitor-lag"}
     assert (
         shown
-        == {path.stem for path in refresh.IMAGES.glob("*.png")}
-        == refresh.PICTURES.keys() | of_benchmarks
+        == {path.stem for path in pictures.IMAGES.glob("*.png")}
+        == pictures.PICTURES.keys() | of_benchmarks
     )
 
 

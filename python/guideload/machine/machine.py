@@ -6,8 +6,7 @@ Axes: x along the rails, y and z across them, right-handed. The origin is the re
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from difflib import get_close_matches
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -24,10 +23,8 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
 from guideload.base.errors import (
-    MOST_PROBLEMS,
     ArgumentError,
     ConfigError,
-    KeyPath,
     SceneError,
     ValueRefused,
     shown,
@@ -37,14 +34,15 @@ from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
 from guideload.machine.bodies import united
-from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, type_problems, with_types
+from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, with_types
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import NAMES, LinkTable, feet_on, own_axes, read_only, table_of
+from guideload.machine.links import LinkTable, feet_on, own_axes, read_only, table_of
+from guideload.machine.names import name_conflicts
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
-from guideload.machine.products import filled, product_problems, with_catalogue, with_packaged
+from guideload.machine.products import filled, with_catalogue, with_packaged
 from guideload.machine.report_head import ReportHead
 from guideload.machine.riders import MOST_RIDERS, Rider
 from guideload.machine.straightness import with_straightness
@@ -131,18 +129,21 @@ class Machine(ConfigModel):
     def carrying(self, payloads: Iterable[str]) -> Machine:
         """The machine with the payloads of these names as part of its body, and without the others."""
         names = frozenset(payloads)
-        if names not in self._carrying:
+        found = self._carrying.get(names)
+        if found is None:
             bodies = [self.body, *(payload for payload in self.payloads if payload.name in names)]
-            self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
-        return self._carrying[names]
+            found = self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
+        return found
 
     def with_riders_at(self, positions: tuple[float, ...]) -> Machine:
         """The machine with its riders at these positions [m]; the last one is kept."""
-        if positions not in self._carrying:
-            self._carrying.clear()
+        found = self._carrying.get(positions)  # not looked up twice: another thread may clear it in between
+        if found is None:
             riders = tuple(map(Rider.standing_at, self.riders, positions))
-            self._carrying[positions] = self.model_copy(update={"riders": riders})
-        return self._carrying[positions]
+            found = self.model_copy(update={"riders": riders})
+            self._carrying.clear()
+            self._carrying[positions] = found
+        return found
 
     def require_no_payloads(self, what: str) -> None:
         """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
@@ -170,7 +171,7 @@ class Machine(ConfigModel):
         given, values = values, with_packaged(with_types(values))
         problems = [
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
-            for path, refused in _name_conflicts(values)
+            for path, refused in name_conflicts(values)
         ]
         without_keys = {
             item["loc"][:2]
@@ -374,46 +375,3 @@ def _places(owner: NDArray[np.intp], count: int) -> list[NDArray[np.int64]]:
     """For each of `count` owners, the ascending indices of its entries in `owner`; -1 is no owner."""
     order = np.argsort(owner, kind="stable")
     return np.split(order, np.searchsorted(owner[order], np.arange(count + 1)))[1:-1]
-
-
-def _name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
-    """Problems of unchecked values: duplicate names, unknown rails, neither carriages nor links."""
-    if not isinstance(values, dict):
-        return
-    yield from type_problems(values)
-    yield from product_problems(values)
-    keys = ("rails", "carriages", "links", "riders", "points", "payloads")
-    parts = {key: _names(values, key, "name") for key in keys}
-    if not values.get("carriages") and not values.get("links"):
-        yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
-    known = {name for _, name in parts["rails"]}
-    expected = f"a rail's name ({shown(sorted(known))})"
-    unknown = ((i, rail) for i, rail in _names(values, "carriages", "rail") if rail not in known)
-    for number, (i, rail) in enumerate(unknown):
-        near = get_close_matches(rail, sorted(known), n=1) if number < MOST_PROBLEMS else []
-        hint = f'did you mean "{near[0]}"?' if near else "add a [[rails]] table with that name"
-        yield ("carriages", i, "rail"), ValueRefused(expected, rail, hint)
-    for key, named in parts.items():
-        first: dict[str, int] = {}
-        for i, name in named:
-            if first.setdefault(name, i) < i:
-                yield (
-                    (key, i, "name"),
-                    ValueRefused("a unique name", name, f"{key}[{first[name]}] has it already"),
-                )
-    taken = {f"{name}:{end}" for _, name in parts["carriages"] for end in NAMES}
-    for i, name in parts["links"]:
-        if name in taken:
-            yield (
-                ("links", i, "name"),
-                ValueRefused("a unique name", name, "a link of a carriage has it already"),
-            )
-
-
-def _names(values: dict[str, Any], key: str, name: str) -> list[tuple[int, str]]:
-    """(index, text) of the key `name` of each entry of `values[key]`; entries without this text are left out."""
-    tables = values.get(key, ())
-    if not isinstance(tables, list | tuple):
-        return []
-    texts = [table.get(name) if isinstance(table, dict) else getattr(table, name, None) for table in tables]
-    return [(i, text) for i, text in enumerate(texts) if isinstance(text, str)]
