@@ -48,12 +48,10 @@ def test_step_by_step_from_an_empty_folder_to_a_life(folder: Path) -> None:
     run_all(commands)  # it writes the moves
     text, commands = told()
     assert "machine.toml (machine), moves.toml (moves)" in text and "No life yet" in text
-    run_all(commands, "run")  # it writes a catalogue
-    text, commands = told()
-    assert "catalogue.toml (catalogue)" in text and ["catalogue", "show", "catalogue.toml"] in commands
+    run_all(commands, "run")
     machine = Path("machine.toml").read_text(encoding="utf-8")
     machine = machine.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
-    Path("machine.toml").write_text('catalogue = "catalogue.toml"\n' + machine, encoding="utf-8")
+    Path("machine.toml").write_text(machine, encoding="utf-8")
     text, commands = told()
     assert (
         "No life yet" not in text and ["life", "machine.toml", "moves.toml", "--life", "20000 h"] in commands

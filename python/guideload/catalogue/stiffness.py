@@ -19,8 +19,8 @@ from typing import NamedTuple
 # Exponent n of F ~ deflection^n of one row: Hertz point contact; line contact by the rolling bearing standards.
 CONTACT_EXPONENT = {"ball": 3.0 / 2.0, "roller": 10.0 / 9.0}
 # kappa [N/m per m of row]. Balls: Hertz gives 25.4e9 for grooves of 0.53 D and a row as long as the body; 24e9 has the
-# least largest error over the printed values. Rollers: line contact alone gives 50e9 (Palmgren); the legs of the
-# carriage, in series, leave about a third. No printed value of a roller carriage was at hand.
+# least largest error over the printed values. Rollers: line contact alone gives 50e9 (Palmgren); that the legs of the
+# carriage, in series, leave a third is assumed: no printed value of a roller carriage was at hand.
 PER_LENGTH = {"ball": 24e9, "roller": 17e9}
 # Least preload over C0: makers print a stiffness for classes without preload as well, that of a carriage under a
 # small load. A half percent of C, which is 0.35 % of C0, gives those of miniature carriages.

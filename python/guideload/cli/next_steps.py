@@ -5,13 +5,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from guideload.base.errors import ConfigError, GuideloadError
 from guideload.base.number_text import first_names
-
-if TYPE_CHECKING:
-    pass
 
 MOST_FILES = 200  # of a folder that are looked at
 # Kinds of TOML files by a key that they alone have; a catalogue is what has products and no body.
@@ -84,12 +81,12 @@ def _steps(folder: Path, found: dict[str, list[str]]) -> Iterator[tuple[str, str
         yield "See what the record is worth:", f"encoder {motion}"
     yield "Loads, drive and a report:", f"run {name} {motion} -o out --report report.html"
     if not any(machine.product_of_carriage):
-        catalogue = found.get("catalogue")
         yield (
-            "No life yet: name products of a catalogue in the machine file, by\n"
-            'catalogue = "FILE" and, at each carriage, product = "NAME". A catalogue:',
-            f"catalogue show {catalogue[0]}" if catalogue else "init --catalogue",
+            "No life yet: name the product of each carriage in the machine file, as in\n"
+            'product = "HGH25CA" with its preload_class. The smallest that lasts:',
+            f'size {name} {motion} --life "20000 h" --product HIWIN',
         )
+        yield "All packaged products:", "catalogue list"
         return
     target = "" if machine.life.life is not None else ' --life "20000 h"'
     yield "Life and its causes:", f"life {name} {motion}{target}"

@@ -52,7 +52,7 @@ class Candidate:
     result, life            of the run; None if it failed. Products that differ in name and mass only share one, under
                             the name of the first of them
     margins                 figure over requirement; None if the run failed
-    drive_force             N, largest of the drive, with friction; nan if x is free
+    drive_force             N, largest of the drive, with friction
     first_mode              Hz, lowest natural frequency
     reason                  why the run failed; empty if it did not
     """
@@ -223,7 +223,7 @@ def _tried(
         equipped = with_product(machine, product, preload_class)
         result = simulate(equipped, motion)
         life = life_of(result, conditions)
-        force = math.nan if "x" in machine.free else drive_requirements(result).peak_force
+        force = drive_requirements(result).peak_force
         first = float(Modes.of(equipped).frequency.min(initial=math.inf))
     except GuideloadError as error:
         return Candidate(product, preload_class, reason=str(error))
