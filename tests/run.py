@@ -92,7 +92,17 @@ def rust_lints_and_tests(quick: bool) -> None:
         run("Rust unit tests and layers", "cargo", "test", "-p", "guideload", "--lib", "--test", "layers")
         return
     run("Rust tests", "cargo", "test", "-p", "guideload")
-    run("Rust tests, monitor", "cargo", "test", "-p", "guideload-monitor", "--features", "prepare")
+    run(
+        "Rust tests, monitor",
+        "cargo",
+        "test",
+        "-p",
+        "guideload-life",
+        "-p",
+        "guideload-monitor",
+        "--features",
+        "guideload-monitor/prepare",
+    )
     if sys.platform == "linux":
         run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)
         program = EMBEDDED / "target" / "release" / "guideload-embedded"

@@ -158,7 +158,7 @@ pub use output::{
 pub use output::Watched;
 
 // Judge: the equivalent load of a carriage over its travel.
-pub use life::{EquivalentLoad, Integrals, Interval, Preload};
+pub use life::{EquivalentLoad, Integrals, Interval, LoadPower, Preload, Rule};
 
 // Errors.
 #[cfg(feature = "studies")]

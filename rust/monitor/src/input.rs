@@ -4,7 +4,7 @@ use core::num::NonZeroU32;
 
 use crate::flag::Flag;
 use crate::prepared::{FRACTION, InputSettings};
-use crate::real::Real;
+use guideload_life::Real;
 
 /// Periods by which a stamp may lie before the last one and be called early; farther back, the clock was set back.
 const EARLIEST: u32 = 16;

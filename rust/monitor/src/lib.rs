@@ -15,8 +15,8 @@
 //! path panics. A sample gives the loads at the instant `lag` periods earlier, because an acceleration can be told from counts only with
 //! samples after it; lag 0 uses the past alone.
 //!
-//! - `real`, `sum`, `flag`: f32 and f64; sums of very many terms; yes or no.
-//! - `rule`, `travel`: equivalent load of a carriage; its power, integrated over the travel.
+//! - `sum`, `flag`: sums of very many terms; yes or no. f32 and f64, the equivalent load of a carriage and its power over the travel are
+//!   those of `guideload_life`.
 //! - `prepared`: the constants.
 //! - `input`: samples to second differences, with missing and wrong ones bridged.
 //! - `totals`, `monitor`, `record`: what is kept; the step from sample to sample; saving it.
@@ -35,21 +35,17 @@ mod monitor;
 #[cfg(feature = "prepare")]
 mod prepare;
 mod prepared;
-mod real;
 mod record;
-mod rule;
 mod sum;
 mod totals;
-mod travel;
 
 pub use flag::Flag;
+pub use guideload_life::{COMPONENTS, Exponent, Real, Rule};
 pub use input::{Counters, Sample};
 pub use monitor::{Monitor, Motion, PERIODS_PER_CALL};
 #[cfg(feature = "prepare")]
 pub use prepare::{Judgement, PrepareError, Settings, prepare};
 pub use prepared::{Carriage, FRACTION, InputSettings, Prepared};
-pub use real::Real;
 pub use record::{RecordError, crc32, record_length};
-pub use rule::{COMPONENTS, Exponent, Rule};
 pub use sum::Sum;
 pub use totals::{BINS, CarriageTotals, QUANTITIES, Totals};

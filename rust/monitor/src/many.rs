@@ -7,7 +7,7 @@ use core::ops::ControlFlow;
 use crate::input::Sample;
 use crate::monitor::Monitor;
 use crate::prepared::Prepared;
-use crate::real::Real;
+use guideload_life::Real;
 
 impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N> {
     /// Takes pairs of time stamp and counter one after the other, as `push` does, and calls `after` after each; ends early if it breaks.

@@ -3,10 +3,10 @@
 use crate::flag::Flag;
 use crate::input::{Input, Sample};
 use crate::prepared::Prepared;
-use crate::real::Real;
-use crate::rule::{COMPONENTS, Weighed};
 use crate::totals::Totals;
-use crate::travel::{Interval, Travel};
+use guideload_life::Real;
+use guideload_life::{COMPONENTS, Weighed};
+use guideload_life::{Interval, Travel};
 
 /// Periods that one call computes at most: after missing samples the monitor catches up by one period per call.
 pub const PERIODS_PER_CALL: u32 = 2;
@@ -127,7 +127,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             totals.count(carriage.bins_per_load, equivalent);
             if let Some(travel) = &travel {
                 let (loads, weighed) = ([&*last, load], [&*weighed, &now]);
-                totals.power.add(travel.power(&carriage.rule, prepared.exponent(), loads, weighed));
+                totals.power.add(travel.power(&carriage.rule, &prepared.exponent(), loads, weighed));
             }
             (*last, *weighed) = (*load, now);
         }

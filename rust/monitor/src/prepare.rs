@@ -2,12 +2,12 @@
 
 use core::fmt;
 
-use guideload::{EquivalentLoad, Preload, SampledSystem, System, Wrench, eigenvalues};
+use guideload::{EquivalentLoad, SampledSystem, System, Wrench, eigenvalues};
 
 use crate::prepared::{Carriage, FRACTION, InputSettings, Prepared};
-use crate::real::Real;
 use crate::record::crc32;
-use crate::rule::{Exponent, Rule};
+use guideload_life::Exponent;
+use guideload_life::Real;
 
 /// Fraction to which the vibration at a restart decays until loads count as settled.
 const SETTLED: f64 = 0.01;
@@ -204,42 +204,10 @@ impl Converter {
         Carriage {
             rest: self.places((1..6).map(|k| at_rest[k])),
             by_state,
-            rule: self.rule(&judgement.rule),
+            rule: judgement.rule.rule().map(|value| self.number(value)),
             limit: if judgement.limit < f64::INFINITY { self.number(judgement.limit) } else { T::INFINITY },
             bins_per_load: self.number(1.0 / judgement.bin),
             capacity: self.number(judgement.capacity),
-        }
-    }
-
-    fn rule<T: Real>(&mut self, rule: &EquivalentLoad) -> Rule<T> {
-        let (preload, preload_form) = match rule.preload {
-            Preload::None => (0.0, 0),
-            Preload::Power(force) => (force, 0),
-            Preload::Linear(force) => (force, 1),
-            Preload::Rows { force, exponent } => (force, if exponent == 1.5 { 2 } else { 3 }),
-        };
-        let plain = rule.minor == 1.0;
-        let mut weights = rule.weights;
-        if plain {
-            let [first, second] = &mut weights;
-            for (to, from) in first.as_flattened_mut().iter_mut().zip(second.as_flattened_mut()) {
-                *to += core::mem::take(from);
-            }
-        }
-        Rule {
-            weights: weights.map(|group| {
-                [
-                    group.map(|[above, below]| 0.5 * (above + below)),
-                    group.map(|[above, below]| 0.5 * (above - below)),
-                ]
-                .map(|weights| weights.map(|weight| self.number(weight)))
-            }),
-            minor: self.number(rule.minor),
-            preload: self.number(preload),
-            opening: self.number(rule.preload.opening()),
-            counted: (0..5).filter(|&component| rule.counts(component)).map(|component| 1 << component).sum(),
-            plain: plain.into(),
-            preload_form,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The constants of a monitor, computed on a PC and kept in flash.
 
-use crate::real::Real;
-use crate::rule::{COMPONENTS, Exponent, Rule};
+use guideload_life::Real;
+use guideload_life::{COMPONENTS, Exponent, Rule};
 
 /// Fractions of a count in which positions are computed: samples between two periods are interpolated.
 pub const FRACTION: i32 = 16;

@@ -6,10 +6,10 @@ use crate::flag::Flag;
 use crate::input::Counters;
 use crate::monitor::Monitor;
 use crate::prepared::Prepared;
-use crate::real::Real;
-use crate::rule::COMPONENTS;
 use crate::sum::Sum;
 use crate::totals::{BINS, QUANTITIES, Totals};
+use guideload_life::COMPONENTS;
+use guideload_life::Real;
 
 /// Start of a record, with the version of its layout.
 const MAGIC: [u8; 8] = *b"GLMON\0\0\x01";

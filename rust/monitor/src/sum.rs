@@ -1,6 +1,6 @@
 //! Sums of very many terms.
 
-use crate::real::Real;
+use guideload_life::Real;
 
 /// A sum in two numbers: its value, and the part that is lost in rounding it. Each addition is right to the square of the unit roundoff u,
 /// so n terms of one sign are right to `n u²`: 1e9 terms to 4e-6 in f32 in the worst case, and to 1e-10 if the roundings are random.

@@ -3,9 +3,9 @@
 use crate::flag::Flag;
 use crate::input::Counters;
 use crate::prepared::Carriage;
-use crate::real::Real;
-use crate::rule::COMPONENTS;
 use crate::sum::Sum;
+use guideload_life::COMPONENTS;
+use guideload_life::Real;
 
 /// Number of bins of the histogram; the last one also has all larger loads.
 pub const BINS: usize = 16;

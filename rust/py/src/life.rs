@@ -1,6 +1,6 @@
 //! Equivalent loads, and integrals of their powers over the travel.
 
-use guideload::{EquivalentLoad, Interval, Preload};
+use guideload::{EquivalentLoad, Interval, LoadPower, Preload};
 use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -26,8 +26,8 @@ pub fn equivalent_load((weights, minor, preload, formula): &Rule<'_>) -> PyResul
         _ if *preload == 0.0 => Preload::None,
         "power" => Preload::Power(*preload),
         "linear" => Preload::Linear(*preload),
-        "ball" => Preload::Rows { force: *preload, exponent: 1.5 },
-        "roller" => Preload::Rows { force: *preload, exponent: 10.0 / 9.0 },
+        "ball" => Preload::Balls(*preload),
+        "roller" => Preload::Rollers(*preload),
         other => {
             return Err(PyValueError::new_err(format!(
                 "formula: expected power, linear, ball or roller, got {other:?}"
@@ -96,13 +96,14 @@ pub fn equivalent_load_integrals<'py>(
     {
         let (mut powers, mut paths) = (powers.readwrite(), paths.readwrite());
         let (powers, paths) = (powers.as_slice_mut()?, paths.as_slice_mut()?);
+        let (rule, exponent) = (rule.rule(), LoadPower(exponent));
         compute(py, |watch| {
             for (k, (power, path)) in powers.iter_mut().zip(paths).enumerate() {
                 if k % INTERVALS == 0 && watch.stops() {
                     return;
                 }
                 let (travel, [first, last]) = course.interval(k);
-                let found = rule.integrals(exponent, &travel, [&first, &last]);
+                let found = rule.integrals(&exponent, &travel, [&first, &last]);
                 (*power, *path) = (found.power, found.path);
             }
         })?;
@@ -148,10 +149,10 @@ pub fn raised_loads<'py>(
     loads: PyReadonlyArray1<'py, f64>,
     rule: Rule<'py>,
 ) -> PyResult<Array1<'py>> {
-    let (rule, loads) = (equivalent_load(&rule)?, numbers(&loads, "loads")?);
+    let (rule, loads) = (equivalent_load(&rule)?.rule(), numbers(&loads, "loads")?);
     let raised = zeros(py, &[loads.len()])?;
     for (to, load) in raised.readwrite().as_slice_mut()?.iter_mut().zip(loads) {
-        *to = rule.preload.raised(load);
+        *to = rule.raised(load);
     }
     Ok(raised)
 }
@@ -163,7 +164,7 @@ pub fn largest_equivalent_load<'py>(
     loads: PyReadonlyArray2<'py, f64>,
     rule: Rule<'py>,
 ) -> PyResult<(usize, f64, [f64; 6])> {
-    let (rule, loads) = (equivalent_load(&rule)?, rows::<6>(&loads, "loads")?);
+    let (rule, loads) = (equivalent_load(&rule)?.rule(), rows::<6>(&loads, "loads")?);
     py.detach(|| {
         let (mut instant, mut peak, mut sizes) = (0, f64::NEG_INFINITY, [0.0; 6]);
         for (k, load) in loads.iter().enumerate() {
@@ -171,11 +172,11 @@ pub fn largest_equivalent_load<'py>(
                 *size = f64::max(*size, value.abs());
             }
             let [_, rest @ ..] = load;
-            let found = rule.without_preload(rest);
+            let found = rule.combined(rule.weigh(rest).groups);
             if found > peak {
                 (instant, peak) = (k, found);
             }
         }
-        Ok((instant, rule.preload.raised(peak), sizes))
+        Ok((instant, rule.raised(peak), sizes))
     })
 }

@@ -1,13 +1,13 @@
 //! Equivalent loads from the load rows of a batch.
 
 use super::travel::Travel;
-use crate::life::{COMPONENTS, EquivalentLoad, Preload};
+use crate::life::{COMPONENTS, EquivalentLoad, LoadPower, Rule};
 use crate::variation::{Group, Instance};
 
 /// An equivalent load, by the load rows of its components.
 #[derive(Debug, Clone)]
 pub(super) struct EquivalentRows {
-    pub rule: EquivalentLoad,
+    pub rule: Rule<f64>,
     /// The group, and the preload of its links in the base, N.
     group: usize,
     preload: f64,
@@ -37,7 +37,7 @@ impl EquivalentRows {
         {
             groups[0].extend(second);
         }
-        Self { rule, group, preload, rows, groups }
+        Self { rule: rule.rule(), group, preload, rows, groups }
     }
 
     /// The components of the load, from the values of the rows.
@@ -45,34 +45,26 @@ impl EquivalentRows {
         self.rows.map(|index| index.map_or(0.0, &row))
     }
 
-    /// The preload of a sample: where its links vary, that of the rule varies with them.
-    pub(super) fn preload(&self, sample: &Instance, groups: &[Group]) -> Preload {
-        if self.preload == 0.0 || !self.is_preloaded() {
-            return self.rule.preload;
+    /// The rule of a sample: where the preload of its links varies, that of the rule varies with it.
+    pub(super) fn rule_of(&self, sample: &Instance, groups: &[Group]) -> Rule<f64> {
+        if self.preload == 0.0 {
+            return self.rule;
         }
-        let preload = groups[self.group].preload(sample.links());
-        if preload == self.preload {
-            self.rule.preload
-        } else {
-            self.rule.preload.scaled(preload / self.preload)
-        }
+        let factor = groups[self.group].preload(sample.links()) / self.preload;
+        Rule { preload: factor * self.rule.preload, opening: factor * self.rule.opening, ..self.rule }
     }
 
-    /// Whether the preload may raise the load.
-    pub(super) fn is_preloaded(&self) -> bool {
-        self.rule.preload != Preload::None
-    }
-
-    /// `∫ P^p |v| dt` over the interval that ends at a sample, 0 for the first one, between the components at both ends.
+    /// `∫ P^p |v| dt` by the rule of a sample over the interval that ends at a sample of the motion, 0 for the first one, between the
+    /// components at both ends.
     pub(super) fn power(
         &self,
-        preload: Preload,
+        rule: &Rule<f64>,
         travel: &Travel,
         sample: usize,
         ends: [&[f64; COMPONENTS]; 2],
     ) -> f64 {
-        let rule = EquivalentLoad { preload, ..self.rule };
         let interval = sample.checked_sub(1).and_then(|interval| travel.intervals.get(interval));
-        interval.map_or(0.0, |interval| rule.integrals(travel.exponent, interval, ends).power)
+        let power = LoadPower(travel.exponent);
+        interval.map_or(0.0, |interval| rule.integrals(&power, interval, ends).power)
     }
 }

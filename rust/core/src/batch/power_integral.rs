@@ -3,7 +3,7 @@
 use super::equivalent::EquivalentRows;
 use super::load_rows::BLOCK;
 use super::travel::{NEARLY_CONSTANT, Travel};
-use crate::life::{COMPONENTS, Preload};
+use crate::life::{COMPONENTS, Rule};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
 
@@ -56,7 +56,7 @@ fn earlier(values: &Values, before: f64) -> Values {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn power_integral(
     equivalent: &EquivalentRows,
-    preload: Preload,
+    rule: &Rule<f64>,
     travel: &Travel,
     rows: &[Values],
     before: usize,
@@ -74,7 +74,7 @@ pub(super) fn power_integral(
     }
     let minor = equivalent.rule.minor;
     // Intervals on which the load is not linear.
-    let mut bends = [equivalent.is_preloaded(); BLOCK];
+    let mut bends = [false; BLOCK];
     for (row, last) in equivalent.rows.iter().zip(last) {
         if let Some(row) = *row {
             let earlier = earlier(&rows[row], last);
@@ -91,13 +91,14 @@ pub(super) fn power_integral(
         bends[i] |= minor != 1.0 && (now[0] - now[1]) * (then[0] - then[1]) < 0.0;
         let (now, then) = (combined(now, minor), combined(then, minor));
         (sums[i], changes[i]) = (now + then, now - then);
+        bends[i] |= now < rule.opening || then < rule.opening;
         bends[i] |= !travel.whole && changes[i].abs() > NEARLY_CONSTANT * sums[i];
     }
     let mut powers = series(travel, before, &sums, &changes);
     for i in 0..BLOCK {
         if bends[i] {
             let first = if i == 0 { last } else { components(i - 1) };
-            powers[i] = equivalent.power(preload, travel, before + i, [&first, &components(i)]);
+            powers[i] = equivalent.power(rule, travel, before + i, [&first, &components(i)]);
         }
     }
     let mut partial = [0.0; LANES];

@@ -7,7 +7,7 @@ use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::life::Preload;
+use crate::life::Rule;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
 use crate::output::Record;
@@ -23,8 +23,8 @@ pub(super) struct Memory {
     /// The last instant before the block, of each equivalent load.
     ends: Vec<Ends>,
     lost: Vec<bool>,
-    /// Preload of each equivalent load.
-    preloads: Vec<Preload>,
+    /// Rule of each equivalent load.
+    rules: Vec<Rule<f64>>,
 }
 
 impl Memory {
@@ -35,7 +35,7 @@ impl Memory {
             statistics: Vec::new(),
             ends: Vec::new(),
             lost: Vec::new(),
-            preloads: Vec::new(),
+            rules: Vec::new(),
         }
     }
 
@@ -47,8 +47,8 @@ impl Memory {
         self.ends.resize(requirements.equivalents.len(), Ends::default());
         self.lost.clear();
         self.lost.resize(requirements.contacts.len(), false);
-        self.preloads.clear();
-        self.preloads.extend(requirements.equivalents.iter().map(|one| one.preload(sample, groups)));
+        self.rules.clear();
+        self.rules.extend(requirements.equivalents.iter().map(|one| one.rule_of(sample, groups)));
     }
 
     /// Writes one number per measure to `out`; excitation: of the whole motion.
@@ -61,7 +61,7 @@ impl Memory {
         let mut statistics = self.statistics.clone();
         for (wanted, found) in requirements.signals.iter().zip(&mut statistics) {
             if let Signal::Equivalent(index) = wanted.signal {
-                *found = found.raised(self.preloads[index]);
+                *found = found.raised(&self.rules[index]);
             }
         }
         requirements.write_measures(excitation, &statistics, &self.lost, out)
@@ -154,7 +154,7 @@ impl Kernel for FlushKernel<'_, '_> {
     fn run(self) {
         let Reduce { window, excitation, memory, samples, filled, only_extremes, safe, .. } = self.0;
         let Window { requirements, first: offset, .. } = *window;
-        let Memory { rows, block, statistics, ends, lost, preloads } = &mut **memory;
+        let Memory { rows, block, statistics, ends, lost, rules } = &mut **memory;
         // Where more than extremes are wanted, no sample is left out.
         let (before, filled) = (samples[0], *filled);
         // The last instant is repeated past the end; these copies do not count.
@@ -188,7 +188,7 @@ impl Kernel for FlushKernel<'_, '_> {
                         let equivalent = &requirements.equivalents[index];
                         statistics.add(power_integral(
                             equivalent,
-                            preloads[index],
+                            &rules[index],
                             travel,
                             &rows.values,
                             before,

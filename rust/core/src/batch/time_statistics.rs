@@ -1,6 +1,6 @@
 //! Running statistics of one signal of one sample.
 
-use crate::life::Preload;
+use crate::life::Rule;
 
 /// Running statistics of a signal.
 #[derive(Debug, Clone, Copy)]
@@ -30,8 +30,8 @@ impl RunningStatistics {
     };
 
     /// The statistics of a load that a preload raises: the larger the load without it, the larger the one with it.
-    pub(super) fn raised(self, preload: Preload) -> Self {
-        let [smallest, largest] = [self.smallest, self.largest].map(|load| preload.raised(load));
+    pub(super) fn raised(self, rule: &Rule<f64>) -> Self {
+        let [smallest, largest] = [self.smallest, self.largest].map(|load| rule.raised(load));
         Self { smallest, largest, ..self }
     }
 

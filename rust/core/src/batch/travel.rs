@@ -8,6 +8,8 @@ use crate::life::Interval;
 use crate::numeric::float::{floor, pow};
 use crate::numeric::power::Power;
 use crate::numeric::watch::check_memory;
+use core::cell::Cell;
+use guideload_life::Travel as Course;
 
 /// The weights fill blocks of samples of any size up to this one.
 const PADDING: usize = 64;
@@ -74,7 +76,7 @@ pub(super) struct Travel {
     /// Weights of `(a + b)^(p - k) (b - a)^k`, for each k those of the intervals that end at the samples; zero for the first sample, and
     /// after the last one, so that blocks are full.
     pub weights: Vec<Vec<f64>>,
-    /// [`Interval::one_way`] of the intervals that end at the samples.
+    /// [`one_way`] of the intervals that end at the samples.
     pub one_way: Vec<Option<[f64; 3]>>,
     /// Coefficients of the series on a piece of an interval, see [`series_on_piece`].
     pub on_piece: Vec<[f64; 3]>,
@@ -100,15 +102,16 @@ impl Travel {
                 acceleration: [at(k - 1), at(k)],
             })
             .collect();
-        let mut factor = pow(0.5, exponent);
-        for (term, weights) in weights.iter_mut().enumerate() {
-            for (weight, interval) in weights[1..].iter_mut().zip(&intervals) {
-                *weight = factor * interval.moment(term as u32);
+        let half = pow(0.5, exponent);
+        for (sample, moments) in (1..).zip(intervals.iter().map(|interval| moments(interval, terms))) {
+            let mut factor = half;
+            for (term, (weights, moment)) in weights.iter_mut().zip(moments).enumerate() {
+                weights[sample] = factor * moment;
+                factor *= (exponent - term as f64) / (term + 1) as f64;
             }
-            factor *= (exponent - term as f64) / (term + 1) as f64;
         }
         let path = intervals.iter().map(Interval::path).sum();
-        let one_way = core::iter::once(None).chain(intervals.iter().map(Interval::one_way)).collect();
+        let one_way = core::iter::once(None).chain(intervals.iter().map(one_way)).collect();
         let (power, on_piece) = (Power::new(exponent), series_on_piece(exponent, whole));
         (path > 0.0).then_some(Self { intervals, weights, one_way, on_piece, whole, power, exponent, path })
     }
@@ -136,6 +139,39 @@ impl Travel {
     pub(super) fn largest_ratio(&self) -> f64 {
         if self.whole { f64::INFINITY } else { LARGEST_RATIO }
     }
+}
+
+/// `∫ |v| x^k dt` over an interval with x from -1 to 1, m, for the first k, `terms` of them.
+fn moments(interval: &Interval, terms: usize) -> [f64; MOST_TERMS] {
+    let (course, sums) = (Course::new(interval), Cell::new([0.0; MOST_TERMS]));
+    let [first, bow, last] = course.whole.speed;
+    // Coefficients of 1, x and x² of v.
+    let speed = [0.25 * (first + 2.0 * bow + last), 0.5 * (last - first), 0.25 * (first - 2.0 * bow + last)];
+    course.by_turns(&course.whole, [0.0; 2], |piece, _| {
+        let ([start, middle, end], mut all) = (piece.speed, sums.get());
+        let side = f64::copysign(0.5 * interval.length, start + middle + end);
+        for (x, side) in [(2.0 * piece.to - 1.0, side), (2.0 * piece.from - 1.0, -side)] {
+            let mut power = side * x;
+            for (k, sum) in all.iter_mut().enumerate().take(terms) {
+                let terms = [1, 2, 3].map(|more| 1.0 / (k + more) as f64);
+                let [even, odd, square] = [speed[0] * terms[0], speed[1] * terms[1], speed[2] * terms[2]];
+                *sum += power * (even + x * (odd + x * square));
+                power *= x;
+            }
+        }
+        sums.set(all);
+        0.0
+    });
+    sums.get()
+}
+
+/// Coefficients of `|v| length = c0 + s (c1 + c2 (s - 1))` at a fraction s of the length, m; none if v changes its sign.
+fn one_way(interval: &Interval) -> Option<[f64; 3]> {
+    let course = Course::new(interval);
+    let [start, middle, end] = course.whole.speed;
+    let length = f64::copysign(interval.length, start + middle + end);
+    let coefficients = [start, end - start, start - 2.0 * middle + end];
+    (course.turns[0] == 1.0).then(|| coefficients.map(|coefficient| length * coefficient))
 }
 
 /// Coefficients with which the mean of `P^p v` over a piece is a series: with P linear, m in its middle and `m (1 + r)` at its end, and

@@ -1,12 +1,10 @@
 //! The equivalent load of a carriage: one number for its force and moment, by the rule of a maker.
 
-use super::rows::{loaded_row, opening};
-use crate::numeric::float::pow;
+use guideload_life::{COMPONENTS, Integrals, Interval, Rule};
 
-/// Number of components that a rule counts: Fy, Fz, Mx, My, Mz, entries 1 to 5 of a load.
-pub(crate) const COMPONENTS: usize = 5;
+use super::power::LoadPower;
 
-/// A preload that raises small loads, by its force in N.
+/// A preload that raises small loads, by its force F in N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Preload {
     /// No effect.
@@ -15,14 +13,11 @@ pub enum Preload {
     Power(f64),
     /// `F + 2/3 P` below 3 F (Thomson).
     Linear(f64),
-    /// The load of the loaded one of two rows that are preloaded against each other, as by [`crate::Law::preloaded`]: `F (1 + e)^n`, where
-    /// `P = F ((1 + e)^n - (1 - e)^n)`, below the load `2^n F` at which the other row opens.
-    Rows {
-        /// F.
-        force: f64,
-        /// n, above 1: 3/2 for balls, 10/9 for rollers.
-        exponent: f64,
-    },
+    /// The load of the loaded one of two rows of balls that are preloaded against each other, as by [`crate::Law::preloaded`]:
+    /// `F (1 + e)^1.5`, where `P = F ((1 + e)^1.5 - (1 - e)^1.5)`, below the load `2^1.5 F` at which the other row opens.
+    Balls(f64),
+    /// The same of rollers, with the exponent 10/9.
+    Rollers(f64),
 }
 
 impl Preload {
@@ -32,29 +27,8 @@ impl Preload {
             Self::None => 0.0,
             Self::Power(force) => 2.8 * force,
             Self::Linear(force) => 3.0 * force,
-            Self::Rows { force, exponent } => force * opening(exponent),
-        }
-    }
-
-    /// The effect of a preload that is larger by a factor.
-    pub(crate) fn scaled(self, factor: f64) -> Self {
-        match self {
-            Self::None => Self::None,
-            Self::Power(force) => Self::Power(factor * force),
-            Self::Linear(force) => Self::Linear(factor * force),
-            Self::Rows { force, exponent } => Self::Rows { force: factor * force, exponent },
-        }
-    }
-
-    /// P with the effect of the preload, from P without it, N.
-    pub fn raised(self, load: f64) -> f64 {
-        match self {
-            Self::Power(force) if load < self.opening() => force * pow(load / self.opening() + 1.0, 1.5),
-            Self::Linear(force) if load < self.opening() => force + 2.0 / 3.0 * load,
-            Self::Rows { force, exponent } if load < self.opening() => {
-                force * loaded_row(load / force, exponent)[0]
-            }
-            _ => load,
+            Self::Balls(force) => 2.0 * core::f64::consts::SQRT_2 * force,
+            Self::Rollers(force) => 2.160_119_477_784_612_5 * force,
         }
     }
 }
@@ -85,30 +59,51 @@ impl EquivalentLoad {
         self.weights.iter().any(|group| group[component] != [0.0; 2])
     }
 
-    /// The groups A and B of the components of a load, N.
-    pub(crate) fn groups(&self, load: &[f64; COMPONENTS]) -> [f64; 2] {
-        self.weights.map(|weights| {
-            let mut sum = 0.0;
-            for (value, [above, below]) in load.iter().zip(weights) {
-                sum += if *value >= 0.0 { above } else { -below } * value;
+    /// The rule as loads are judged by it.
+    pub fn rule(&self) -> Rule<f64> {
+        let (preload, preload_form) = match self.preload {
+            Preload::None => (0.0, 0),
+            Preload::Power(force) => (force, 0),
+            Preload::Linear(force) => (force, 1),
+            Preload::Balls(force) => (force, 2),
+            Preload::Rollers(force) => (force, 3),
+        };
+        let (plain, mut weights) = (self.minor == 1.0, self.weights);
+        if plain {
+            let [first, second] = &mut weights;
+            for (to, from) in first.as_flattened_mut().iter_mut().zip(second.as_flattened_mut()) {
+                *to += core::mem::take(from);
             }
-            sum
-        })
-    }
-
-    /// P of the groups, without the effect of the preload, N.
-    pub(crate) fn combined(&self, [first, second]: [f64; 2]) -> f64 {
-        let (larger, smaller) = if first >= second { (first, second) } else { (second, first) };
-        larger + self.minor * smaller
+        }
+        Rule {
+            weights: weights.map(|group| {
+                [
+                    group.map(|[above, below]| 0.5 * (above + below)),
+                    group.map(|[above, below]| 0.5 * (above - below)),
+                ]
+            }),
+            minor: self.minor,
+            preload,
+            opening: self.preload.opening(),
+            counted: (0..COMPONENTS).filter(|&k| self.counts(k)).map(|component| 1 << component).sum(),
+            plain: plain.into(),
+            preload_form,
+        }
     }
 
     /// P of the components of a load, without the effect of the preload, N.
     pub fn without_preload(&self, load: &[f64; COMPONENTS]) -> f64 {
-        self.combined(self.groups(load))
+        let rule = self.rule();
+        rule.combined(rule.weigh(load).groups)
     }
 
     /// P of the components of a load, N.
     pub fn of(&self, load: &[f64; COMPONENTS]) -> f64 {
-        self.preload.raised(self.without_preload(load))
+        self.rule().raised(self.without_preload(load))
+    }
+
+    /// The integrals over an interval, for the components Fy, Fz, Mx, My, Mz of the load at both ends, N and N m, linear between them.
+    pub fn integrals(&self, exponent: f64, travel: &Interval, loads: [&[f64; COMPONENTS]; 2]) -> Integrals {
+        self.rule().integrals(&LoadPower(exponent), travel, loads)
     }
 }

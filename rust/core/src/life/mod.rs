@@ -1,13 +1,13 @@
-//! What the rating life needs of the loads: the equivalent load of a carriage, and integrals of its power over the travel.
+//! What the rating life needs of the loads: the equivalent load of a carriage, and integrals of its power over the travel, by the code of
+//! `guideload_life`.
 
 mod equivalent_load;
-mod power_of_linear;
-mod rows;
-mod travel;
+mod power;
 #[cfg(feature = "std")]
 mod weights;
 
-#[cfg(feature = "std")]
-pub(crate) use equivalent_load::COMPONENTS;
 pub use equivalent_load::{EquivalentLoad, Preload};
-pub use travel::{Integrals, Interval};
+#[cfg(feature = "std")]
+pub(crate) use guideload_life::COMPONENTS;
+pub use guideload_life::{Integrals, Interval, Rule};
+pub use power::LoadPower;

@@ -255,7 +255,7 @@ pub fn rules() -> [EquivalentLoad; 6] {
     (weights[0][2], weights[1][3], weights[0][4]) = ([4.0; 2], [7.0; 2], [5.0; 2]);
     let two = EquivalentLoad { weights, minor: 0.6, preload: Preload::None };
     let [power, linear] = [Preload::Power(900.0), Preload::Linear(900.0)];
-    let [balls, rollers] = [1.5, 10.0 / 9.0].map(|exponent| Preload::Rows { force: 900.0, exponent });
+    let [balls, rollers] = [Preload::Balls(900.0), Preload::Rollers(900.0)];
     [
         EquivalentLoad::SUM_OF_FORCES,
         two,

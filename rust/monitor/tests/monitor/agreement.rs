@@ -56,8 +56,8 @@ fn largest_deviation<T: Real>(rule: EquivalentLoad, exponent: Exponent) -> (f64,
 
 /// The effects of a preload of 900 N, for balls or rollers.
 fn preloads(exponent: Exponent) -> [Preload; 3] {
-    let rows = if exponent == Exponent::Ball { 1.5 } else { 10.0 / 9.0 };
-    [Preload::Power(900.0), Preload::Linear(900.0), Preload::Rows { force: 900.0, exponent: rows }]
+    let rows = if exponent == Exponent::Ball { Preload::Balls(900.0) } else { Preload::Rollers(900.0) };
+    [Preload::Power(900.0), Preload::Linear(900.0), rows]
 }
 
 #[test]

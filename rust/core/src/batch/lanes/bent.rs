@@ -55,7 +55,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let simd = self.simd;
         let zero = Real::splat(simd, 0.0);
         let mut speeds = [[0.0; LANES]; 3];
-        let mut one_by_one = [self.equivalent.is_preloaded(); LANES];
+        let mut one_by_one = [self.equivalent.rule.opening > 0.0; LANES];
         for (place, bent) in some.iter().enumerate() {
             let speed = self.travel.one_way.get(start + bent.sample).copied().flatten();
             one_by_one[place] |= speed.is_none();
@@ -75,12 +75,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         for (place, &Bent { sample, lane }) in some.iter().enumerate() {
             sums[lane] += if one_by_one[place] || more.lane(place) > 0.0 {
                 let end = |end: usize| self.equivalent.components(|row| self.ends(row, sample, lane)[end]);
-                self.equivalent.power(
-                    self.equivalent.rule.preload,
-                    self.travel,
-                    start + sample,
-                    [&end(0), &end(1)],
-                )
+                self.equivalent.power(&self.equivalent.rule, self.travel, start + sample, [&end(0), &end(1)])
             } else {
                 sum.lane(place)
             };
@@ -146,7 +141,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         ([before, Piece { at: [cut, one], loads: [middle, last] }], more)
     }
 
-    /// The integral over a piece, by the speed of [`crate::life::Interval::one_way`], and the lanes in which the load changes too much
+    /// The integral over a piece, by the speed of [`Travel::one_way`](crate::batch::travel::Travel), and the lanes in which the load changes too much
     /// for the series.
     #[inline(always)]
     fn linear(

@@ -64,7 +64,10 @@ impl<S: Simd> PowerIntegral<'_, S> {
         if !self.travel.moves(start, BLOCK) {
             return zero;
         }
-        let (sum, bends) = match (&self.equivalent.groups[..], self.equivalent.rule.minor == 1.0) {
+        let (sum, bends) = match (
+            &self.equivalent.groups[..],
+            self.equivalent.rule.minor == 1.0 && self.equivalent.rule.opening == 0.0,
+        ) {
             ([terms], true) => match terms[..] {
                 [(y, y_size, 0.0), (z, z_size, 0.0)] => self.sum_of_two(start, [(y, y_size), (z, z_size)]),
                 _ => self.sum(start),
@@ -118,7 +121,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
     #[inline(always)]
     fn interval(&self, k: usize) -> ([Real<S>; 2], Real<S>) {
         let zero = Real::splat(self.simd, 0.0);
-        let mut crossing = if self.equivalent.is_preloaded() { zero.constant(-1.0) } else { zero };
+        let mut crossing = zero;
         let mut groups = [[zero; 2]; 2];
         for (group, terms) in self.equivalent.groups.iter().enumerate().take(2) {
             for &(row, size, sign) in terms {
@@ -132,7 +135,11 @@ impl<S: Simd> PowerIntegral<'_, S> {
         if self.equivalent.rule.minor != 1.0 {
             crossing = crossing.min((groups[0][0] - groups[0][1]) * (groups[1][0] - groups[1][1]));
         }
-        ([combined(self.equivalent, groups[0]), combined(self.equivalent, groups[1])], crossing)
+        let ends = [combined(self.equivalent, groups[0]), combined(self.equivalent, groups[1])];
+        if self.equivalent.rule.opening > 0.0 {
+            crossing = crossing.min(ends[0].min(ends[1]) - zero.constant(self.equivalent.rule.opening));
+        }
+        (ends, crossing)
     }
 
     /// Weights of the block.

@@ -55,11 +55,9 @@ pub(super) fn statistics(
             rest: number(2),
             start: root(number(5)) + 0.0,
         };
-        let preload = |index: usize| requirements.equivalents[index].rule.preload;
-        out.push(if let Signal::Equivalent(index) = wanted.signal {
-            found.raised(preload(index))
-        } else {
-            found
+        out.push(match wanted.signal {
+            Signal::Equivalent(index) => found.raised(&requirements.equivalents[index].rule),
+            _ => found,
         });
     }
     finite

@@ -3,15 +3,51 @@
 use crate::real::Real;
 use crate::rule::{COMPONENTS, Exponent, Rule, Weighed};
 
-/// Motion at both ends of an interval.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Interval<T> {
+/// The travel between two instants: the acceleration is linear in time, so the velocity is quadratic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval<T = f64> {
     /// s.
     pub length: T,
     /// Velocity at both ends, m/s.
     pub velocity: [T; 2],
-    /// Acceleration at both ends, m/s²; linear in between.
+    /// Acceleration at both ends, m/s².
     pub acceleration: [T; 2],
+}
+
+impl<T: Real> Interval<T> {
+    /// `∫ |v| dt`, m.
+    pub fn path(&self) -> T {
+        Travel::new(self).path
+    }
+}
+
+/// Integrals over the distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Integrals<T = f64> {
+    /// `∫ P^p |v| dt`, N^p m.
+    pub power: T,
+    /// `∫ |v| dt`, m.
+    pub path: T,
+}
+
+/// Powers `P^p` of loads, integrated over a piece of an interval on which P without preload is linear and the velocity does not turn.
+pub trait Power<T: Real> {
+    /// `∫ P^p v` over the piece, over the length of the interval, from the loads at both ends.
+    fn linear(&self, piece: &Piece<T>, ends: [T; 2]) -> T;
+    /// The same where the preload of a rule raises P.
+    fn raised(&self, rule: &Rule<T>, piece: &Piece<T>, ends: [T; 2]) -> T;
+}
+
+impl<T: Real> Power<T> for Exponent {
+    #[inline(always)]
+    fn linear(&self, piece: &Piece<T>, ends: [T; 2]) -> T {
+        if *self == Self::Ball { piece.cubic(ends) } else { piece.by_nodes(ends, |load| self.power(load)) }
+    }
+
+    #[inline(never)]
+    fn raised(&self, rule: &Rule<T>, piece: &Piece<T>, ends: [T; 2]) -> T {
+        piece.by_nodes(ends, |load| self.power(rule.raised(load)))
+    }
 }
 
 /// Nodes from 0 to 1 and weights of Gauss's rule that is exact to degree 9: for powers that are no polynomials.
@@ -25,12 +61,13 @@ const NODES: [[f64; 2]; 5] = [
 
 /// A piece of an interval.
 #[derive(Debug, Clone, Copy)]
-struct Piece<T> {
+pub struct Piece<T> {
     /// Fractions of the interval.
-    from: T,
-    to: T,
+    pub from: T,
+    /// Where it ends.
+    pub to: T,
     /// Velocity: coefficients of `(1 - x)²`, `2 x (1 - x)` and `x²`, x from 0 to 1 (Bernstein's form, which is cut without loss of digits).
-    speed: [T; 3],
+    pub speed: [T; 3],
     /// `∫ P³ v` over the piece, P linear from a to b: weights of a³, a² b, a b² and b³.
     weights: [T; 4],
 }
@@ -64,6 +101,13 @@ impl<T: Real> Piece<T> {
         (fraction - self.from) / (self.to - self.from)
     }
 
+    /// `∫ P³ v`, P linear.
+    #[inline(always)]
+    pub fn cubic(&self, [a, b]: [T; 2]) -> T {
+        let [of_a, of_ab, of_ba, of_b] = self.weights;
+        a * a * (of_a * a + of_ab * b) + b * b * (of_ba * a + of_b * b)
+    }
+
     /// Integral of `power(P) v`, P linear.
     fn by_nodes(&self, [first, last]: [T; 2], power: impl Fn(T) -> T) -> T {
         let mut sum = T::ZERO;
@@ -79,18 +123,20 @@ impl<T: Real> Piece<T> {
 
 /// An interval with the turns of the velocity.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Travel<T> {
+pub struct Travel<T> {
     length: T,
-    whole: Piece<T>,
+    /// The interval as a piece.
+    pub whole: Piece<T>,
     /// Ascending fractions at which the velocity turns, 1 in free places.
-    turns: [T; 2],
+    pub turns: [T; 2],
     /// `∫ |v| dt`, m.
     pub path: T,
 }
 
 impl<T: Real> Travel<T> {
+    /// The travel over an interval.
     #[inline(always)]
-    pub(crate) fn new(interval: &Interval<T>) -> Self {
+    pub fn new(interval: &Interval<T>) -> Self {
         let ([start, end], [first, last]) = (interval.velocity, interval.acceleration);
         let half = T::from_f64(0.5);
         let bend = half * interval.length * (last - first);
@@ -127,19 +173,19 @@ impl<T: Real> Travel<T> {
 
     /// `∫ P^p |v| dt` of one carriage, N^p m, from its loads at both ends and what the rule makes of them.
     #[inline(always)]
-    pub(crate) fn power(
+    pub fn power(
         &self,
         rule: &Rule<T>,
-        exponent: Exponent,
+        power: &impl Power<T>,
         loads: [&[T; COMPONENTS]; 2],
         [before, after]: [&Weighed<T>; 2],
     ) -> T {
         let changed = (before.signs ^ after.signs) & rule.counted;
         let groups = [before.groups, after.groups];
         let sum = if changed == 0 {
-            self.groups_linear(rule, exponent, &self.whole, groups)
+            self.groups_linear(rule, power, &self.whole, groups)
         } else {
-            self.across_zeros(rule, exponent, loads, groups, changed)
+            self.across_zeros(rule, power, loads, groups, changed)
         };
         sum * self.length
     }
@@ -149,7 +195,7 @@ impl<T: Real> Travel<T> {
     fn across_zeros(
         &self,
         rule: &Rule<T>,
-        exponent: Exponent,
+        power: &impl Power<T>,
         loads: [&[T; COMPONENTS]; 2],
         [start, end]: [[T; 2]; 2],
         changed: u32,
@@ -176,12 +222,12 @@ impl<T: Real> Travel<T> {
             let length = to - rest.from;
             let there = [groups[0] + slope[0] * length, groups[1] + slope[1] * length];
             let [piece, after] = rest.cut(rest.share(to));
-            sum += self.groups_linear(rule, exponent, &piece, [groups, there]);
+            sum += self.groups_linear(rule, power, &piece, [groups, there]);
             let ([fall, rise], [first, second]) = ends_and_weights(rule, loads, component);
             slope = [slope[0] + first * (fall + rise), slope[1] + second * (fall + rise)];
             (rest, groups, left) = (after, there, left & !(1 << component));
         }
-        sum + self.groups_linear(rule, exponent, &rest, [groups, end])
+        sum + self.groups_linear(rule, power, &rest, [groups, end])
     }
 
     /// Over a piece on which both groups are linear.
@@ -189,14 +235,14 @@ impl<T: Real> Travel<T> {
     fn groups_linear(
         &self,
         rule: &Rule<T>,
-        exponent: Exponent,
+        power: &impl Power<T>,
         piece: &Piece<T>,
         [first, last]: [[T; 2]; 2],
     ) -> T {
         if rule.plain != 0 || (first[0] - first[1]) * (last[0] - last[1]) >= T::ZERO {
-            self.load_linear(rule, exponent, piece, [rule.combined(first), rule.combined(last)])
+            self.load_linear(rule, power, piece, [rule.combined(first), rule.combined(last)])
         } else {
-            self.across_equal_groups(rule, exponent, piece, [first, last])
+            self.across_equal_groups(rule, power, piece, [first, last])
         }
     }
 
@@ -205,7 +251,7 @@ impl<T: Real> Travel<T> {
     fn across_equal_groups(
         &self,
         rule: &Rule<T>,
-        exponent: Exponent,
+        power: &impl Power<T>,
         piece: &Piece<T>,
         [first, last]: [[T; 2]; 2],
     ) -> T {
@@ -213,17 +259,23 @@ impl<T: Real> Travel<T> {
         let share = before / (before - after);
         let even = first[0] + share * (last[0] - first[0]);
         let ([left, right], middle) = (piece.cut(share), rule.combined([even, even]));
-        self.load_linear(rule, exponent, &left, [rule.combined(first), middle])
-            + self.load_linear(rule, exponent, &right, [middle, rule.combined(last)])
+        self.load_linear(rule, power, &left, [rule.combined(first), middle])
+            + self.load_linear(rule, power, &right, [middle, rule.combined(last)])
     }
 
     /// Over a piece on which P without preload is linear.
     #[inline(always)]
-    fn load_linear(&self, rule: &Rule<T>, exponent: Exponent, piece: &Piece<T>, [first, last]: [T; 2]) -> T {
+    fn load_linear(
+        &self,
+        rule: &Rule<T>,
+        power: &impl Power<T>,
+        piece: &Piece<T>,
+        [first, last]: [T; 2],
+    ) -> T {
         if (first - rule.opening) * (last - rule.opening) >= T::ZERO {
-            self.one_branch(rule, exponent, piece, [first, last])
+            self.one_branch(rule, power, piece, [first, last])
         } else {
-            self.across_opening(rule, exponent, piece, [first, last])
+            self.across_opening(rule, power, piece, [first, last])
         }
     }
 
@@ -232,39 +284,27 @@ impl<T: Real> Travel<T> {
     fn across_opening(
         &self,
         rule: &Rule<T>,
-        exponent: Exponent,
+        power: &impl Power<T>,
         piece: &Piece<T>,
         [first, last]: [T; 2],
     ) -> T {
         let [left, right] = piece.cut((first - rule.opening) / (first - last));
-        self.one_branch(rule, exponent, &left, [first, rule.opening])
-            + self.one_branch(rule, exponent, &right, [rule.opening, last])
+        self.one_branch(rule, power, &left, [first, rule.opening])
+            + self.one_branch(rule, power, &right, [rule.opening, last])
     }
 
     /// Over a piece on which the preload acts everywhere or nowhere.
     #[inline(always)]
-    fn one_branch(&self, rule: &Rule<T>, exponent: Exponent, piece: &Piece<T>, ends: [T; 2]) -> T {
-        if exponent != Exponent::Ball || rule.opening > T::ZERO {
-            return self.of_power(rule, exponent, piece, ends);
-        }
-        self.by_turns(piece, ends, |piece, [a, b]| {
-            let [of_a, of_ab, of_ba, of_b] = piece.weights;
-            a * a * (of_a * a + of_ab * b) + b * b * (of_ba * a + of_b * b)
-        })
-    }
-
-    /// The same for powers that are no polynomials.
-    #[inline(never)]
-    fn of_power(&self, rule: &Rule<T>, exponent: Exponent, piece: &Piece<T>, ends: [T; 2]) -> T {
+    fn one_branch(&self, rule: &Rule<T>, power: &impl Power<T>, piece: &Piece<T>, ends: [T; 2]) -> T {
         let raise = ends[0] + ends[1] < rule.opening + rule.opening;
         self.by_turns(piece, ends, |piece, ends| {
-            piece.by_nodes(ends, |load| exponent.power(if raise { rule.raised(load) } else { load }))
+            if raise { power.raised(rule, piece, ends) } else { power.linear(piece, ends) }
         })
     }
 
     /// Over a piece on which the load is linear: the sum of the magnitudes of `integral` over the parts between the turns of the velocity.
     #[inline(always)]
-    fn by_turns(&self, piece: &Piece<T>, ends: [T; 2], integral: impl Fn(&Piece<T>, [T; 2]) -> T) -> T {
+    pub fn by_turns(&self, piece: &Piece<T>, ends: [T; 2], integral: impl Fn(&Piece<T>, [T; 2]) -> T) -> T {
         let [first, second] = self.turns;
         if first < T::ONE
             && ((first > piece.from && first < piece.to) || (second > piece.from && second < piece.to))

@@ -1,4 +1,4 @@
-//! The two kinds of numbers that a monitor computes with: f32 and f64.
+//! The two kinds of numbers: f32 and f64.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -133,6 +133,9 @@ impl Real for f64 {
         if self < Self::MIN_POSITIVE {
             return 0.0;
         }
+        #[cfg(feature = "std")]
+        return Self::sqrt(self);
+        #[cfg(not(feature = "std"))]
         newton_sqrt(self, Self::from_bits((self.to_bits() >> 1) + 0x1FF7_8000_0000_0000), 4)
     }
     fn cbrt(self) -> Self {

@@ -1,0 +1,148 @@
+//! Integrals of `P^p v` for any exponent p, to rounding: over a piece on which the load is linear and the speed quadratic, in closed form; where
+//! a preload raises the load, by nodes.
+
+use guideload_life::{Piece, Power, Rule};
+
+use crate::numeric::float::{floor, pow};
+
+/// Largest relative change of L from the middle of a piece to its end for the series; beyond, the closed form has all its digits.
+const SERIES: f64 = 1.0 / 3.0;
+
+/// Terms of the series below this fraction of the first are rounding.
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// Nodes and weights of the Gauss-Legendre rules of three and of six points on -1 to 1, exact up to degrees 5 and 11.
+const THREE_NODES: [[f64; 2]; 3] = [
+    [-0.774_596_669_241_483_4, 0.555_555_555_555_555_6],
+    [0.0, 0.888_888_888_888_888_8],
+    [0.774_596_669_241_483_4, 0.555_555_555_555_555_6],
+];
+pub(super) const SIX_NODES: [[f64; 2]; 6] = [
+    [-0.932_469_514_203_152, 0.171_324_492_379_170_35],
+    [-0.661_209_386_466_264_5, 0.360_761_573_048_138_6],
+    [-0.238_619_186_083_196_9, 0.467_913_934_572_691_05],
+    [0.238_619_186_083_196_9, 0.467_913_934_572_691_05],
+    [0.661_209_386_466_264_5, 0.360_761_573_048_138_6],
+    [0.932_469_514_203_152, 0.171_324_492_379_170_35],
+];
+
+/// Largest change of the load on a part over its distance from the opening for which three nodes leave less than 1e-11.
+const NEARLY_CONSTANT: f64 = 0.015;
+
+/// At the opening the row load has no second derivative, so parts halve their distance from it, down to this share of the opening; below,
+/// what is not smooth is less than rounding.
+const LAST_GAP: f64 = 1e-4;
+
+/// Powers `P^p` by their exponent p, at least 1.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadPower(pub f64);
+
+impl Power<f64> for LoadPower {
+    #[inline(always)]
+    fn linear(&self, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
+        if self.0 == 3.0 {
+            return piece.cubic(ends);
+        }
+        let ([first, middle, last], [load, end]) = (piece.speed, ends.map(|load| f64::max(load, 0.0)));
+        // Coefficients of 1, x and x², x from -1 to 1.
+        let speed = [
+            0.25 * (first + 2.0 * middle + last),
+            0.5 * (last - first),
+            0.25 * (first - 2.0 * middle + last),
+        ];
+        (piece.to - piece.from) * mean_of_product(load, end, speed, self.0)
+    }
+
+    #[inline(never)]
+    fn raised(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
+        let [start, middle, end] = piece.speed;
+        let mut sum = 0.0;
+        for_each_part(ends.map(|load| load / rule.opening), |[from, to], [first, last]| {
+            let nearly = f64::abs(last - first) < NEARLY_CONSTANT * (1.0 - f64::max(first, last));
+            let nodes: &[[f64; 2]] = if nearly { &THREE_NODES } else { &SIX_NODES };
+            for [x, weight] in nodes {
+                let [before, after] = [0.5 * (1.0 - x), 0.5 * (1.0 + x)];
+                let (s, load) = (before * from + after * to, rule.opening * (before * first + after * last));
+                let speed = (1.0 - s) * ((1.0 - s) * start + 2.0 * s * middle) + s * s * end;
+                sum += 0.5 * f64::abs(to - from) * weight * speed * power(rule.raised(load), self.0);
+            }
+        });
+        (piece.to - piece.from) * sum
+    }
+}
+
+/// Calls `part` for the parts of a piece on which the load, in units of the opening, is linear from one end to the other and below 1: with the
+/// shares of the piece at their ends, and the loads there. No part is longer than its distance from the opening, so that integrals by
+/// nodes converge.
+pub(super) fn for_each_part([first, last]: [f64; 2], mut part: impl FnMut([f64; 2], [f64; 2])) {
+    let ([mut at, end], [mut load, nearest]) =
+        if first <= last { ([0.0, 1.0], [first, last]) } else { ([1.0, 0.0], [last, first]) };
+    while 1.0 - load > LAST_GAP && nearest - load > 0.5 * (1.0 - load) {
+        let next = 0.5 * (1.0 + load);
+        let there = at + (next - load) / (nearest - load) * (end - at);
+        part([at, there], [load, next]);
+        (at, load) = (there, next);
+    }
+    part([at, end], [load, nearest]);
+}
+
+/// Mean of `L^p v`; L >= 0 from `first` to `last`, `v = c0 + c1 x + c2 x²` with x from -1 to 1.
+fn mean_of_product(first: f64, last: f64, speed: [f64; 3], exponent: f64) -> f64 {
+    let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
+    if middle <= 0.0 {
+        return 0.0;
+    }
+    let ratio = half / middle;
+    if ratio.abs() > SERIES && exponent != floor(exponent) {
+        return closed_form(first, last, speed, exponent);
+    }
+    // L^p = middle^p (1 + ratio x)^p, a binomial series; it ends by itself for a whole p.
+    let [even, odd, bend] = speed;
+    let (mut sum, mut coefficient, mut k) = (0.0, 1.0, 0);
+    while f64::abs(coefficient) > NEGLIGIBLE {
+        let moment = if k % 2 == 0 { even * over(k + 1) + bend * over(k + 3) } else { odd * over(k + 2) };
+        sum += coefficient * moment;
+        coefficient *= (exponent - k as f64) * over(k + 1) * ratio;
+        k += 1;
+    }
+    power(middle, exponent) * sum
+}
+
+/// 1/k.
+fn over(k: usize) -> f64 {
+    const RECIPROCALS: [f64; 48] = {
+        let mut table = [f64::INFINITY; 48];
+        let mut k = 1;
+        while k < 48 {
+            table[k] = 1.0 / k as f64;
+            k += 1;
+        }
+        table
+    };
+    RECIPROCALS.get(k).copied().unwrap_or(1.0 / k as f64)
+}
+
+/// `x^p`, by products for the usual whole exponents.
+fn power(x: f64, exponent: f64) -> f64 {
+    match exponent {
+        3.0 => x * x * x,
+        _ => pow(x, exponent),
+    }
+}
+
+/// [`mean_of_product`] from the antiderivatives of `u^p`, `u^(p + 1)` and `u^(p + 2)`, with L = large u and u from small/large to 1.
+fn closed_form(first: f64, last: f64, [even, odd, bend]: [f64; 3], exponent: f64) -> f64 {
+    // From the small end to the large one, s from 0 to 1, x = 2 s - 1.
+    let (small, large, odd) = if first <= last { (first, last, odd) } else { (last, first, -odd) };
+    let start = small / large;
+    let width = 1.0 - start;
+    let mut power = pow(start, exponent);
+    let raised = [1.0, 2.0, 3.0].map(|k| {
+        power *= start;
+        (1.0 - power) / (exponent + k)
+    });
+    let of_s = (raised[1] - start * raised[0]) / width;
+    let of_square = (raised[2] - start * (2.0 * raised[1] - start * raised[0])) / (width * width);
+    let sum = (even - odd + bend) * raised[0] + 2.0 * (odd - 2.0 * bend) * of_s + 4.0 * bend * of_square;
+    pow(large, exponent) * sum / width
+}

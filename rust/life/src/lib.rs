@@ -1,0 +1,21 @@
+//! The equivalent load of a carriage by the rule of a maker, and the integral of its power over the travel, for f32 and f64: the simulation
+//! and the load monitor of a controller count life by the same code.
+//!
+//! - `real`: f32 and f64.
+//! - `rule`: what a [`Rule`] makes of a load.
+//! - `travel`: `∫ P^p |v| dt` over an interval on which loads are linear and the speed is quadratic, cut into pieces on which P is smooth.
+//!
+//! No function calls itself, allocates or panics, and the number of operations is bounded.
+#![no_std]
+#![deny(unsafe_code)]
+
+#[cfg(feature = "std")]
+extern crate std;
+
+mod real;
+mod rule;
+mod travel;
+
+pub use real::Real;
+pub use rule::{COMPONENTS, Exponent, Rule, Weighed};
+pub use travel::{Integrals, Interval, Piece, Power, Travel};
