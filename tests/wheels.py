@@ -38,7 +38,15 @@ TARGETS = {"x86_64": "x86_64-unknown-linux-gnu", "aarch64": "aarch64-unknown-lin
 NEWEST_GLIBC = (2, 17)  # of manylinux2014
 COMPILERS = ("cargo", "rustc", "rustup", "maturin", "zig", "cc", "gcc", "clang", "ld")
 SOURCES = {"PKG-INFO", "Cargo.lock", "Cargo.toml", "pyproject.toml", "README.md"}
-SOURCES |= {"LICENSE-APACHE", "LICENSE-MIT", "python/guideload", "rust/life", "rust/core", "rust/monitor", "rust/py"}
+SOURCES |= {
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "python/guideload",
+    "rust/life",
+    "rust/core",
+    "rust/monitor",
+    "rust/py",
+}
 NOT_SOURCES = {"rust/core/tests", "rust/core/examples", "rust/monitor/tests"}
 
 

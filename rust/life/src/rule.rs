@@ -18,7 +18,7 @@ pub struct Rule<T> {
     pub minor: T,
     /// Preload, N; 0: none.
     pub preload: T,
-    /// Load below which the preload acts, N: 2.8 or 3 times the preload; 0: none.
+    /// Load below which the preload acts, N: 2.8 or 3 times the preload, or that at which a row opens; 0: none.
     pub opening: T,
     /// Components with a weight: bit 0 for Fy.
     pub counted: u32,
