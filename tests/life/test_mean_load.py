@@ -47,14 +47,14 @@ def crossings(function: Callable[[Any], Any]) -> list[Any]:
 
 
 def loaded_row(load: Any, preload: Any, rolling: PreloadEffect) -> Any:
-    """What the loaded row carries under a load, by bisection of its deflection."""
+    """What the loaded row carries under a load, by Newton's method for its deflection."""
     n = mp.mpf(3) / 2 if rolling == "ball" else mp.mpf(10) / 9
-    low, high = mp.mpf(0), mp.mpf(1)
-    for _ in range(85):
-        middle = (low + high) / 2
-        below = (1 + middle) ** n - (1 - middle) ** n < load / preload
-        low, high = (middle, high) if below else (low, middle)
-    return preload * (1 + low) ** n
+    deflection, change = mp.mpf(load) / preload / 2**n, mp.mpf(1)
+    while abs(change) > mp.mpf(10) ** -(mp.mp.dps - 3):
+        excess = (1 + deflection) ** n - (1 - deflection) ** n - load / preload
+        change = excess / n / ((1 + deflection) ** (n - 1) + (1 - deflection) ** (n - 1))
+        deflection = min(max(deflection - change, mp.mpf(0)), mp.mpf(1))
+    return preload * (1 + deflection) ** n
 
 
 def reference(travel: Travel, loads: Array, rule: EquivalentLoad, exponent: Any) -> Any:
