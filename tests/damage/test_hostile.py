@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
 import pytest
+from click.testing import CliRunner
 from finite_outputs import faults, faults_of_text
+from small_project import COMMANDS, words_of, write_project
+
+from guideload.cli.main import main
 
 CASES = 60  # of seed 0; as many commands end with numbers that a shorter share would leave out most commands
 RUNS = Path(__file__).with_name("hostile_runs.py")
@@ -22,6 +27,20 @@ def test_hostile_files_and_options_end_in_finite_numbers_or_a_typed_error() -> N
     command = [sys.executable, str(RUNS), "--count", str(CASES), "--seed", "0"]
     ended = subprocess.run(command, capture_output=True, text=True)
     assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="the commands name files as there")
+def test_every_command_succeeds_with_undamaged_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the cases would damage files that no command reads to the end."""
+    monkeypatch.chdir(tmp_path)
+    write_project(tmp_path)
+    for line in COMMANDS:
+        (tmp_path / "out").mkdir()
+        words, given = words_of(line)
+        ended = CliRunner().invoke(main, words, input=None if given is None else Path(given).read_bytes())
+        assert ended.exit_code == 0, (line, ended.output)
+        shutil.rmtree("out")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from guideload.base.arguments import checked
 from guideload.base.cores import cores, threads
 from guideload.base.errors import ArgumentError, GuideloadError
+from guideload.base.number_text import first_names
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -194,7 +195,7 @@ def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
             if all(w.search(f"{one.maker} {one.name}") for w in words)
         }
         if not (named or (words and every)):
-            known = ", ".join(one.name for one in catalogue.products)
+            known = first_names([one.name for one in catalogue.products])
             raise ArgumentError(
                 f"products: {text!r} is neither a name in the catalogue nor words of maker and name, as in 'HIWIN 25'; "
                 f"it has {known}"
