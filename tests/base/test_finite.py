@@ -126,6 +126,7 @@ IDENTIFY = [
     ("shape = [0.99,", "shape = [1e308,", "shape[0]"),
     ("spread = 0.5", "spread = 5e8", "spread"),
     ("spread = 0.5", "spread = nan", "spread"),
+    ("spread = 0.5", "spread = 1e-200", "spread"),
     ('"4.791 Hz"', '"1e308 Hz"', "frequency"),
 ]
 

@@ -95,7 +95,7 @@ def _faults_of_hdf5(path: Path, name: str) -> list[str]:
 
 def _of_embedded(text: str, name: str) -> list[str]:
     """Faults of a text in a file of arrays: JSON, or words."""
-    return faults_of_json(text, name) if text[:1] in "{[" else faults_of_text(text, name)
+    return faults_of_json(text, name) if text[:1] in ("{", "[") else faults_of_text(text, name)
 
 
 def _faults_of_parquet(path: Path, name: str) -> list[str]:

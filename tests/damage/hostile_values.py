@@ -114,7 +114,7 @@ POWERS = (
     300,
     307,
 )
-QUANTITY = re.compile(r'"?-?\d')
+QUANTITY = re.compile(r'(?!"-?[\d.]+")"?-?\d')  # a number, or a text that begins with one and has a unit
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:[eE][+-]?\d+)?")
 
 

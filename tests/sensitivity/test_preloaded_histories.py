@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lives import PRODUCT
 from numpy.typing import NDArray
-from reference import on_rails, random_motion
+from reference import on_rails, preloaded, random_motion
 from scipy.integrate import solve_ivp
 
 from guideload import Body, Link, Machine, Motion, sensitivities
@@ -212,6 +212,16 @@ def test_an_interval_too_long_for_the_fastest_mode_is_refused_at_once() -> None:
     motion = Motion([0.0, 1e6], np.ones((2, 3)))
     with pytest.raises(RunError, match="steps or more"):
         VariedMachine(pair(), ["links[a].preload"]).run(motion, start="rest")
+
+
+def test_a_motion_whose_many_samples_take_too_many_steps_is_refused_at_once() -> None:
+    """By the decay of an overdamped mode; each interval alone would be short enough."""
+    machine = preloaded()
+    stiff = [one.model_copy(update={"damping_y": 1e12}) for one in machine.carriages]
+    machine = machine.model_copy(update={"carriages": tuple(stiff)})
+    motion = Motion(1e-3 * np.arange(2000), np.ones((2000, 3)))
+    with pytest.raises(RunError, match="steps or more"):
+        VariedMachine(machine, ["body.mass"]).run(motion, start="rest")
 
 
 def test_gradient_and_peak_follow_the_histories() -> None:

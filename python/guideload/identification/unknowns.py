@@ -58,6 +58,7 @@ def grouped_names(names: Sequence[str]) -> str:
 
 # Spread of the logarithm before the data if none is given: a value within a factor of 7 to either side with 95 %.
 VAGUE = 1.0
+LEAST_SPREAD = 1e-12  # of a logarithm, or in SI units: what is known so well is no unknown
 MOST_SPREAD = 10.0  # of a logarithm: a factor of 5e8 to either side says nothing any more
 FURTHEST = (
     6.0  # spreads from the expected value at which the search ends: nothing is left of the probability there
@@ -173,8 +174,8 @@ def _unknown(table: UnknownTable, name: str, group: Sequence[Parameter]) -> Unkn
         raise KeyRefused("spread", f"a standard deviation with its unit ({unit})", None, 'e.g. "5 mm"')
     spread = VAGUE if table.spread is None else _number(table, "spread", unit if additive else "1")
     most = group[0].within.most if additive else MOST_SPREAD
-    if not 0.0 < spread <= most:
-        raise KeyRefused("spread", f"above 0, at most {most:g}", table.spread)
+    if not LEAST_SPREAD <= spread <= most:
+        raise KeyRefused("spread", f"{LEAST_SPREAD:g} to {most:g}", table.spread)
     plain = Unknown(name, unit, tuple(one.path for one in group), nominal, additive, 0.0, spread, (-1.0, 1.0))
 
     def coordinate(key: str, otherwise: float) -> float:

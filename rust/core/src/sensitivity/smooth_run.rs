@@ -26,8 +26,12 @@ const ROUNDING_MAY_BE: f64 = 1e-4;
 /// Smallest change of the step size.
 const LEAST_FACTOR: f64 = 0.2;
 
-/// Most steps of an interval between samples, a minute of work with 20 columns.
-const MOST_STEPS: usize = 1_000_000;
+/// Work that every run may take, some ten seconds. A step takes one for each column, and as much as STATE columns for the state.
+const MOST_WORK: usize = 4_000_000;
+const STATE: usize = 10;
+
+/// Steps for each interval between samples beside that.
+const STEPS_PER_INTERVAL: usize = 100;
 
 /// Steps of the shortest length after which an interval is given up: edges take some tens of them.
 const MOST_SHORTEST_STEPS: usize = 10_000;
@@ -83,12 +87,21 @@ impl SmoothRun<'_> {
         Ok(out)
     }
 
-    /// Refuses an interval that cannot be passed in the number of steps that it may take.
+    /// Most steps.
+    fn most_steps(&self) -> usize {
+        MOST_WORK / (STATE + self.smooth.columns.len()) + STEPS_PER_INTERVAL * self.excitation.count()
+    }
+
+    /// Refuses a motion that cannot be passed in the number of steps that it may take.
     fn check_length(&self) -> Result<(), RunError> {
-        let fastest = self.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
-        let duration =
-            (0..self.excitation.count() - 1).map(|k| self.excitation.interval(k)).fold(0.0, f64::max);
-        let (steps, most) = (duration * fastest / MOST_RADIANS_PER_STEP, MOST_STEPS as f64);
+        let system = &self.varied.system;
+        // An overdamped mode decays at a rate of about its damping.
+        let rate = |i: usize| {
+            f64::max(system.frequencies()[i], system.modal_damping()[(i, i)] - system.frequencies()[i])
+        };
+        let fastest = (0..6).map(rate).fold(0.0, f64::max);
+        let duration = self.excitation.duration();
+        let (steps, most) = (duration * fastest / MOST_RADIANS_PER_STEP, self.most_steps() as f64);
         if steps > most {
             return Err(RunError::TooLong { duration, steps, most, fastest, other: OtherMethod::None });
         }
@@ -177,10 +190,9 @@ impl Kernel for Interval<'_, '_> {
         let Self { run, walk, sample } = self;
         let (length, start) = (run.excitation.interval(sample), run.excitation.time(sample));
         let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
-        let (mut done, mut steps, mut shortest_steps) = (0.0, 0, 0);
+        let (mut done, mut shortest_steps, most) = (0.0, 0, run.most_steps());
         while done < length {
             walk.steps += 1;
-            steps += 1;
             if walk.steps.is_multiple_of(BETWEEN) && run.watch.stops() {
                 return Err(Stopped::Interrupted.into());
             }
@@ -189,12 +201,10 @@ impl Kernel for Interval<'_, '_> {
             let shortest = SHORTEST * length;
             let step = f64::max(walk.step, shortest);
             let h = if step >= rest { rest } else { rest / (rest / step).ceil() };
-            if steps > MOST_STEPS {
+            if walk.steps > most {
                 let fastest = run.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
-                let other = OtherMethod::None;
-                return Err(
-                    RunError::TooManySteps { time: start + done, step: h, steps, fastest, other }.into()
-                );
+                let (time, steps, other) = (start + done, walk.steps, OtherMethod::None);
+                return Err(RunError::TooManySteps { time, step: h, steps, fastest, other }.into());
             }
             let least = h <= shortest;
             shortest_steps += usize::from(least);
