@@ -87,10 +87,10 @@ def stamps_of_columns(
     if column is not None and column not in table.columns:
         raise TraceError(f"{table.source}: no column {column!r}; there are {listed(table.names)}")
     if column is None and rate is None and table.clocks:
-        clocks = {table.clocks[name] for name in columns}
-        if len(clocks) > 1:
-            raise TraceError(f"{table.source}: expected {of} on one clock, got {listed(sorted(clocks))}")
-        column = clocks.pop()
+        column, *others = sorted({table.clocks[name] for name in columns})
+        stamps = table.values(column)
+        if not all(np.array_equal(stamps, table.values(other), equal_nan=True) for other in others):
+            raise TraceError(f"{table.source}: expected {of} on one clock, got {listed([column, *others])}")
     size = len(table.numbers)
     if column is None:
         hertz = table.rate if rate is None else option_in_si(table, "rate", rate, "Hz", ">")

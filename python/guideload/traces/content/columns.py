@@ -137,11 +137,14 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     if len(measured) == 1 and all(COMMAND_WORDS.intersection(headers[name].words) for name in others):
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
     count = f"{len(names)} columns could be meant" if names else "no header gives a unit of motion"
-    with_words = [name for name, header in headers.items() if header.word_kind]
+    choice = names or [name for name, header in headers.items() if header.word_kind] or list(headers)
+    name, quoted = (repr(choice[0]), f'"{choice[0]}"') if len(choice) == 1 else ("NAME", "NAME")
+    kinds = {headers[one].word_kind for one in choice} if not names else set()
+    kind = (kinds.pop() if len(kinds) == 1 else "") or "velocity"
+    unit = {"position": "mm", "motor_speed": "rpm"}.get(kind, "mm/s")
     raise TraceError(
-        f"{table.source}: {count}: {listed(names or with_words or list(headers))}; "
-        "choose one, as in column=NAME, unit='mm/s', kind='velocity' "
-        "(--column NAME --unit mm/s --kind velocity)"
+        f"{table.source}: {count}: {listed(choice)}; choose one, as in column={name}, unit='{unit}', kind='{kind}' "
+        f"(--column {quoted} --unit {unit} --kind {kind})"
     )
 
 

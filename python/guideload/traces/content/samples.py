@@ -85,6 +85,9 @@ def read_samples(
     if table.clocks:
         repeated = np.concatenate([[False], (np.diff(value) == 0.0) & (np.diff(time) == 0.0)])
         used = np.flatnonzero(~((empty & no_stamp) | repeated))
+    elif (step := rows_per_value(empty)) > 1:
+        used = np.flatnonzero(~empty)
+        notes.append(f"a value in every {step}. row, as of a log at a lower rate than the table's")
     check_length(table, used.size)
     bad = (empty | no_stamp)[used]
     if bad.any() and not leave_out_empty:
@@ -130,6 +133,16 @@ def read_samples(
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else find_quantum(si, decimal) or decimal
     return TraceDraft(rows, columns, kind, time, si, quantum, place, partner, notes)
+
+
+def rows_per_value(empty: NDArray[np.bool_]) -> int:
+    """Rows of the table per value of a column that is filled in every second or later row; 1 for any other."""
+    filled = np.flatnonzero(~empty)
+    steps = np.diff(filled)
+    if filled.size < FEWEST_SAMPLES or np.any(steps != steps[0]):
+        return 1
+    step = int(steps[0])
+    return step if filled[0] < step and empty.size - filled[-1] <= step else 1
 
 
 def quantum_note(draft: TraceDraft, is_given: bool) -> str:

@@ -159,6 +159,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     first = rows[start].line if start < len(rows) else len(lines)
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    spare: tuple[str, ...] = ()  # units in a row of names
     notes: list[str] = []
     if head:
         named = max(range(len(head)), key=lambda i: (_likeness_to_names(head[i]), -i))
@@ -176,6 +177,8 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 units = known
                 notes.append(f"units from row {row.line + 1}")
             elif (merged := _merged_names(names, row.cells)) != names:
+                beside = zip(known, merged, row.cells, strict=False)  # a unit stands below a name that stays
+                spare = tuple(unit if name != cell else "" for unit, name, cell in beside)
                 names = merged
                 notes.append(f"names of quantities from row {row.line + 1}")
             else:
@@ -191,7 +194,13 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
         notes.append(f"{top} rows above the names not used")
     width = max(width, Row(0, names).width)
     return Dialect(
-        separator, decimal_of(rows[start:]), width, names[:width], units[:width], first, tuple(notes)
+        separator,
+        decimal_of(rows[start:]),
+        width,
+        names[:width],
+        (units or spare)[:width],
+        first,
+        tuple(notes),
     )
 
 

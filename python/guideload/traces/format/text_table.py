@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from guideload.base.cores import threads
 from guideload.base.errors import UnreadableTrace, shortened
 from guideload.traces.format.dialect_detection import COMMENT, MOST_COLUMNS, Dialect, dialect_of, rows_of
+from guideload.traces.format.own_clocks import paired_dialect, with_channels, with_repeated_times
 from guideload.traces.format.table import Table, listed_rows, unique
 from guideload.traces.format.twincat_scope import scope_dialect
 
@@ -46,7 +47,7 @@ def read_text(path: Path) -> Table:
     lines = BREAK.split(text[:size])
     if len(text) > size:
         lines.pop()  # cut in the middle
-    dialect = scope_dialect(lines) or _dialect(lines)
+    dialect = scope_dialect(lines) or paired_dialect(lines) or _dialect(lines)
     if dialect.width > MOST_COLUMNS:
         raise UnreadableTrace(
             f"{path.name}: not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, "
@@ -62,7 +63,7 @@ def read_text(path: Path) -> Table:
         notes.insert(0, f"separator {'blank' if dialect.separator == ' ' else dialect.separator}")
     if decimal == ",":
         notes.insert(0, "decimal comma")
-    return Table(
+    table = Table(
         path.name,
         dict(zip(names, columns, strict=True)),
         "row",
@@ -73,6 +74,7 @@ def read_text(path: Path) -> Table:
         rate=dialect.rate,
         decimal=decimal,
     )
+    return with_channels(with_repeated_times(table, dialect.names))
 
 
 def _dialect(lines: list[str]) -> Dialect:
