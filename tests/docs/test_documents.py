@@ -180,7 +180,9 @@ def test_every_picture_is_shown_and_made_by_a_script() -> None:
     shown = {
         Path(name).stem for text in PAGES.values() for name in re.findall(r"!\[.*?\]\((.*?\.png)\)", text)
     }
-    of_benchmarks = {"speed-accuracy", "monte-carlo", "monitor-lag"}
+    script = (ROOT / "tests" / "benchmarks" / "measured.py").read_text(encoding="utf-8")
+    cases = re.findall(r'^    "([\w-]+)": \(', script, re.MULTILINE)
+    of_benchmarks = {"speed-accuracy", "monte-carlo", "monitor-lag", *(f"measured-{case}" for case in cases)}
     assert (
         shown
         == {path.stem for path in pictures.IMAGES.glob("*.png")}
