@@ -95,7 +95,11 @@ def read(file: Path, text: str, **options: object) -> Trace:
     return read_trace(file, **options)
 
 
-@pytest.mark.parametrize("text", [gaps(), two_times(), keys_and_values()], ids=["gaps", "two times", "keys"])
+@pytest.mark.parametrize(
+    "text",
+    [gaps(), two_times(), keys_and_values(), keys_and_values().replace("Force", "Carriage")],
+    ids=["gaps", "two times", "keys", "keys, equal names"],
+)
 def test_setpoints_and_actual_values_at_different_rates(file: Path, text: str) -> None:
     """No option is needed: names, units and times are in the file."""
     trace = read(file, text)

@@ -21,18 +21,20 @@ import numpy as np
 
 from guideload.traces.format.dialect_detection import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
 from guideload.traces.format.headers import Header, known_unit
-from guideload.traces.format.table import Table
+from guideload.traces.format.table import Table, unique
 
 NAME_KEYS = ("channel name", "channel", "name")
 UNIT_KEYS = ("unit", "units")
+LONGEST_HEADER = 40  # lines
 MOST_CHANNELS = 200  # of a log with a row for each value; a text that differs more often is no name
 OWN_TIME = "each channel has its own time stamps"
 
 
 def paired_dialect(lines: Sequence[str]) -> Dialect | None:
     """The dialect of a table under a header of pairs of key and value; None for any other table."""
+    top = [(i, line) for i, line in enumerate(lines[:LONGEST_HEADER]) if line.strip()]
     for separator in SEPARATORS[:-1]:
-        rows = [Row(i, rows_of([line], separator)[0].cells) for i, line in enumerate(lines) if line.strip()]
+        rows = [Row(i, rows_of([line], separator)[0].cells) for i, line in top]
         data = next((i for i, row in enumerate(rows) if is_value(row.cells[0])), len(rows))
         keyed = {row.cells[0].lower(): row for row in rows[:data]}
         named = next((keyed[key] for key in NAME_KEYS if key in keyed), None)
@@ -40,7 +42,7 @@ def paired_dialect(lines: Sequence[str]) -> Dialect | None:
             continue
         if all(len(row.cells) % 2 == 0 and len(set(row.cells[::2])) == 1 for row in rows[:data]):
             units = next((keyed[key].cells[1::2] for key in UNIT_KEYS if key in keyed), ())
-            channels = named.cells[1::2]
+            channels = unique(named.cells[1::2])
             names = [cell for name in channels for cell in (f"time of {name}", name)]
             pairs = [cell for unit in units for cell in ("", known_unit(unit))]
             clocks = {name: f"time of {name}" for name in channels}
