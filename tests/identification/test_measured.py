@@ -24,6 +24,7 @@ def test_acceleration_from_positions_alone_is_force_over_mass(shared_data: Path)
     assert band.half.mean() < 0.2 * both.half.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["X", "Y"])
 def test_friction_of_a_mill_predicts_its_current_also_with_a_worn_tool(shared_data: Path, axis: str) -> None:
     """Cutting forces differ between the logs and are in no model: fewer than 95 % may be inside, but not much fewer."""
