@@ -100,6 +100,7 @@ def test_wrong_tables_name_their_place(folder: Path) -> None:
         ('"current [A]"', '"voltage"', "no column 'voltage'; there are t [s], x [m], current [A]"),
         ('"tool y"', '"spindle y"', "sensor_logs[0]: expected a point and an axis"),
         ('per_unit = "25 N"', 'per_unit = "25 V"', "motor_forces[0]"),
+        ('per_unit = "25 N"', 'per_unit = "25e-320 N"', "a force that reaches 1e-09 N in the column"),
         ('per_unit = "25 N"', "", "column current [A]"),
         ('file = "log.csv"', 'file = "logs.csv"', "logs.csv"),
     ):

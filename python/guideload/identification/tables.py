@@ -240,6 +240,9 @@ class RecordTable(ConfigModel):
         return read_channels(folder / (self.file or self.trace), columns, time=self.time, rate=self.rate)
 
 
+LEAST = 1e-9  # N or N m: what no drive can measure, and what squares of the fit can still hold
+
+
 class MotorForceTable(RecordTable):
     """Force of the drive on the cart or torque of the motor, recorded with the motion: mass and friction."""
 
@@ -280,11 +283,16 @@ class MotorForceTable(RecordTable):
         scale = 1.0 if self.per_unit is None else number(self.per_unit, unit, nonzero=True, within=within)
         level = None if self.noise is None else number(self.noise, unit, above=0.0, within=noise_in(unit))
         record = self.stamped(folder, {self.column: unit if self.per_unit is None else None})
+        values = scale * record.values[:, 0]
+        largest = float(abs(values).max(initial=0.0))
+        if largest < LEAST:
+            expected = f"a {self.quantity} that reaches {LEAST:g} {unit} in the column {self.column}"
+            raise ValueRefused(expected, f"{largest:.3g} {unit}", "is its unit, or per_unit, right?")
         return MotorForce.of(
             machine,
             self.reading.motion(folder / self.trace, machine),
             record.time,
-            scale * record.values[:, 0],
+            values,
             name=self.name,
             torque=self.quantity == "torque",
             friction=self.friction,
