@@ -6,6 +6,7 @@ import pickle
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import lives
@@ -51,6 +52,19 @@ def scaled(**factors: float) -> Machine:
     """The example with numbers of its carriages times a factor."""
     one = machine().carriages[0]
     return machine(**{key: factor * getattr(one, key) for key, factor in factors.items()})
+
+
+def estimated() -> Machine:
+    """A vertical axis with a product whose stiffness the catalogue does not print."""
+    stated = ("length", "width", "stiffness")
+    lines = KINDS["vertical"].text.splitlines()
+    text = "\n".join(line for line in lines if not line.startswith(stated))
+    wagon = "[carriage_types.wagon]"
+    text = text.replace(wagon, f'{wagon}\nproduct = "SHS25C"\npreload_class = "C0"')
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "machine.toml"
+        file.write_text(text, encoding="utf-8")
+        return Machine.from_toml(file)
 
 
 def rated(mass: float = 1250.0, **drive: Any) -> Machine:
@@ -125,6 +139,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         "y of L is held",
     ),
     "free at rest": (lambda: machine_warnings(machine(clearance_z=5e-6)), "free within its clearance in z"),
+    "estimated stiffness": (
+        lambda: machine_warnings(estimated()),
+        "stiffness of all carriages (SHS25C C0) estimated, within 30 %",
+    ),
     "open row": (lambda: run(machine(preload_y=10.0, rolling="ball")), "times the preload would keep"),
     "speed": (
         lambda: motion_warnings(record(1e3 * SWEEP)),

@@ -20,6 +20,7 @@ from command_line import EXAMPLES, MACHINE, TRACE, guideload
 from machines import link
 from moves import BRISK, GENTLE
 from texts import page_text
+from watched import machine as watched_machine
 from watched import samples, text_of, watched
 
 from guideload import (
@@ -253,7 +254,7 @@ REPORTS: dict[str, Callable[[], Report | str]] = {
     "catalogue": lambda: catalogue_report(CATALOGUE),
     "product": lambda: product_report(CATALOGUE["HGH25CA"]),
     "identification": lambda: guideload("identify", EXAMPLES / "identify.toml").stdout,
-    "monitor": lambda: monitor_report(watched(text_of(*samples())).status()),
+    "monitor": lambda: monitor_report(watched_machine(), watched(text_of(*samples())).status()),
     "study": lambda: study_report(study()),
     "study_with_sensitivity": lambda: study_report(studies.study(60, sensitivity=True)),
     "study_of_cases": lambda: study_report(cases()),

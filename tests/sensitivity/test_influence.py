@@ -34,7 +34,7 @@ def test_changes_are_those_of_changed_machines() -> None:
 
 def test_report_and_picture_name_the_strongest_first() -> None:
     found = rank_influences(cart(), MOTION, to=["body.mass", "carriages.*.stiffness_y"], carriage="2a")
-    lines = sensitivities_report(cart(), found).text().splitlines()
+    lines = sensitivities_report(cart(), MOTION, found).text().splitlines()
     assert "what drives the largest load of carriage 2a" in " ".join(lines)
     rows = [
         line.split()[0] for line in lines if line.startswith((" body", " carriages", "body", "carriages"))

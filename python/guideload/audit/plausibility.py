@@ -8,11 +8,20 @@ from typing import Any
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import digits, first_names, load_in_sentence, load_in_table, number, percent
+from guideload.base.number_text import (
+    digits,
+    first_names,
+    joined,
+    load_in_sentence,
+    load_in_table,
+    number,
+    percent,
+)
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.links import LinkTable
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import Modes, displacement, moving_dofs
+from guideload.machine.products import stiffness_estimates
 from guideload.motion.motion import Motion
 from guideload.motion.resolution import TraceResolution
 
@@ -27,7 +36,7 @@ SI = "Numbers without unit are SI; other values need a unit, as in"
 def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[WarningText]:
     """The warnings of a machine at rest; `modes`: those of the machine, computed if None."""
     modes = Modes.of(machine) if modes is None else modes
-    found = _distances(machine), _rest(machine), _modes(machine, modes), _weight(machine)
+    found = _distances(machine), _rest(machine), _modes(machine, modes), _weight(machine), _estimates(machine)
     return [*rest_warnings(free_at_rest(machine)), *(warning for each in found for warning in each)]
 
 
@@ -189,6 +198,24 @@ def _weight(machine: Machine) -> Iterator[WarningText]:
         )
 
 
+def _estimates(machine: Machine) -> Iterator[WarningText]:
+    """On carriages whose stiffness is estimated, and how good the estimate is."""
+    carriages: dict[tuple[str, str], list[str]] = {}  # by product with class, and words of the estimate
+    estimates = stiffness_estimates(machine.carriages, machine.product_of_carriage)
+    for carriage, estimate in zip(machine.carriages, estimates, strict=True):
+        if estimate is not None:
+            product = " ".join(filter(None, (carriage.product, carriage.preload_class)))
+            carriages.setdefault((product, estimate.words), []).append(carriage.name)
+    everywhere = len(machine.carriages)
+    of_products = [
+        f"of {'all carriages' if len(names) == everywhere else f'carriage {joined(names)}'} ({product}) {words}"
+        for (product, words), names in carriages.items()
+    ]
+    if of_products:
+        text = f"Note: stiffness {'; '.join(of_products)}; the catalogue prints none."
+        yield WarningText("estimated stiffness", text)
+
+
 def static_loads(machine: Machine) -> Array:
     """Static loads (carriage, 6) of the carriages: Fx Fy Fz [N], Mx My Mz [N m]."""
     return np.asarray(machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places))
@@ -197,12 +224,21 @@ def static_loads(machine: Machine) -> Array:
 # ---- motion
 
 
-def motion_warnings(motion: Motion) -> list[WarningText | str]:
-    """The warnings of a motion by itself, from its reading and its figures."""
+def input_warnings(machine: Machine, motion: Motion | None) -> list[str]:
+    """The warnings of what a computation starts from: of motion and machine, and of both together.
+
+    The audit of a run has them too. Commands that show no audit begin their report with these.
+    """
+    return [*([] if motion is None else motion_warnings(motion, machine)), *machine_warnings(machine)]
+
+
+def motion_warnings(motion: Motion, machine: Machine | None = None) -> list[WarningText | str]:
+    """The warnings of a motion by itself, from its figures and its reading, and of what it may hide from a machine."""
     figures = plausible_motion(
         motion.time, motion.acceleration, motion.velocity, motion.position, motion.source
     )
-    return [*figures, *motion.warnings]
+    resolution = None if machine is None else TraceResolution.of_motion(machine, motion)
+    return [*figures, *motion.warnings, *resolution_warnings(resolution)]
 
 
 def plausible_motion(
@@ -220,8 +256,8 @@ def plausible_motion(
     is_trace = ", column " in source
     length = "the column" if is_trace else "a length or a speed"
     unit, time_unit = (" (--unit mm or mm/s)", " (--time-unit ms)") if is_trace else ("", "")
-    known = position is not None and LIMITS["travel"].holds(travel)
-    quick = "is the time in s, but read in ms (--time-unit s)?" if known else f"is {length} in mm{unit}?"
+    in_reach = is_trace and position is not None and LIMITS["travel"].holds(travel)
+    quick = "is the time in s, but read in ms (--time-unit s)?" if in_reach else f"is {length} in mm{unit}?"
     slow = f"is the time in ms{time_unit}, or a speed in m/min?"
     for key, value, words in (
         ("travel", travel, f"the cart moves over {digits(travel)} m"),

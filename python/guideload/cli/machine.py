@@ -106,20 +106,15 @@ def check(
 
             plots.save(plots.scene(machine), draft)
     motion = read_optional_motion(trace_file, machine, **reading)
-    report = machine_report(machine)
+    report = machine_report(machine, motion)
     if motion is None:
         return report
-    from guideload.audit.plausibility import motion_warnings, resolution_warnings
     from guideload.motion.resolution import TraceResolution
     from guideload.reports.run import motion_section
     from guideload.reports.trace import resolution_section
 
-    resolution = TraceResolution.of_motion(machine, motion)
-    return replace(
-        report,
-        warnings=[*motion_warnings(motion), *report.warnings, *resolution_warnings(resolution)],
-        sections=[*report.sections, motion_section(motion), resolution_section(resolution)],
-    )
+    resolution = resolution_section(TraceResolution.of_motion(machine, motion))
+    return replace(report, sections=[*report.sections, motion_section(motion), resolution])
 
 
 @click.command()

@@ -73,4 +73,4 @@ def sensitivities(
             from guideload import plots
 
             plots.save(plots.influence(machine, found), draft)
-    return sensitivities_report(machine, found)
+    return sensitivities_report(machine, motion, found)

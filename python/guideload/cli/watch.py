@@ -81,6 +81,7 @@ def watch(
     input, a file that grows, or a socket. The summary is printed at the end of the input, or at Ctrl-C.
     """
     from guideload.monitor.monitor import Monitor
+    from guideload.reports.monitor import monitor_report
     from guideload.watch.lines import Lines
     from guideload.watch.reaction import Command
     from guideload.watch.session import Session
@@ -114,7 +115,11 @@ def watch(
         status = session.status()
         if command is not None:
             command.close()
-    _print_summary(status, ends)
+    print_report(monitor_report(monitor.machine, status))
+    if ends.code == LIMIT_PASSED:
+        click.echo("Ended because a carriage passed its limit.", err=True)
+    elif ends.code not in (None, InputError.exit_code):
+        click.echo("Ended by a signal; all samples that came in are in the totals.", err=True)
     if ends.code:
         sys.exit(ends.code)
 
@@ -251,15 +256,7 @@ def _run(session: Session, page: Page | None, command: Command | None, ends: End
                     command.is_running()  # so that a failure is said now
                 if live is not None:
                     rate = f"{status['samples_per_s']:.0f} samples/s from {session.source.name}"
-                    text = monitor_report(status).text(console.width, console.encoding)
+                    text = monitor_report(session.monitor.machine, status).text(
+                        console.width, console.encoding
+                    )
                     live.update(f"{text}\n{rate}", refresh=True)
-
-
-def _print_summary(status: dict[str, Any], ends: Ends) -> None:
-    from guideload.reports.monitor import monitor_report
-
-    print_report(monitor_report(status))
-    if ends.code == LIMIT_PASSED:
-        click.echo("Ended because a carriage passed its limit.", err=True)
-    elif ends.code not in (None, InputError.exit_code):
-        click.echo("Ended by a signal; all samples that came in are in the totals.", err=True)

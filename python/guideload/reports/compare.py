@@ -10,7 +10,6 @@ from guideload.base.number_text import KINDS, load_in_table, signed
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.reports.life import unverified_lines
-from guideload.reports.machine import estimate_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, warnings_by_title
 
 if TYPE_CHECKING:
@@ -40,11 +39,6 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
     products = (
         one for machine in machines.values() for one in machine.product_of_carriage if one is not None
     )
-    estimated = [
-        f"{title}: {line.removeprefix('Note: ')}"
-        for title, machine in machines.items()
-        for line in estimate_lines(machine)
-    ]
     warned = warnings_by_title({title: one.audit.warnings for title, one in results.items()})
     peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
@@ -53,7 +47,7 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
         head=next(iter(machines.values())).report.lines,
         title=f"Comparison: {', '.join(results)}",
         answer=[f"Largest loads: {largest}. {alike}".rstrip()],
-        warnings=[*warned, *unverified_lines(products), *estimated],
+        warnings=[*warned, *unverified_lines(products)],
         sections=[
             _differences_section(machines),
             Section("Figures", _figures_table(results), Definitions(DEFINITIONS)),

@@ -23,9 +23,9 @@ def duty_report(duty: DutyCycle) -> Report:
         for case, life in cases
     }
     machine = duty.cases[0].machine
-    return Report(
-        head=machine.report.lines,
-        title=f"{machine.name}: duty cycle",
+    return Report.of(
+        machine,
+        "duty cycle",
         answer=[f"{machine.name}: {_answer(duty)}"],
         warnings=[*warnings_by_title(found), *life_warnings(duty.hours(duty.machine_life))],
         about=free_dofs(machine),

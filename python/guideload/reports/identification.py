@@ -48,8 +48,9 @@ def identification_report(
     levels: of models compared with this one. candidates: for the next measurement, ranked by the figure.
     """
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
-    return Report(
-        title=f"{found.nominal.name}: identification",
+    return Report.of(
+        found.nominal,
+        "identification",
         answer=[f"{found.nominal.name}: {_answer(found)}"],
         warnings=[*doubts, *(f"{capitalised(message)}." for message in found.messages)],
         about=free_dofs(found.nominal),

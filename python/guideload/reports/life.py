@@ -29,7 +29,6 @@ from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
-from guideload.reports.machine import estimate_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
@@ -52,15 +51,11 @@ def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
     found = life.band if band else None
     words = "" if found is None else f"Band: 95 % credible band of the life; {found.method}."
-    return Report(
-        head=life.record.result.machine.report.lines,
-        title=f"{life.record.result.machine.name}: life and static safety",
+    return Report.of(
+        life.record.result.machine,
+        "life and static safety",
         answer=[_answer(life, found)],
-        warnings=[
-            *life.record.result.audit.warnings,
-            *life_notes(life),
-            *estimate_lines(life.record.result.machine),
-        ],
+        warnings=[*life.record.result.audit.warnings, *life_notes(life)],
         sections=[
             Section(
                 "Life and static safety",

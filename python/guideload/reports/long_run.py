@@ -31,9 +31,9 @@ MOST_WARNINGS = 10  # of the motion that are shown
 def long_run_report(run: LongRun) -> Report:
     """The whole report."""
     rated = [one.product for one in run.criteria]
-    return Report(
-        head=run.machine.report.lines,
-        title=f"{run.machine.name}: long record",
+    return Report.of(
+        run.machine,
+        "long record",
         answer=[f"{run.machine.name}: {_answer(run)}"],
         warnings=[*_warnings(run), *unverified_lines(rated)],
         about=free_dofs(run.machine),

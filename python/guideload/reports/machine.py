@@ -7,16 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
+from guideload.audit.plausibility import (
+    free_at_rest,
+    input_warnings,
+    machine_warnings,
+    open_row_warnings,
+    static_loads,
+)
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.machine.products import stiffness_estimates
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, free_dofs
 
 if TYPE_CHECKING:
     from guideload._core import Law
     from guideload.machine.components import Carriage, Link, Rail
     from guideload.machine.machine import Machine
+    from guideload.motion.motion import Motion
 
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
@@ -24,18 +30,21 @@ STATIC_DEFINITIONS = (
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
-def machine_report(machine: Machine) -> Report:
-    """The report of a machine: state at rest, warnings, body, carriages and links, static loads."""
+def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
+    """The report of a machine: state at rest, warnings, body, carriages and links, static loads.
+
+    motion: whose warnings it has too.
+    """
     modes = Modes.of(machine)
     loose = free_at_rest(machine)
     state = "free within its clearance" if loose else "supported in every free dof"
     at_rest = np.abs(machine.scene.static_link_loads())
     rows = open_row_warnings(machine.link_table(), at_rest, "at rest")
-    return Report(
-        head=machine.report.lines,
-        title=f"{machine.name}: machine",
+    return Report.of(
+        machine,
+        "machine",
         answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
-        warnings=[*machine_warnings(machine, modes), *rows, *estimate_lines(machine)],
+        warnings=[*input_warnings(machine, motion), *rows],
         about=free_dofs(machine),
         sections=[*machine_sections(machine), _static_section(machine)],
     )
@@ -79,9 +88,9 @@ def _body_lines(machine: Machine) -> list[str]:
 
 def modes_report(machine: Machine, modes: Modes) -> Report:
     """The report of the natural modes: range of frequencies and damping, warnings, a row per mode."""
-    return Report(
-        head=machine.report.lines,
-        title=f"{machine.name}: natural modes",
+    return Report.of(
+        machine,
+        "natural modes",
         answer=[f"{machine.name}: {_modes_range(modes)}"],
         warnings=[*machine_warnings(machine, modes)],
         about=free_dofs(machine),
@@ -245,22 +254,6 @@ def _product_lines(machine: Machine) -> list[str]:
             f"carriage {joined(users) if users else 'none'}{unverified}"
         )
     return lines
-
-
-def estimate_lines(machine: Machine) -> list[str]:
-    """Which carriages have an estimated stiffness, and how good it is."""
-    carriages: dict[tuple[str, str], list[str]] = {}  # by product with class, and words of the estimate
-    estimates = stiffness_estimates(machine.carriages, machine.product_of_carriage)
-    for carriage, estimate in zip(machine.carriages, estimates, strict=True):
-        if estimate is not None:
-            product = " ".join(filter(None, (carriage.product, carriage.preload_class)))
-            carriages.setdefault((product, estimate.words), []).append(carriage.name)
-    everywhere = len(machine.carriages)
-    of_products = [
-        f"of {'all carriages' if len(names) == everywhere else f'carriage {joined(names)}'} ({product}) {words}"
-        for (product, words), names in carriages.items()
-    ]
-    return [f"Note: stiffness {'; '.join(of_products)}; the catalogue prints none."] if of_products else []
 
 
 def _links_table(machine: Machine) -> Table:

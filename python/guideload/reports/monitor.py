@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from guideload.base.number_text import counted, fixed, seconds
 from guideload.reports.report import Column, Report, Section, Table
 
+if TYPE_CHECKING:
+    from guideload.machine.machine import Machine
+
 UNKNOWN = "-"
 
 
-def monitor_report(status: Mapping[str, Any]) -> Report:
+def monitor_report(machine: Machine, status: Mapping[str, Any]) -> Report:
     """The whole report; status: of `watch.status`."""
-    return Report(
-        title=f"{status['machine']}: load monitor",
+    return Report.of(
+        machine,
+        "load monitor",
         answer=[_answer(status)],
         warnings=[*_warnings(status)],
         sections=[Section("Carriages", _table(status)), Section("Samples", _input(status["input"]))],

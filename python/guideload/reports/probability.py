@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import percent, scientific
 from guideload.reports.report import Report
 from guideload.reports.study_tables import limit_text
@@ -22,7 +21,5 @@ def probability_report(found: RareProbability, metadata: StudyMetadata) -> Repor
     else:
         text += f"below {scientific(found.high)}"
     work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
-    title = f"{metadata.machine.name}: probability"
-    return Report(
-        title, answer=[f"{text}. {work}."], warnings=[*found.doubts, *machine_warnings(metadata.machine)]
-    )
+    warnings = [*found.doubts, *metadata.warnings]
+    return Report.of(metadata.machine, "probability", answer=[f"{text}. {work}."], warnings=warnings)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, isnan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from guideload.base.errors import NotFinite
 from guideload.base.number_text import KINDS, between, joined
@@ -111,6 +111,14 @@ class Report:
     sections: list[Section] = field(default_factory=list)
     failed: bool = False
     head: list[str] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, machine: Machine, title: str, **parts: Any) -> Report:
+        """A report about a machine, with its name in the title and the head of its table [report].
+
+        parts: the other fields.
+        """
+        return cls(title=f"{machine.name}: {title}", head=machine.report.lines, **parts)
 
     @property
     def verdict(self) -> str:

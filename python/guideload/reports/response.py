@@ -45,10 +45,11 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
             "count",
         ),
     )
-    return Report(
-        title=f"{machine.name}: frequency response",
+    return Report.of(
+        machine,
+        "frequency response",
         answer=[f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."],
-        warnings=[*machine_warnings(machine)],
+        warnings=machine_warnings(machine),
         about=free_dofs(machine),
         sections=[Section("Points", table, Definitions(NOTE))],
     )

@@ -16,7 +16,7 @@ from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts, drive_warnings
 from guideload.reports.guides import guides_section
 from guideload.reports.life import life_answer, life_notes, life_sections, run_life
-from guideload.reports.machine import estimate_lines, modes_section
+from guideload.reports.machine import modes_section
 from guideload.reports.points import points_section
 from guideload.reports.report import (
     Column,
@@ -47,16 +47,11 @@ DEFINITIONS = (
 def result_report(result: Result) -> Report:
     """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
     machine, life = result.machine, run_life(result)
-    return Report(
-        head=machine.report.lines,
-        title=f"{machine.name}: load of the guides",
+    return Report.of(
+        machine,
+        "load of the guides",
         answer=[_largest_load(result), *life_answer(life)],
-        warnings=[
-            *result.audit.warnings,
-            *drive_warnings(result),
-            *life_notes(life),
-            *estimate_lines(machine),
-        ],
+        warnings=[*result.audit.warnings, *drive_warnings(result), *life_notes(life)],
         about=free_dofs(machine),
         sections=[
             _peaks_section(result),

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import machine_warnings
+from guideload.audit.plausibility import input_warnings
 from guideload.base.number_text import digits
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
+    from guideload.motion.motion import Motion
     from guideload.sensitivity.influence import Influence
 
 ROWS = 24
@@ -22,8 +23,8 @@ NOTE = (
 )
 
 
-def sensitivities_report(machine: Machine, found: Influence) -> Report:
-    """The report: a row per number."""
+def sensitivities_report(machine: Machine, motion: Motion, found: Influence) -> Report:
+    """The report: a row per number. motion: of the run that is differentiated."""
     shown, changes = found.columns[:ROWS], np.asarray(found.changes)[:ROWS]
     values = [f"{digits(one.value, 4)}{'' if one.unit == '1' else f' {one.unit}'}" for one in shown]
     shares = 100.0 * changes / found.value if found.value else [None] * len(shown)
@@ -36,10 +37,11 @@ def sensitivities_report(machine: Machine, found: Influence) -> Report:
     )
     left = len(found.columns) - len(shown)
     figure = f"{FIGURES[found.figure]} of carriage {found.carriage}, {digits(found.value, 4)} {found.unit}"
-    return Report(
-        title=f"{machine.name}: what drives the {FIGURES[found.figure]}",
+    return Report.of(
+        machine,
+        f"what drives the {FIGURES[found.figure]}",
         answer=[f"{machine.name}: what drives the {figure}."],
-        warnings=[*machine_warnings(machine)],
+        warnings=input_warnings(machine, motion),
         sections=[
             Section(
                 "Effect of a change of each number",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import machine_warnings
+from guideload.audit.plausibility import input_warnings
 from guideload.base.number_text import between, counted, digits, fixed, joined, number
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
@@ -46,9 +46,9 @@ def sizing_report(machine: Machine, sizing: Sizing) -> Report:
     not_run = [f"{counted(len(failed), 'candidate')} could not be run, see below."] if failed else []
     table = _candidates_table(sizing)
     marks = "* the smallest that holds; - does not hold." if table else ""
-    return Report(
-        head=machine.report.lines,
-        title=f"{machine.name}: which carriage",
+    return Report.of(
+        machine,
+        "which carriage",
         answer=[" ".join([_answer(machine, sizing), *not_run])],
         warnings=[*_warnings_of_the_run(sizing), *unverified_lines(products), *_estimate_lines(sizing)],
         sections=[Section("Candidates", table, marks, Definitions(DEFINITIONS)), Section("Not run", *failed)],
@@ -137,15 +137,15 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
             f"{unit}. Beyond it {limit.margins.first_to_fail} fails first."
         )
     figures = ", ".join(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
-    return Report(
-        head=machine.report.lines,
-        title=f"{machine.name}: largest {limit.quantity}",
+    return Report.of(
+        machine,
+        f"largest {limit.quantity}",
         answer=[
             text,
             f"Figures over requirements there: {figures}.",
             f"The motion there: {_reached(limit.motion)}. Tried: {between(low, high)} {unit.partition(' as ')[0]}.",
         ],
-        warnings=[*machine_warnings(machine)],
+        warnings=input_warnings(machine, limit.motion),
     )
 
 

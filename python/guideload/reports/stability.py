@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import machine_warnings, motion_warnings
+from guideload.audit.plausibility import input_warnings
 from guideload.base.number_text import digits, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import NEAR, ON_ANY
 from guideload.reports.machine import nominal_lines
@@ -39,10 +39,11 @@ def stability_report(stability: Stability) -> Report:
         "Needed steps: rk45 stays below its longest stable step, and steps end at samples. rk45 and implicit step "
         f"over samples on a straight line if no contact changes. rtol {number(stability.rtol)}."
     )
-    return Report(
-        title=f"{machine.name}: stability of the steps",
+    return Report.of(
+        machine,
+        "stability of the steps",
         answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability)],
-        warnings=[*motion_warnings(stability.motion), *machine_warnings(machine)],
+        warnings=input_warnings(machine, stability.motion),
         about=free_dofs(machine),
         sections=[
             Section(

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import capitalised, digits, fixed, number, percent
-from guideload.reports.machine import estimate_lines
 from guideload.reports.report import Column, Report, Section, Table, free_dofs
 from guideload.reports.study_life import life_answer, life_section
 from guideload.reports.study_tables import (
@@ -44,14 +42,13 @@ def study_report(result: StudyResult) -> Report:
         lines = _cases_answer(result) if metadata.chosen else _statistics_answer(result, summary)
         answer = [*lines]
         sections += _case_sections(result) if metadata.chosen else _statistics_sections(result, summary)
-    return Report(
-        head=result.metadata.machine.report.lines,
-        title=f"{metadata.machine.name}: study",
+    return Report.of(
+        metadata.machine,
+        "study",
         answer=["\n".join([metadata.machine.name, *answer])],
         warnings=[
             *result.doubts,
-            *machine_warnings(metadata.machine),
-            *estimate_lines(metadata.machine),
+            *metadata.warnings,
             *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
         ],
         about=free_dofs(metadata.machine),

@@ -25,10 +25,11 @@ def chart_report(chart: WorkPrecision) -> Report:
     picks = f"picks {chart.auto_method}" if chart.auto_method else "fails"
     samples = f"{chart.samples} samples over {digits(chart.duration, 4)} s; every setting ran {times}"
     machine = chart.machine
-    return Report(
-        title=f"{machine.name}: work-precision diagram",
+    return Report.of(
+        machine,
+        "work-precision diagram",
         answer=[f"{machine.name}: auto {picks}: {chart.auto_reason}."],
-        warnings=[*machine_warnings(machine)],
+        warnings=machine_warnings(machine),
         about=free_dofs(machine),
         sections=[
             Section("Work-precision diagram", [samples], _settings_table(chart), Definitions(*DEFINITIONS)),

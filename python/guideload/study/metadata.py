@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationError, model_validator
 
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shown
 from guideload.base.finite import finite_json
@@ -137,6 +138,7 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent        p of the mean load
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
     life_notes      on life and static safety, or why they are not computed, in sentences
+    motion_warnings of the motion, and of what it may hide from the machine
     second_look     samples solved again when all were done; text if none had to be; None in an unfinished study
     """
 
@@ -168,6 +170,7 @@ class StudyMetadata(BaseModel, frozen=True):
     exponent: float
     limits: dict[str, float]
     life_notes: tuple[str, ...] = ()
+    motion_warnings: tuple[str, ...] = ()
     second_look: SecondLooks | str | None = None
 
     @model_validator(mode="after")
@@ -188,6 +191,11 @@ class StudyMetadata(BaseModel, frozen=True):
     def repetition(self) -> Repetition | None:
         """The repetition of the motion in operation, which converts lives; None where there is no life."""
         return None if self.travel is None else self.machine.life.repetition(self.travel, self.duration)
+
+    @property
+    def warnings(self) -> list[str]:
+        """The warnings of motion and machine."""
+        return [*self.motion_warnings, *machine_warnings(self.machine)]
 
     @property
     def draws_motion(self) -> bool:

@@ -211,6 +211,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
         "travel",
         "limits",
         "life_notes",
+        "motion_warnings",
         "second_look",
     ]
     if design is not None and design.sampling != "latin hypercube":

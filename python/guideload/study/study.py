@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, InstanceOf, StrictBool, model_validator
 from scipy.stats import qmc
 
+from guideload.audit.plausibility import motion_warnings
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
 from guideload.base.toml import located
 from guideload.machine.machine import Machine
@@ -178,6 +179,7 @@ class Study(StudyOptions):
             columns=columns,
             exponent=rated.exponent,
             life_notes=rated.notes,
+            motion_warnings=tuple(map(str, motion_warnings(motion, self.machine))),
             travel=rated.travel if rated.criteria else None,
             limits={},
         )
