@@ -227,6 +227,10 @@ def test_preload_counts_by_default_and_the_print_says_what_it_leaves_out(law: st
     )
     counted, printed = life_of(run), life_of(run, LifeConditions(preload_in_life=False))
     assert counted.with_preload is None and printed.with_preload is not None
+    reason = "A preload F0 raises it"  # beside a mean load above the peak
+    for found, has in ((counted, True), (printed, False)):
+        shown = " ".join(life_report(found, band=False).text().split()).partition("P_m exceeds")[2]
+        assert (reason in shown.partition("P_m: mean")[0]) == has
     for one, other, again in zip(
         counted.carriages, printed.carriages, printed.with_preload.carriages, strict=True
     ):

@@ -31,6 +31,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.drive import drive_requirements
 from guideload.machine.drive import Drive
 from guideload.machine.modes import Modes
+from guideload.reports.report import Table
 from guideload.reports.sizing import sizing_report
 from guideload.sizing import largest, size
 from guideload.sizing.limits import at_pace, with_payload
@@ -399,11 +400,13 @@ def test_stiffness_of_a_candidate_tells_its_source() -> None:
     carriage = found.candidates[0].result.machine.carriages[0]
     assert carriage.stiffness_y == carriage.stiffness_z == estimate.stiffness
     words = sizing_report(cart(), found).text().replace("\n", " ")
+    (table,) = (part for part in sizing_report(cart(), found, 2).sections[0].parts if isinstance(part, Table))
+    names = [row[0] for row in table.rows]
+    assert len(names) == 2 and any(name.startswith("* ") for name in names)
     assert (
-        "stiffness of 1 candidate estimated, within 30 %, of 1 candidate estimated, within a factor of 2"
-        in words
+        "stiffness: 1 candidate estimated, within 30 %; 1 candidate estimated, within a factor of 2" in words
     )
-    assert "of 1 candidate by machine file" in words
+    assert "; 1 candidate by machine file" in words
 
 
 def test_products_that_differ_in_name_only_share_a_run() -> None:
@@ -422,7 +425,7 @@ def test_two_makers_by_the_names_of_their_products() -> None:
     run = EXAMPLES / "manipulator.toml", EXAMPLES / "manipulator.csv"
     pair = "--product", "HGW25CC ZA", "--product", "THK SHS25C C1"
     text = " ".join(guideload("compare", *run, *pair).stdout.split())
-    assert "HGW25CC ZA: stiffness of all carriages (HGW25CC ZA) estimated, within 30 %" in text
+    assert "HGW25CC ZA: Note: stiffness of all carriages (HGW25CC ZA) estimated, within 30 %" in text
     for wrong, words in (("HGW25CC", "HGW25CC Z0"), ("HGW25CC ZC", "Z0, ZA, ZB"), ("HGW25C", "did you mean")):
         assert words in refused("compare", *run, "--product", "HGH25CA ZA", "--product", wrong)
     text = guideload("size", *run, "--product", "HGW25CC", "--product", "SHS25C").stdout

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
 
+MOST_ROWS = 40  # of candidates in the terminal
 NUMBER = options.NumberOrText()
 
 
@@ -86,7 +87,7 @@ def size(
         catalogue = packaged_catalogue() if catalogue_file is None else Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
-    return sizing_report(machine, found), lambda pages: pages.sizing_page(machine, found)
+    return sizing_report(machine, found, MOST_ROWS), lambda pages: pages.sizing_page(machine, found)
 
 
 @click.command()

@@ -126,7 +126,8 @@ class DriveRequirements:
                 found.append(("motor speed", drive.torque_curve[-1][0], speed))
                 within = np.abs(motor.speed) <= drive.torque_curve[-1][0]
                 found.append(("motor torque", 1.0, float(motor.use[within].max(initial=0.0))))
-            found.append(("rms torque of the motor", motor.rated_torque, motor.rms_torque))
+            rms_torque = 0.0 if motor.rated_torque is None else motor.rms_torque
+            found.append(("rms torque of the motor", motor.rated_torque, rms_torque))
             found.append(("speed of the screw", drive.critical_speed, abs(speed / drive.gear_ratio)))
         found.append(("drive force", drive.max_force, self.peak_force))
         return {name: limit / asked if asked else np.inf for name, limit, asked in found if limit is not None}
@@ -221,4 +222,6 @@ def rms(time: Array, values: Array) -> float:
     if duration == 0.0:
         return float(np.sqrt(np.mean(values**2)))
     left, right = values[:-1], values[1:]
-    return float(np.sqrt(steps @ (left * left + left * right + right * right) / (3.0 * duration)))
+    # A sum in pairs: it rounds less than a scalar product, whose threads wait for each other.
+    squares = (steps * (left * left + left * right + right * right)).sum()
+    return float(np.sqrt(squares / (3.0 * duration)))

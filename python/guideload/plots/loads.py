@@ -55,7 +55,7 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
     data = result.quantities
     if "motor_speed" in data:
         title = "Motor speed"
-        values, label = data["motor_speed"] / factor("rpm", "rad/s"), "motor speed n$_M$ [1/min]"
+        values, label = data["motor_speed"] / factor("rpm", "rad/s"), "motor speed [1/min]"
     elif "cart_velocity" in data:
         title = "Cart velocity (the motion has no motor speed)"
         values, label = data["cart_velocity"][:, 0], "velocity along x [m/s]"
@@ -102,8 +102,18 @@ def paper_figures(result: Result) -> list[Axes]:
     carriages = [str(name) for name in result.quantities["carriage"]]
     enlarged = is_long(result)
     with look():
-        figure = new_figure(20.0 if enlarged else 12.0, 1.0 + 2.1 * (1 + len(carriages)))
-        grid = figure.add_gridspec(1 + len(carriages), 4 if enlarged else 2)
+        columns, rows = (4 if enlarged else 2), 1 + len(carriages)
+        width, height = 5.0 * columns + 2.0, 1.0 + 2.1 * rows
+        figure = new_figure(width, height)
+        figure.set_layout_engine("none")  # places given in inches: to find them takes as long as the drawing
+        gap = {"wspace": 0.9 / (width / columns - 0.9), "hspace": 0.85 / (height / rows - 0.95)}
+        places = {
+            "left": 0.8 / width,
+            "right": 1.0 - 0.2 / width,
+            "bottom": 0.5 / height,
+            "top": 1.0 - 0.8 / height,
+        }
+        grid = figure.add_gridspec(rows, columns, **places, **gap)
         sheet = [motor_speed(result, figure.add_subplot(grid[0, :]))]
         cycles: list[Axes] = []
         for row, carriage in enumerate(carriages, start=1):
@@ -122,6 +132,7 @@ def paper_figures(result: Result) -> list[Axes]:
                     )
         for ax in (*sheet[1:-2], *cycles[:-2]):
             ax.set_xlabel("")
+            ax.tick_params(labelbottom=False)
         figure.suptitle(run_title(result), parse_math=False)
     return [*sheet, *cycles]
 
@@ -137,7 +148,7 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     """
     static = Histories(result.machine, result.quantities).quasi_static_resultants()
     loads = _Loads(result.quantities["resultant"], static, "static with m a", "resultant_sd", "N")
-    return _carriages(result, loads, "Resultant load of the carriages", "√(F$_y$² + F$_z$²) [N]", ax)
+    return _carriages(result, loads, "Resultant load of the carriages", "√(Fy² + Fz²) [N]", ax)
 
 
 @checked
@@ -153,7 +164,7 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     loads = _Loads(
         magnitude, np.broadcast_to(level, magnitude.shape), "static level", "moment_magnitude_sd", "N m"
     )
-    label = "√(M$_x$² + M$_y$² + M$_z$²) [N m]"
+    label = "√(Mx² + My² + Mz²) [N m]"
     return _carriages(result, loads, "Moments of the carriages about their centres", label, ax)
 
 
@@ -203,7 +214,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
         ax.axhline(static, color=INK, linewidth=0.8, linestyle=DASHED, label=label)
         label = f"{_peak(part)} {load_with_unit(load[peak])} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
-        ax.set(xlabel="time [s]", ylabel=f"load F$_{axis}$ [N]")
+        ax.set(xlabel="time [s]", ylabel=f"load F{axis} [N]")
         title = f"Carriage {carriage}, {axis}{'' if part is None else ', worst cycle'}"
         ax.set_title(title, pad=22, parse_math=False)  # room for the legend
         _limit_zoom(ax, load, float(data["resultant"].max()))

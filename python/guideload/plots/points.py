@@ -37,7 +37,7 @@ def points(result: Result) -> list[Axes]:
 
     A row per point: over time, of a long record as an envelope with the worst cycle beside it; and over the frequency,
     averaged in bands of 1/12 octave, with the natural frequencies. Grey lines are the settle window. Returns the axes
-    row by row. Raises ArgumentError if the result reports no instant, ValueError for a machine without points.
+    row by row. Raises ArgumentError if the result reports no instant, or if the machine has no points.
     """
     machine, data = result.machine, result.quantities
     if not machine.points:

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure, SubFigure
 
@@ -17,13 +17,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DOTS_PER_INCH = 130
+QUICK = {"compress_level": 1}  # of PNG: two thirds of the time for a sixth more bytes
 
 
 @checked
 def save(ax: Axes, path: str | Path) -> Path:
     """Save the figure of the axes, in the format of the path's ending; returns the path."""
     with quiet_glyphs(), laid_out(figure_of(ax), DOTS_PER_INCH) as figure:
-        figure.savefig(path, dpi=DOTS_PER_INCH)
+        quick: dict[str, Any] = {"pil_kwargs": QUICK} if Path(path).suffix == ".png" else {}
+        figure.savefig(path, dpi=DOTS_PER_INCH, **quick)
     return Path(path)
 
 

@@ -115,10 +115,13 @@ def octave_bands(frequency: Array, density: Array) -> tuple[Array, Array, Array]
 
 
 def set_frequency_ticks(ax: Axes) -> None:
-    """Plain numbers at the decades of a logarithmic axis of frequencies, and ticks between them."""
-    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    """Plain numbers at the decades of logarithmic axes, and ticks between them along the frequencies."""
     ax.xaxis.set_minor_locator(LogLocator(subs=range(2, 10)))
+    ax.yaxis.set_minor_locator(NullLocator())
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+        if axis.get_scale() == "log":
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
 
 
 def label_modes(

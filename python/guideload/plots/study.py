@@ -184,7 +184,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
         if "nominal_resultant" in data:
             nominal, dash = data["nominal_resultant"].sel(carriage=carriage).values, (0, (5, 2))
             ax.plot(time, nominal, color=INK, linewidth=1.0, linestyle=dash, label="nominal machine")
-        ax.set(xlabel="time [s]", ylabel="√(F$_y$² + F$_z$²) [N]")
+        ax.set(xlabel="time [s]", ylabel="√(Fy² + Fz²) [N]")
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
         legend_beside(ax)
     return ax

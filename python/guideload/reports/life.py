@@ -212,8 +212,9 @@ def _above_peak(life: Life) -> str:
         return ""
     return (
         f"P_m exceeds the peak load of carriage {joined(above)}: the peak is the resultant of Fy and Fz, and the "
-        f"equivalent load by rule {life.conditions.rule} has more in it: {RULES[life.conditions.rule].note}."
-    )
+        f"equivalent load by rule {life.conditions.rule} has more in it: {RULES[life.conditions.rule].note}. "
+        + " ".join(_preload_formula([one for one in life.carriages if one.name in above]))
+    ).rstrip()
 
 
 def _causes_section(life: Life) -> Section:

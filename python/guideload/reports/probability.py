@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from guideload.base.number_text import percent, scientific
+from guideload.base.number_text import digits, percent, scientific
 from guideload.reports.report import Report
 from guideload.reports.study_tables import limit_text
 from guideload.study.metadata import StudyMetadata
@@ -15,8 +15,8 @@ def probability_report(found: RareProbability, metadata: StudyMetadata) -> Repor
     owner = f"carriage {carriage.removesuffix(']')}" if carriage else "machine"
     text = f"Probability of {limit_text(stem, found.limit, metadata)}, {owner}: "
     if found.probability:
-        ends = f"{scientific(found.low, 1)} to {scientific(found.high, 1)}"
-        text += f"{scientific(found.probability, 1)} ({ends} at 95 %), coefficient of variation "
+        ends = f"{digits(found.low, 2)} to {digits(found.high, 2)}"
+        text += f"{digits(found.probability, 2)} ({ends} at 95 %), coefficient of variation "
         text += percent(found.coefficient_of_variation)
     else:
         text += f"below {scientific(found.high)}"

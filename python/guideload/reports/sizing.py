@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.plausibility import input_warnings
-from guideload.base.number_text import between, counted, digits, fixed, joined, number
+from guideload.base.number_text import between, counted, digits, fixed, number
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Definitions, Report, Section, Table, Value
@@ -39,13 +40,22 @@ UNITS = {
 }
 
 
-def sizing_report(machine: Machine, sizing: Sizing) -> Report:
-    """The answer, a row per candidate, and the reasons of those that could not be run."""
+def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> Report:
+    """The answer, a row per candidate, and the reasons of those that could not be run.
+
+    most: candidates in the table, those next to the smallest that holds; default: all.
+    """
     products = [one.product for one in sizing.candidates if one.life is not None]
     failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
     not_run = [f"{counted(len(failed), 'candidate')} could not be run, see below."] if failed else []
-    table = _candidates_table(sizing)
+    ran = [one for one in sizing.candidates if one.life is not None]
+    middle = len(ran) - 1 if sizing.smallest is None else ran.index(sizing.smallest)
+    first = 0 if most is None else max(0, min(middle - most // 2, len(ran) - most))
+    shown = ran[first:][:most]
+    table = _candidates_table(sizing, shown)
     marks = "* the smallest that holds; - does not hold." if table else ""
+    if left := len(ran) - len(shown):
+        marks += f" {counted(left, 'candidate')}, smaller or larger, are left out: --report writes all into a page."
     return Report.of(
         machine,
         "which carriage",
@@ -60,9 +70,9 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
     """How many candidates were run with a stiffness that their catalogue does not print."""
     counts = Counter(one.stiffness_from for one in sizing.candidates if one.life is not None)
     others = [
-        f"of {counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
+        f"{counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
     ]
-    return [f"Note: stiffness {joined(others)}."] if others else []
+    return [f"Note: stiffness: {'; '.join(others)}."] if others else []
 
 
 def _warnings_of_the_run(sizing: Sizing) -> list[str]:
@@ -74,12 +84,12 @@ def _warnings_of_the_run(sizing: Sizing) -> list[str]:
     return [f"{shown.name}: {text}" for text in shown.result.audit.warnings]
 
 
-def _candidates_table(sizing: Sizing) -> Table:
+def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:
     headings = [("product",), ("C", "kN", "3 digits"), ("C0", "kN", "3 digits"), ("life", "h", "hours")]
     headings += [("S0", "", "factor"), ("margin", "", "factor"), ("fails first",), ("drive", "N", "load")]
     headings += [("mode 1", "Hz", "3 digits"), ("carriages", "kg", "3 digits"), ("stiffness",)]
     rows: list[tuple[Value, ...]] = []
-    for one in sizing.candidates:
+    for one in shown:
         if (
             one.life is None
             or one.margins is None

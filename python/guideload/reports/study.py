@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from guideload.base.number_text import capitalised, digits, fixed, number, percent
+from guideload.reports.life import unverified_lines
 from guideload.reports.report import Column, Report, Section, Table, free_dofs
 from guideload.reports.study_life import life_answer, life_section
 from guideload.reports.study_tables import (
@@ -49,6 +50,7 @@ def study_report(result: StudyResult) -> Report:
         warnings=[
             *result.doubts,
             *metadata.warnings,
+            *unverified_lines(one.product for one in result.rated.values()),
             *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
         ],
         about=free_dofs(metadata.machine),

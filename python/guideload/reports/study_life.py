@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.base.number_text import counted, digits, fixed, joined, kilometres, number, rounded
+from guideload.base.number_text import counted, digits, fixed, joined, number
 from guideload.life.limits import LARGE_LOAD
-from guideload.reports.life import duty_text, rating_formulas, unverified_lines
+from guideload.reports.life import duty_text, rating_formulas
 from guideload.reports.report import Column, Definitions, Part, Section, Table, interval
+from guideload.reports.study_tables import travel_text
 from guideload.study.quantities import LIFE, PEAK_LOAD, SAFETY, column_name
 from guideload.study.result import StudyResult
 from guideload.study.statistics import known
@@ -31,17 +32,17 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     conditions = result.metadata.machine.life
     yield (
         f"Life that all carriages reach with {number(100 * conditions.reliability)} % {duty_text(conditions)}: median "
-        f"{_life(result, life['q50'])}, 5 % quantile {_life(result, life['q05'])}; "
+        f"{travel_text(life['q50'], result.metadata)}, 5 % quantile {travel_text(life['q05'], result.metadata)}; "
         f"smallest static safety: median {fixed(safety['q50'], 2)}, 1 % quantile "
         f"{fixed(safety['q01'], 2)}"
     )
-    yield from unverified_lines(one.product for one in result.rated.values())
     if LIFE in result.limits:
         row = result.failure_probability().loc[""].to_dict()
         probability, low, high, shorter = (digits(100 * row[key]) for key in ROW)
+        before = travel_text(row["travel_km"], result.metadata)
         yield (
-            f"Probability of a failure by fatigue before {_life(result, row['travel_km'])}: {probability} % ({low} to "
-            f"{high} %); the rating life is shorter in {shorter} % of the samples"
+            f"Probability of a failure by fatigue before {before}: {probability} % ({low} to {high} %); the rating "
+            f"life is shorter in {shorter} % of the samples"
         )
 
 
@@ -65,7 +66,7 @@ def _failure_table(result: StudyResult) -> Table:
     return Table(
         Column("carriage", [str(name) or "any" for name in rows.index]),
         Column(
-            f"fails before {_life(result, rows['travel_km'].iloc[0])}",
+            f"fails before {travel_text(rows['travel_km'].iloc[0], result.metadata)}",
             100 * rows["probability"],
             "%",
             "3 digits",
@@ -90,9 +91,3 @@ def _load_notes(result: StudyResult) -> Iterator[str]:
             f"Note: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life formula "
             "holds for smaller loads."
         )
-
-
-def _life(result: StudyResult, kilometers: float) -> str:
-    """`12 300 h (45 600 km)`; without hours for a study of an earlier version, which does not know its travel."""
-    repetition, text = result.metadata.repetition, f"{kilometres(1e3 * kilometers)} km"
-    return text if repetition is None else f"{rounded(repetition.hours(1e3 * kilometers))} h ({text})"

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.base.number_text import KINDS, capitalised, digits
+from guideload.base.number_text import KINDS, capitalised, digits, kilometres, rounded
 from guideload.reports.report import Column, Definitions, Part, Table, interval
 from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, Quantity, contact_words
@@ -48,7 +48,15 @@ def limit_text(name: str, limit: float, metadata: StudyMetadata) -> str:
     """A limit in words: "peak resultant above 7000 N"; without a value "contact lost"."""
     quantity, title = QUANTITIES[name], metadata.title(name)
     sign = "below" if quantity.smallest_is_worst else "above"
-    return title if np.isnan(limit) else f"{title} {sign} {value_text(limit, quantity)}"
+    if np.isnan(limit):
+        return title
+    return f"{title} {sign} {travel_text(limit, metadata) if name == LIFE else value_text(limit, quantity)}"
+
+
+def travel_text(kilometers: float, metadata: StudyMetadata) -> str:
+    """`12 300 h (45 600 km)`; without hours for a study of an earlier version, which does not know its travel."""
+    repetition, text = metadata.repetition, f"{kilometres(1e3 * kilometers)} km"
+    return text if repetition is None else f"{rounded(repetition.hours(1e3 * kilometers))} h ({text})"
 
 
 def cases_parts(result: StudyResult) -> list[Part]:

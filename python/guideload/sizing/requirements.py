@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.catalogue.conditions import LifeConditions
-from guideload.drive.requirements import drive_requirements
+from guideload.drive.requirements import DriveRequirements, drive_requirements, is_elastic
 from guideload.life.life import Life
 
 
@@ -37,8 +37,11 @@ class Margins:
         return self.smallest >= 1.0
 
 
-def margins_of(life: Life) -> Margins:
-    """The margins of a life against its conditions and the limits of products and drive."""
+def margins_of(life: Life, needed: DriveRequirements | None = None) -> Margins:
+    """The margins of a life against its conditions and the limits of products and drive.
+
+    needed: what its run asks of the drive, if that is known.
+    """
     conditions: LifeConditions = life.conditions
     ratios = {"static safety": life.weakest.static.safety / conditions.least_safety}
     if life.wanted is not None:
@@ -52,7 +55,6 @@ def margins_of(life: Life) -> Margins:
         reached = float(np.abs(history).max())
         if limits and reached > 0.0:
             ratios[name] = min(limits) / reached
-    result = life.record.result
-    if "x" not in result.machine.free:
-        ratios |= drive_requirements(result).margins
+    if not is_elastic(life.record.result.machine):
+        ratios |= (needed or drive_requirements(life.record.result)).margins
     return Margins(ratios)

@@ -224,11 +224,12 @@ def _tried(
         equipped = with_product(machine, product, preload_class)
         result = simulate(equipped, motion)
         life = life_of(result, conditions)
-        force = drive_requirements(result).peak_force
+        needed = drive_requirements(result)
+        margins, force = margins_of(life, needed), needed.peak_force
         first = float(Modes.of(equipped).frequency.min(initial=math.inf))
     except GuideloadError as error:
         return Candidate(product, preload_class, reason=str(error))
-    return Candidate(product, preload_class, result, life, margins_of(life), force, first)
+    return Candidate(product, preload_class, result, life, margins, force, first)
 
 
 @checked
