@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import (
+    counted,
     digits,
     first_names,
     joined,
@@ -157,11 +158,11 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
         if odd:
             middle = np.sqrt(limit.least * limit.most)
             worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
-            many = f"{len(odd)} of {len(values)} modes, mode" if len(odd) > 1 else "mode"
+            others = f", and {counted(len(odd) - 1, 'other mode')} too" if len(odd) > 1 else ""
             yield WarningText(
                 key,
-                f"Note: {many} {worst + 1} {what} {digits(scale * values[worst])} {unit}, outside "
-                f"{number(scale * limit.least)} to {number(scale * limit.most)} {unit}: {question}?",
+                f"Note: mode {worst + 1} {what} {digits(scale * values[worst])} {unit}, outside "
+                f"{number(scale * limit.least)} to {number(scale * limit.most)} {unit}{others}: {question}?",
             )
     sided = [float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided"]
     if not LIMITS["clearance"].holds(clearance := max(sided, default=0.0)):

@@ -166,7 +166,7 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     elif kind == "extra_forbidden":
         keys = list(holder.model_fields)
         near = _nearest(str(path[-1]), keys)
-        expected = "a known key"
+        expected, written = "a known key", shown(str(path[-1]))
         hint = f"did you mean {' or '.join(near)}?" if near else f"keys known here: {', '.join(keys)}"
         hint = getattr(holder, "MOVED", {}).get(path[-1], hint)
     elif kind == "union_tag_invalid":

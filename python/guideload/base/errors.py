@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
 
 from guideload.base.visible_text import visible
 
@@ -156,7 +158,11 @@ class ConfigError(GuideloadError):
         self.row = first.row
 
     def __str__(self) -> str:
-        lines = [problem.text(self.file) for problem in self.problems]
+        told = [{problem.hint for problem in self.problems[:i]} for i in range(len(self.problems))]
+        lines = [
+            (replace(problem, hint="") if problem.hint in before else problem).text(self.file)
+            for problem, before in zip(self.problems, told, strict=True)
+        ]
         if self.others:
             lines.append(f"and {self.others} more problem{'s' if self.others > 1 else ''}")
         return visible("\n".join(lines))
@@ -175,6 +181,15 @@ def problem_at(place: KeyPath, refused: ValueRefused) -> Problem:
 def refused_at(place: KeyPath, expected: str, value: object, hint: str = "") -> ConfigError:
     """The error for a single refused value at its key."""
     return ConfigError([problem_at(place, ValueRefused(expected, value, hint))])
+
+
+def no_file(path: Path) -> str:
+    """`no such file`, and the file beside it whose name is nearest."""
+    try:
+        near = get_close_matches(path.name, [other.name for other in path.parent.iterdir()], 1)
+    except OSError:
+        near = []
+    return f"no such file{''.join(f'; did you mean {visible(name)}?' for name in near)}"
 
 
 def shown(value: object) -> str:

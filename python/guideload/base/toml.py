@@ -10,7 +10,16 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from guideload.base.errors import ABSENT, ConfigError, KeyPath, Problem, UnreadableConfig, shortened
+from guideload.base.errors import (
+    ABSENT,
+    ConfigError,
+    KeyPath,
+    Problem,
+    UnreadableConfig,
+    no_file,
+    shortened,
+    shown,
+)
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -65,6 +74,8 @@ def read_toml(
 
     try:
         content = Path(file).read_bytes()
+    except FileNotFoundError:
+        raise refusal(f"a file, {source}", "", None, no_file(Path(file))) from None
     except OSError as error:
         expected = f"a readable file, {source} ({error.strerror})"
         raise refusal(expected, "", None, "no file") from None
@@ -88,7 +99,8 @@ def read_toml(
         row = int(at[1]) if at and at[1] else len(lines)
         reason = str(error)[: at.start()] if at else str(error)
         expected, hint = next((words for start, *words in TWICE if reason.startswith(start)), ("TOML", ""))
-        hint = hint or f"{reason}; {IN_QUOTES}"
+        of_value = reason.startswith(("Invalid", "Illegal", "Expected newline"))
+        hint = hint or (f"{reason}; {IN_QUOTES}" if of_value else reason)
         written = shortened(lines[min(row, len(lines)) - 1]) or "an empty row"
         raise refusal(expected, hint, row, written) from None
 
@@ -100,7 +112,8 @@ def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> Conf
         prefixes = (problem.path[:n] for n in range(len(problem.path), 0, -1))
         path = next((prefix for prefix in prefixes if prefix in places), None)
         if path is not None:
-            exact = path == problem.path and problem.written != ABSENT
+            of_the_key = problem.written in (ABSENT, shown(str(path[-1])))
+            exact = path == problem.path and not of_the_key
             written = (places[path].text if exact else "") or problem.written
             problem = replace(problem, row=places[path].row, written=written)
         problems.append(problem)

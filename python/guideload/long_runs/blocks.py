@@ -17,7 +17,7 @@ import numpy as np
 
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
-from guideload.base.errors import ArgumentError, TraceError
+from guideload.base.errors import ArgumentError, TraceError, no_file
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.smoothing.smoothing import Method
 from guideload.traces.content.columns import columns_of
@@ -159,7 +159,7 @@ def _tables(path: Path, rows: int) -> Iterator[tuple[Table, range]]:
     import pyarrow.parquet as pq
 
     if not path.is_file():
-        raise TraceError(f"{path}: no such file")
+        raise TraceError(f"{path}: {no_file(path)}")
     with damage_named(path, "Parquet"), pq.ParquetFile(path, pre_buffer=False) as file:
         count = file.metadata.num_rows
         bounds = np.linspace(0, count, max(1, round(count / rows)) + 1).astype(int).tolist()

@@ -214,6 +214,11 @@ class Distances(NamedTuple):
     roll: float
 
 
+NO_CATALOGUE = (
+    ', e.g. "10 kN s/m" (not in catalogues: `guideload modes` prints damping ratios, mostly near 2 %)'
+)
+
+
 class Carriage(ElasticModel):
     """A carriage: one link along y and one along z at each of its ends, x - length/2 and x + length/2 (paper, 4.1).
 
@@ -262,8 +267,8 @@ class Carriage(ElasticModel):
     compliance_y: Compliance = compliance_field("along y")
     compliance_z: Compliance = compliance_field("along z")
     rolling: Rolling = None
-    damping_y: Damping = Field(description='damping of the whole carriage along y, e.g. "100 kN s/m"')
-    damping_z: Damping = Field(description='damping of the whole carriage along z, e.g. "100 kN s/m"')
+    damping_y: Damping = Field(description=f"damping of the whole carriage along y{NO_CATALOGUE}")
+    damping_z: Damping = Field(description=f"damping of the whole carriage along z{NO_CATALOGUE}")
     damping_in_contact: DampingInContact = False
     mounting_error: Cross = Field(
         default=(0.0, 0.0),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.errors import ArgumentTypeError, TraceError, UnreadableTrace, shortened
+from guideload.base.errors import ArgumentTypeError, TraceError, UnreadableTrace, no_file, shortened
 from guideload.traces.format.matlab import read_matlab
 from guideload.traces.format.table import Table
 from guideload.traces.format.text_table import read_text
@@ -52,7 +52,7 @@ def _file(path: Path) -> Table:
     if path.is_dir():
         raise UnreadableTrace(f"{path}: is a folder; give the file of the trace in it")
     if not path.is_file():
-        raise UnreadableTrace(f"{path}: no such file")
+        raise UnreadableTrace(f"{path}: {no_file(path)}")
     program = BINARY.get(path.suffix.lower())
     if program is None:
         try:
