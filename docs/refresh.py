@@ -162,7 +162,7 @@ def example_folder() -> Iterator[None]:
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
-            for file in EXAMPLES.iterdir():
+            for file in EXAMPLES.glob("*.*"):
                 Path(file.name).write_bytes(file.read_bytes())
             yield
         finally:

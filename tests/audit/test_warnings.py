@@ -28,7 +28,7 @@ from guideload import (
 )
 from guideload.audit.plausibility import longest_move, machine_warnings, motion_warnings
 from guideload.base.warnings import LIMITS, WarningText, verdict
-from guideload.cli.machine_kinds import KINDS
+from guideload.cli.machine import KINDS
 from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
 from guideload.reports.trace import encoder_report
@@ -57,7 +57,7 @@ def scaled(**factors: float) -> Machine:
 def estimated() -> Machine:
     """A vertical axis with a product whose stiffness the catalogue does not print."""
     stated = ("length", "width", "stiffness")
-    lines = KINDS["vertical"].text.splitlines()
+    lines = (EXAMPLES / "kinds" / "vertical.toml").read_text(encoding="utf-8").splitlines()
     text = "\n".join(line for line in lines if not line.startswith(stated))
     wagon = "[carriage_types.wagon]"
     text = text.replace(wagon, f'{wagon}\nproduct = "SHS25C"\npreload_class = "C0"')
@@ -208,10 +208,8 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number(key: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_machines_of_init_have_no_warnings(kind: str, tmp_path: Path) -> None:
-    file = tmp_path / "machine.toml"
-    file.write_text(KINDS[kind].text, encoding="utf-8")
-    given = Machine.from_toml(file)
+def test_machines_of_init_have_no_warnings(kind: str) -> None:
+    given = Machine.from_toml(EXAMPLES / "kinds" / f"{kind}.toml")
     assert not machine_report(given).warnings
     assert not result_report(simulate(given, Moves.from_toml(EXAMPLES / "moves.toml").motion())).warnings
 

@@ -9,7 +9,7 @@ import pytest
 from command_line import guideload
 
 from guideload.cli.inputs import EXAMPLES
-from guideload.cli.machine_kinds import KINDS
+from guideload.cli.machine import KINDS
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.moves import Moves

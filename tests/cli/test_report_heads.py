@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import guideload
-
-from guideload.cli.machine_kinds import KINDS
+from command_line import EXAMPLES, guideload
 
 HEAD = "Project: Gantry 12"
 OF_MACHINE = "points[0].at is 90 m, beyond 20 m: is it in mm?"
@@ -40,8 +38,12 @@ OF_ONE = {"modes": (), "response": ()}
 def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """The packaged example with products, a head and a point that is 90 m away."""
     monkeypatch.chdir(tmp_path)
-    text = KINDS["vertical"].text.replace(
-        "[carriage_types.wagon]", '[carriage_types.wagon]\nproduct = "HGH25CA"\npreload_class = "ZA"'
+    text = (
+        (EXAMPLES / "kinds" / "vertical.toml")
+        .read_text(encoding="utf-8")
+        .replace(
+            "[carriage_types.wagon]", '[carriage_types.wagon]\nproduct = "HGH25CA"\npreload_class = "ZA"'
+        )
     )
     text = text.replace('["0 mm", "250 mm", "0 mm"]', '["0 mm", 90, "0 mm"]')
     assert "HGH25CA" in text and "90," in text

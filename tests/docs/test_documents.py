@@ -60,7 +60,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     monkeypatch.setattr(Figure, "savefig", touch)
     monkeypatch.chdir(tmp_path)
-    for file in EXAMPLES.iterdir():
+    for file in EXAMPLES.glob("*.*"):
         Path(file.name).write_bytes(file.read_bytes())
     Path("trace.csv").write_bytes((EXAMPLES / "manipulator.csv").read_bytes())
     return tmp_path

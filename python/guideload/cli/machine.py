@@ -14,7 +14,6 @@ from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_optional_motion
-from guideload.cli.machine_kinds import KINDS
 from guideload.cli.outputs import picture_draft, unwritable
 from guideload.cli.reporting import shows_report
 from guideload.cli.terminal import print_text
@@ -22,6 +21,8 @@ from guideload.cli.terminal import print_text
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
+
+KINDS = ("one-rail", "gantry", "vertical")  # of short machine files, in examples/kinds
 
 
 @click.command()
@@ -50,13 +51,11 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
     path = path or Path(name)
     if path.is_dir():
         path /= name
-    if machine_kind in KINDS:
-        template = KINDS[machine_kind].text
-    else:
-        template = (EXAMPLES / name).read_text(encoding="utf-8")
+    example = EXAMPLES / "kinds" / f"{machine_kind}.toml" if machine_kind in KINDS else EXAMPLES / name
+    template = example.read_text(encoding="utf-8")
     if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
-        template = template.replace('"manipulator.csv"', '"trace.csv"')
+        template = template.replace('"manipulator.csv"', '"trace.csv"      ')
     try:
         with atomic_write(path, replace=False) as draft:
             draft.write_bytes(template.encode())
