@@ -20,7 +20,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.points import PointOfInterest
 from guideload.motion.motion import Motion
 from guideload.plots.saving import DOTS_PER_INCH
-from guideload.plots.spectrum import octave_bands
+from guideload.plots.spectra import octave_bands
 from guideload.plots.style import LOOK, carriage_look
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from matplotlib.ticker import MultipleLocator
 
 from guideload.base.arguments import checked
-from guideload.plots.spectrum import label_modes, set_frequency_ticks
+from guideload.plots.spectra import label_modes, set_frequency_ticks
 from guideload.plots.style import PALE, carriage_look, legend_beside, look, new_figure
 from guideload.reports.response import source_unit, source_words
 

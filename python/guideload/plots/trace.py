@@ -13,7 +13,7 @@ from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
 from guideload.plots.long_records import COLUMNS, thinned
-from guideload.plots.spectrum import label_modes, octave_bands, set_frequency_ticks
+from guideload.plots.spectra import label_modes, octave_bands, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
 from guideload.plots.long_records import draw_envelope, is_long, worst_cycle
-from guideload.plots.spectrum import octave_bands, power_density, set_frequency_ticks
+from guideload.plots.spectra import octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import (
     GREY,
     PALE,

@@ -1,0 +1,36 @@
+# The public pictures: each is imported at its first use.
+
+from .compare import comparison as comparison
+from .drivers import scatter as scatter
+from .drivers import tornado as tornado
+from .identification import correlation as correlation
+from .identification import identified_numbers as identified_numbers
+from .identification import measured_responses as measured_responses
+from .identification import modal_test as modal_test
+from .identification import next_measurements as next_measurements
+from .identification import save_identification as save_identification
+from .life import rail_damage as rail_damage
+from .loads import load_y as load_y
+from .loads import load_z as load_z
+from .loads import moments as moments
+from .loads import motor_speed as motor_speed
+from .loads import paper_figures as paper_figures
+from .loads import resultant as resultant
+from .machine import equivalent_box as equivalent_box
+from .machine import modes as modes
+from .machine import scene as scene
+from .point_motion import points as points
+from .response import frequency_response as frequency_response
+from .run import save_all as save_all
+from .saving import save as save
+from .sensitivities import influence as influence
+from .spectra import load_density as load_density
+from .spectra import spectrum as spectrum
+from .stability_region import stability as stability
+from .study import band as band
+from .study import distributions as distributions
+from .study import exceedance as exceedance
+from .study import save_study as save_study
+from .study_life import failure as failure
+from .trace import encoder as encoder
+from .work_precision_diagram import work_precision as work_precision

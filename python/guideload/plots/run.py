@@ -1,0 +1,44 @@
+"""All pictures of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from guideload.base.arguments import checked
+from guideload.plots.loads import moments, paper_figures, resultant
+from guideload.plots.machine import modes, scene
+from guideload.plots.point_motion import points
+from guideload.plots.saving import save_each
+from guideload.plots.spectra import spectrum
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.axes import Axes
+
+    from guideload.simulation.result import Result
+
+
+@checked
+def save_all(result: Result, folder: str | Path) -> list[Path]:
+    """Save every picture of a result as PNG in `folder`, created if it is missing; returns their paths.
+
+    Raises PictureError if some cannot be drawn, after the others are saved.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    drawings: dict[str, Callable[[], Axes]] = {
+        "scene.png": lambda: scene(result.machine, result),
+        "modes.png": lambda: modes(result.machine, result.modes)[0],
+    }
+    if result.machine.carriages:
+        drawings |= {
+            "figures_7_to_11.png": lambda: paper_figures(result)[0],
+            "resultant.png": lambda: resultant(result),
+            "moments.png": lambda: moments(result),
+            "spectrum.png": lambda: spectrum(result),
+        }
+    if result.machine.points:
+        drawings["points.png"] = lambda: points(result)[0]
+    return save_each(drawings, folder)
