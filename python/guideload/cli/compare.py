@@ -12,18 +12,16 @@ from guideload.base.errors import ValueRefused
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import is_motion_file, paths, read_machine, read_motion
-from guideload.cli.outputs import picture_draft
-from guideload.cli.reporting import shows_report
+from guideload.cli.reporting import Shown, draws_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
-    from guideload.cli.reporting import Shown
     from guideload.machine.machine import Machine
     from guideload.motion.moves import Moves
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.or_moves("files", "MACHINE.TOML... TRACE...", nargs=-1)
 @click.option(
     "--product",
@@ -31,14 +29,10 @@ if TYPE_CHECKING:
     multiple=True,
     help='Packaged product with preload class for all carriages, e.g. "HGH25CA ZA"; repeatable: one run each.',
 )
-@options.picture_option
-@options.overwrite_picture_option
 @options.trace_options
 def compare(
     files: tuple[Path | Moves, ...],
     products: tuple[str, ...],
-    output: Path | None,
-    overwrite: bool,
     **reading: Any,
 ) -> Shown:
     """Compare machines, motions or products side by side.
@@ -57,26 +51,23 @@ def compare(
             "expected machine files (.toml) and traces or motion files, together at least two runs; --product, given "
             "twice, compares two products"
         )
-    with picture_draft(output, overwrite, *paths(*files, reading["forces"])) as draft:
-        results = {}
-        for machine_file in machines:
-            with status(f"running {machine_file}"):
-                for trace_file, (product, machine) in itertools.product(
-                    traces, _equipped(machine_file, products)
-                ):
-                    title = _title(machine_file, trace_file, len(machines) > 1, len(traces) > 1)
-                    title = " ".join(filter(None, (title, product)))
-                    results[title] = simulate(machine, read_motion(trace_file, machine, **reading))
-        if len(results) < runs:
-            raise click.UsageError(
-                "two files or products have the same name: rename one, so that the runs can be told apart"
-            )
-        report = comparison_report(results)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.comparison(results)[0], draft)
-    return report, lambda pages: pages.comparison_page(results)
+    results = {}
+    for machine_file in machines:
+        with status(f"running {machine_file}"):
+            for trace_file, (product, machine) in itertools.product(
+                traces, _equipped(machine_file, products)
+            ):
+                title = _title(machine_file, trace_file, len(machines) > 1, len(traces) > 1)
+                title = " ".join(filter(None, (title, product)))
+                results[title] = simulate(machine, read_motion(trace_file, machine, **reading))
+    if len(results) < runs:
+        raise click.UsageError(
+            "two files or products have the same name: rename one, so that the runs can be told apart"
+        )
+    report = comparison_report(results)
+    return Shown(
+        report, lambda plots: plots.comparison(results)[0], lambda pages: pages.comparison_page(results)
+    )
 
 
 def _equipped(machine_file: Path, products: tuple[str, ...]) -> list[tuple[str, Machine]]:

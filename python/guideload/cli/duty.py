@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from guideload.cli.options import InputFile
-from guideload.cli.reporting import shows_report
+from guideload.cli.reporting import Shown, shows_report
 from guideload.cli.terminal import status
-
-if TYPE_CHECKING:
-    from guideload.cli.reporting import Shown
 
 
 @click.command()
@@ -29,4 +25,4 @@ def duty(duty_file: Path) -> Shown:
 
     with status("running the cases"):
         found = DutyCycle.from_toml(duty_file)
-    return duty_report(found), lambda pages: pages.duty_page(found)
+    return Shown(duty_report(found), page=lambda pages: pages.duty_page(found))

@@ -9,16 +9,15 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import read_inspection, read_machine
-from guideload.cli.outputs import picture_draft
-from guideload.cli.reporting import shows_report
+from guideload.cli.reporting import Shown, draws_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
-    from guideload.reports.report import Report
+    pass
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.trace_file_argument
 @click.option(
     "--machine",
@@ -31,17 +30,13 @@ if TYPE_CHECKING:
     "--ratio",
     help='Travel of the cart per turn of the motor, e.g. "33.3 mm", which converts motor speed without a machine.',
 )
-@options.picture_option
-@options.overwrite_picture_option
 @options.trace_options
 def encoder(
     trace_file: Path,
     machine_file: Path | None,
     ratio: str | None,
-    output: Path | None,
-    overwrite: bool,
     **reading: Any,
-) -> Report:
+) -> Shown:
     """Report on an encoder trace, and draw it.
 
     The picture has samples, acceleration with its band, and spectrum. The report states quantum, kind of time
@@ -49,13 +44,7 @@ def encoder(
     """
     from guideload.reports.trace import encoder_report
 
-    with picture_draft(output, overwrite, *filter(None, (trace_file, machine_file))) as draft:
-        machine = None if machine_file is None else read_machine(machine_file)
-        with status("reading and smoothing"):
-            inspection = read_inspection(trace_file, machine, ratio, **reading)
-        if draft is not None:
-            from guideload import plots
-
-            with status("drawing the picture"):
-                plots.save(plots.encoder(inspection)[0], draft)
-    return encoder_report(inspection)
+    machine = None if machine_file is None else read_machine(machine_file)
+    with status("reading and smoothing"):
+        inspection = read_inspection(trace_file, machine, ratio, **reading)
+    return Shown(encoder_report(inspection), lambda plots: plots.encoder(inspection)[0])

@@ -8,27 +8,23 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import paths, read_machine, read_motion, read_riders, requirements
-from guideload.cli.outputs import picture_draft
-from guideload.cli.reporting import shows_report
+from guideload.cli.inputs import read_machine, read_motion, read_riders, requirements
+from guideload.cli.reporting import Shown, draws_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
-    from guideload.reports.report import Report
     from guideload.simulation.start import Start
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.machine_argument
 @options.trace_argument
 @options.requirement_options
 @click.option("--no-bands", is_flag=True, help="Leave out the credible bands, which take longest.")
 @options.start_option
 @options.rider_option
-@options.picture_option
-@options.overwrite_picture_option
 @options.trace_options
 def life(
     machine_file: Path,
@@ -36,10 +32,8 @@ def life(
     no_bands: bool,
     start: Start,
     riders: tuple[str, ...],
-    output: Path | None,
-    overwrite: bool,
     **given: Any,
-) -> Report:
+) -> Shown:
     """Show life and static safety under a motion.
 
     The report also has the causes of the worst load. The carriages name products of a catalogue. The picture shows
@@ -49,18 +43,13 @@ def life(
     from guideload.reports.life import life_report
     from guideload.simulation.simulation import simulate
 
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file, given["forces"])) as draft:
-        with status("reading"):
-            machine = read_machine(machine_file)
-            conditions = requirements(machine, given)
-            motion = read_motion(trace_file, machine, **given)
-            moved = read_riders(machine, machine_file, riders)
-        with status("computing loads and life"):
-            result = simulate(machine, motion, riders=moved, start=start)
-            found = life_of(result, conditions)
-            shown = life_report(found, band=not no_bands)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.rail_damage(found), draft)
-    return shown
+    with status("reading"):
+        machine = read_machine(machine_file)
+        conditions = requirements(machine, given)
+        motion = read_motion(trace_file, machine, **given)
+        moved = read_riders(machine, machine_file, riders)
+    with status("computing loads and life"):
+        result = simulate(machine, motion, riders=moved, start=start)
+        found = life_of(result, conditions)
+        shown = life_report(found, band=not no_bands)
+    return Shown(shown, lambda plots: plots.rail_damage(found))

@@ -13,14 +13,13 @@ from guideload.base.atomic import atomic_write
 from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_optional_motion
-from guideload.cli.outputs import picture_draft, unwritable
-from guideload.cli.reporting import shows_report
+from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
+from guideload.cli.outputs import unwritable
+from guideload.cli.reporting import Shown, draws_report
 from guideload.cli.terminal import print_text
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
-    from guideload.reports.report import Report
 
 KINDS = ("one-rail", "gantry", "vertical")  # of short machine files, in examples/kinds
 
@@ -78,19 +77,15 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.machine_argument
 @options.optional_trace_argument
-@options.picture_option
-@options.overwrite_picture_option
 @options.trace_options
 def check(
     machine_file: Path,
     trace_file: Path | Moves | None,
-    output: Path | None,
-    overwrite: bool,
     **reading: Any,
-) -> Report:
+) -> Shown:
     """Check a machine and a motion, and show what they contain.
 
     With a motion the report also shows its moves, and which modes of the machine a trace can show. The picture shows
@@ -98,39 +93,28 @@ def check(
     """
     from guideload.reports.machine import machine_report
 
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file)) as draft:
-        machine = read_machine(machine_file)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.scene(machine), draft)
+    machine = read_machine(machine_file)
     motion = read_optional_motion(trace_file, machine, **reading)
     report = machine_report(machine, motion)
     if motion is None:
-        return report
+        return Shown(report, lambda plots: plots.scene(machine))
     from guideload.motion.resolution import TraceResolution
     from guideload.reports.run import motion_section
     from guideload.reports.trace import resolution_section
 
     resolution = resolution_section(TraceResolution.of_motion(machine, motion))
-    return replace(report, sections=[*report.sections, motion_section(motion), resolution])
+    report = replace(report, sections=[*report.sections, motion_section(motion), resolution])
+    return Shown(report, lambda plots: plots.scene(machine))
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.machine_argument
-@options.picture_option
-@options.overwrite_picture_option
-def modes(machine_file: Path, output: Path | None, overwrite: bool) -> Report:
+def modes(machine_file: Path) -> Shown:
     """Show natural frequencies, damping ratios and mode shapes."""
     from guideload.machine.modes import Modes
     from guideload.reports.machine import modes_report
 
-    with picture_draft(output, overwrite, machine_file) as draft:
-        machine = read_machine(machine_file)
-        found = Modes.of(machine)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.modes(machine, found)[0], draft)
-    return modes_report(machine, found)
+    machine = read_machine(machine_file)
+    found = Modes.of(machine)
+    return Shown(modes_report(machine, found), lambda plots: plots.modes(machine, found)[0])

@@ -17,7 +17,7 @@ from guideload.cli.outputs import (
     write_errors,
     write_manifest,
 )
-from guideload.cli.reporting import shows_report
+from guideload.cli.reporting import Shown, draws_report, shows_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
@@ -106,23 +106,19 @@ def _draw(diagram: WorkPrecision, picture: Path) -> None:
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.machine_argument
 @options.optional_trace_argument
-@options.picture_option
 @options.rtol_option
 @options.free_option
-@options.overwrite_picture_option
 @options.trace_options
 def stability(
     machine_file: Path,
     trace_file: Path | Moves | None,
-    output: Path | None,
     rtol: float,
     free: str | None,
-    overwrite: bool,
     **reading: Any,
-) -> Report:
+) -> Shown:
     """Find the longest stable step of rk45.
 
     The report also has the steps and time of every method. With a longer step an eigenvalue of the machine leaves
@@ -132,14 +128,9 @@ def stability(
     from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report
 
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file, reading["forces"])) as draft:
-        with status("reading"):
-            machine = read_machine(machine_file, free)
-            motion = read_optional_motion(trace_file, machine, **reading)
-        with status("running every method"):
-            found = step_stability(machine, motion, rtol=rtol)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.stability(found)[0], draft)
-    return stability_report(found)
+    with status("reading"):
+        machine = read_machine(machine_file, free)
+        motion = read_optional_motion(trace_file, machine, **reading)
+    with status("running every method"):
+        found = step_stability(machine, motion, rtol=rtol)
+    return Shown(stability_report(found), lambda plots: plots.stability(found)[0])

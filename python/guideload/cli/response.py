@@ -11,12 +11,11 @@ from guideload.base.atomic import atomic_write
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import read_machine
-from guideload.cli.outputs import picture_draft, unwritable
-from guideload.cli.reporting import shows_report
+from guideload.cli.outputs import unwritable
+from guideload.cli.reporting import Shown, draws_report
 
 if TYPE_CHECKING:
     from guideload.machine.response import FrequencyResponse
-    from guideload.reports.report import Report
 
 
 class Direction(click.ParamType[Any]):
@@ -34,7 +33,7 @@ class Direction(click.ParamType[Any]):
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.machine_argument
 @click.option(
     "--force-at", metavar="POINT", help="Point where a force acts; without it the drive accelerates."
@@ -46,7 +45,6 @@ class Direction(click.ParamType[Any]):
     show_default=True,
     help="Direction of the force or acceleration.",
 )
-@options.picture_option
 @click.option(
     "--csv", "table", type=click.Path(path_type=Path, dir_okay=False), help="Table to write (.csv)."
 )
@@ -55,10 +53,9 @@ def response(
     machine_file: Path,
     force_at: str | None,
     direction: Any,
-    output: Path | None,
     table: Path | None,
     overwrite: bool,
-) -> Report:
+) -> Shown:
     """Show the frequency response of the points of a machine.
 
     It is the answer to vibration of the drive, or to a force at one of the points: magnitude and phase over the
@@ -67,16 +64,11 @@ def response(
     from guideload.machine.response import frequency_response
     from guideload.reports.response import response_report
 
-    with picture_draft(output, overwrite, machine_file) as draft:
-        machine = read_machine(machine_file)
-        found = frequency_response(machine, force_at=force_at, direction=direction)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.frequency_response(machine, found)[0], draft)
-        if table is not None:
-            _write(found, table, overwrite)
-    return response_report(machine, found)
+    machine = read_machine(machine_file)
+    found = frequency_response(machine, force_at=force_at, direction=direction)
+    if table is not None:
+        _write(found, table, overwrite)
+    return Shown(response_report(machine, found), lambda plots: plots.frequency_response(machine, found)[0])
 
 
 def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:

@@ -8,21 +8,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from guideload.cli import options
-from guideload.cli.inputs import paths, read_machine, read_motion
-from guideload.cli.outputs import picture_draft
-from guideload.cli.reporting import shows_report
+from guideload.cli.inputs import read_machine, read_motion
+from guideload.cli.reporting import Shown, draws_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
-    from guideload.reports.report import Report
     from guideload.simulation.start import Start
 
 FIGURES = ("peak_resultant", "mean_load", "life")
 
 
 @click.command()
-@shows_report
+@draws_report
 @options.machine_argument
 @options.trace_argument
 @click.option(
@@ -41,8 +39,6 @@ FIGURES = ("peak_resultant", "mean_load", "life")
     help='Parameters to vary, such as "carriages.*.stiffness_y"; repeatable.',
 )
 @options.start_option
-@options.picture_option
-@options.overwrite_picture_option
 @options.trace_options
 def sensitivities(
     machine_file: Path,
@@ -51,10 +47,8 @@ def sensitivities(
     carriage: str | None,
     to: tuple[str, ...],
     start: Start,
-    output: Path | None,
-    overwrite: bool,
     **given: Any,
-) -> Report:
+) -> Shown:
     """Show which numbers of a machine drive a load or a life.
 
     They follow from exact derivatives of one run. The picture is a tornado diagram. For ranges of values, and for
@@ -63,14 +57,10 @@ def sensitivities(
     from guideload.reports.sensitivities import sensitivities_report
     from guideload.sensitivity.influence import rank_influences
 
-    with picture_draft(output, overwrite, *paths(machine_file, trace_file, given["forces"])) as draft:
-        with status("reading"):
-            machine = read_machine(machine_file)
-            motion = read_motion(trace_file, machine, **given)
-        with status("computing derivatives"):
-            found = rank_influences(machine, motion, figure, to, carriage, start)
-        if draft is not None:
-            from guideload import plots
-
-            plots.save(plots.influence(machine, found), draft)
-    return sensitivities_report(machine, motion, found)
+    with status("reading"):
+        machine = read_machine(machine_file)
+        motion = read_motion(trace_file, machine, **given)
+    with status("computing derivatives"):
+        found = rank_influences(machine, motion, figure, to, carriage, start)
+    report = sensitivities_report(machine, motion, found)
+    return Shown(report, lambda plots: plots.influence(machine, found))

@@ -11,11 +11,10 @@ from guideload.base.errors import ValueRefused
 from guideload.base.units import quantity
 from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion, read_moves, requirements
-from guideload.cli.reporting import shows_report
+from guideload.cli.reporting import Shown, shows_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
-    from guideload.cli.reporting import Shown
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
 
@@ -87,7 +86,8 @@ def size(
         catalogue = packaged_catalogue() if catalogue_file is None else Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
-    return sizing_report(machine, found, MOST_ROWS), lambda pages: pages.sizing_page(machine, found)
+    report = sizing_report(machine, found, MOST_ROWS)
+    return Shown(report, page=lambda pages: pages.sizing_page(machine, found))
 
 
 @click.command()
