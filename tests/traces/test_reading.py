@@ -91,7 +91,9 @@ def test_the_measured_column_is_taken_if_all_others_are_commands():
     trace = read_trace({"t_s": TIME, "q_ref_m": 2.0 * PLACE, "q_meas_m": PLACE})
     assert trace.column == "q_meas_m" and has_note(trace, "q_ref_m not")
     for other in ("q_m", "q2_meas_m"):
-        with pytest.raises(TraceError, match=f"2 columns could be meant: {other}, q_meas_m; .*--column NAME"):
+        with pytest.raises(
+            TraceError, match=f'2 columns could be meant: {other}, q_meas_m; .*--column "{other}"'
+        ):
             read_trace({"t_s": TIME, other: PLACE, "q_meas_m": PLACE})
 
 

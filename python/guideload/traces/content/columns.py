@@ -136,15 +136,19 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     others = [name for name in names if name not in measured]
     if len(measured) == 1 and all(COMMAND_WORDS.intersection(headers[name].words) for name in others):
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
-    count = f"{len(names)} columns could be meant" if names else "no header gives a unit of motion"
-    choice = names or [name for name, header in headers.items() if header.word_kind] or list(headers)
+    if names:
+        raise TraceError(
+            f"{table.source}: {len(names)} columns could be meant: {listed(names)}; choose one, as in "
+            f'column={names[0]!r} (--column "{names[0]}")'
+        )
+    choice = [name for name, header in headers.items() if header.word_kind] or list(headers)
     name, quoted = (repr(choice[0]), f'"{choice[0]}"') if len(choice) == 1 else ("NAME", "NAME")
-    kinds = {headers[one].word_kind for one in choice} if not names else set()
+    kinds = {headers[one].word_kind for one in choice}
     kind = (kinds.pop() if len(kinds) == 1 else "") or "velocity"
     unit = {"position": "mm", "motor_speed": "rpm"}.get(kind, "mm/s")
     raise TraceError(
-        f"{table.source}: {count}: {listed(choice)}; choose one, as in column={name}, unit='{unit}', kind='{kind}' "
-        f"(--column {quoted} --unit {unit} --kind {kind})"
+        f"{table.source}: no header gives a unit of motion: {listed(choice)}; choose one, as in column={name}, "
+        f"unit='{unit}', kind='{kind}' (--column {quoted} --unit {unit} --kind {kind})"
     )
 
 
