@@ -6,7 +6,7 @@ from guideload.audit.plausibility import life_warnings
 from guideload.base.number_text import fixed, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.reports.life import fatigue_text, life_text, rating_formulas
-from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs, warnings_by_title
+from guideload.reports.report import Definitions, Report, Section, Table, Value, warnings_by_title
 
 DEFINITION = (
     "P_m: mean equivalent load over the distance of all cases. Life: the travel, in all cases by their shares, after "
@@ -28,7 +28,6 @@ def duty_report(duty: DutyCycle) -> Report:
         "duty cycle",
         answer=[f"{machine.name}: {_answer(duty)}"],
         warnings=[*warnings_by_title(found), *life_warnings(duty.hours(duty.machine_life))],
-        about=free_dofs(machine),
         sections=[
             Section("Cases", _cases_table(duty)),
             Section("Carriages", _carriages_table(duty), Definitions(DEFINITION)),

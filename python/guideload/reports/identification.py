@@ -12,7 +12,7 @@ from guideload.identification.responses import Deflections
 from guideload.identification.result import Identification, UnknownEstimate
 from guideload.identification.unknowns import grouped_names, short_name, usual_unit
 from guideload.reports.identification_records import record_sections
-from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value, free_dofs
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
@@ -53,7 +53,6 @@ def identification_report(
         "identification",
         answer=[f"{found.nominal.name}: {_answer(found)}"],
         warnings=[*doubts, *(f"{capitalised(message)}." for message in found.messages)],
-        about=free_dofs(found.nominal),
         sections=[
             Section("Numbers of the machine", _estimates_table(found), Definitions(DEFINITION)),
             Section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),

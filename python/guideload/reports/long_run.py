@@ -16,7 +16,7 @@ from guideload.base.number_text import (
 )
 from guideload.long_runs.long_run import RESULTANT, LongRun
 from guideload.reports.life import fatigue_text, life_text, rating_formulas, unverified_lines
-from guideload.reports.report import Column, Definitions, Report, Section, Table, free_dofs
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 DEFINITION = (
     "R: resultant of Fy and Fz, its largest value and when. P_m: mean equivalent load over the distance. Life: "
@@ -36,7 +36,6 @@ def long_run_report(run: LongRun) -> Report:
         "long record",
         answer=[f"{run.machine.name}: {_answer(run)}"],
         warnings=[*_warnings(run), *unverified_lines(rated)],
-        about=free_dofs(run.machine),
         sections=[
             Section(
                 "Carriages",

@@ -16,7 +16,7 @@ from guideload.audit.plausibility import (
 )
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
-from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, free_dofs
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table
 
 if TYPE_CHECKING:
     from guideload._core import Law
@@ -45,7 +45,6 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
         "machine",
         answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
         warnings=[*input_warnings(machine, motion), *rows],
-        about=free_dofs(machine),
         sections=[*machine_sections(machine), _static_section(machine)],
     )
 
@@ -93,7 +92,6 @@ def modes_report(machine: Machine, modes: Modes) -> Report:
         "natural modes",
         answer=[f"{machine.name}: {_modes_range(modes)}"],
         warnings=[*machine_warnings(machine, modes)],
-        about=free_dofs(machine),
         sections=[modes_section(machine, modes)],
     )
 

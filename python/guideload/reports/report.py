@@ -114,11 +114,13 @@ class Report:
 
     @classmethod
     def of(cls, machine: Machine, title: str, **parts: Any) -> Report:
-        """A report about a machine, with its name in the title and the head of its table [report].
+        """A report about a machine, with its name in the title, the head of its table [report] and its free dofs.
 
         parts: the other fields.
         """
-        return cls(title=f"{machine.name}: {title}", head=machine.report.lines, **parts)
+        held = ", ".join(dof for dof in DOFS if dof not in machine.free) or "none"
+        about = f"free {', '.join(machine.free)}; held {held}"
+        return cls(title=f"{machine.name}: {title}", head=machine.report.lines, about=about, **parts)
 
     @property
     def verdict(self) -> str:
@@ -151,12 +153,6 @@ def interval(low: Iterable[float], high: Iterable[float], unit: str = "", kind: 
     ends = zip(low, high, strict=True)
     texts = [between(*pair, kind) if all(map(isfinite, pair)) else None for pair in ends]
     return Column("lies in", texts, unit, kind)
-
-
-def free_dofs(machine: Machine) -> str:
-    """The free and the held dofs of a machine."""
-    held = [dof for dof in DOFS if dof not in machine.free]
-    return f"free {', '.join(machine.free)}; held {', '.join(held) or 'none'}"
 
 
 def warnings_by_title(found: Mapping[str, Iterable[str]]) -> list[str]:

@@ -8,7 +8,7 @@ from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
-from guideload.reports.report import Column, Definitions, Report, Section, Table, free_dofs
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
@@ -50,7 +50,6 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
         "frequency response",
         answer=[f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."],
         warnings=machine_warnings(machine),
-        about=free_dofs(machine),
         sections=[Section("Points", table, Definitions(NOTE))],
     )
 

@@ -25,7 +25,6 @@ from guideload.reports.report import (
     Section,
     Table,
     Value,
-    free_dofs,
     warnings_by_title,
 )
 
@@ -52,7 +51,6 @@ def result_report(result: Result) -> Report:
         "load of the guides",
         answer=[_largest_load(result), *life_answer(life)],
         warnings=[*result.audit.warnings, *drive_warnings(result), *life_notes(life)],
-        about=free_dofs(machine),
         sections=[
             _peaks_section(result),
             *life_sections(life),

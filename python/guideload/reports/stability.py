@@ -10,7 +10,7 @@ from guideload.audit.plausibility import input_warnings
 from guideload.base.number_text import digits, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import NEAR, ON_ANY
 from guideload.reports.machine import nominal_lines
-from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, free_dofs
+from guideload.reports.report import Column, Definitions, Report, Section, Table, Value
 from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period
 
@@ -44,7 +44,6 @@ def stability_report(stability: Stability) -> Report:
         "stability of the steps",
         answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability)],
         warnings=input_warnings(machine, stability.motion),
-        about=free_dofs(machine),
         sections=[
             Section(
                 "Longest stable step of rk45",

@@ -9,7 +9,7 @@ import pandas as pd
 
 from guideload.base.number_text import capitalised, digits, fixed, number, percent
 from guideload.reports.life import unverified_lines
-from guideload.reports.report import Column, Report, Section, Table, free_dofs
+from guideload.reports.report import Column, Report, Section, Table
 from guideload.reports.study_life import life_answer, life_section
 from guideload.reports.study_tables import (
     cases_parts,
@@ -53,7 +53,6 @@ def study_report(result: StudyResult) -> Report:
             *unverified_lines(one.product for one in result.rated.values()),
             *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
         ],
-        about=free_dofs(metadata.machine),
         sections=sections,
     )
 

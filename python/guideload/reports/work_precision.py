@@ -7,7 +7,7 @@ import re
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, SettingResult, WorkPrecision, setting_range
-from guideload.reports.report import Definitions, Report, Section, Table, Value, free_dofs
+from guideload.reports.report import Definitions, Report, Section, Table, Value
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: largest difference of the loads from the reference, "
@@ -30,7 +30,6 @@ def chart_report(chart: WorkPrecision) -> Report:
         "work-precision diagram",
         answer=[f"{machine.name}: auto {picks}: {chart.auto_reason}."],
         warnings=machine_warnings(machine),
-        about=free_dofs(machine),
         sections=[
             Section("Work-precision diagram", [samples], _settings_table(chart), Definitions(*DEFINITIONS)),
             Section(
