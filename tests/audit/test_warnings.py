@@ -201,6 +201,7 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number(key: str) -> None:
     told = [text for text in found if isinstance(text, WarningText) and text.key == key]
     assert len(told) == 1, found
     assert words in told[0].replace("\u202f", " ")
+    assert "e+" not in told[0]  # as in 1.25e+03 Hz
     assert any(sign.isdigit() for sign in told[0]) or key in ("free at rest", "not judged")
 
 

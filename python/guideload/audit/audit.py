@@ -27,7 +27,7 @@ from guideload.audit.warnings import (
     solution_doubts,
     start_warnings,
 )
-from guideload.base.number_text import counted, first_names, load_in_sentence, percent
+from guideload.base.number_text import counted, digits, first_names, load_in_sentence, percent
 from guideload.base.quantities import Quantities
 from guideload.base.warnings import WarningText, verdict
 from guideload.machine.machine import Machine
@@ -143,7 +143,7 @@ class Audit:
         yield "model", f"{self.model_level}, solved by method {self.method}: {self.reason}"
         rotation, contact, simpler = self.rotation, self.contact, self.simpler_models
         if rotation.second_order >= NEGLIGIBLE:
-            turn = f"the body rotates by up to {rotation.largest:.2g} rad, at {rotation.time:.3f} s"
+            turn = f"the body rotates by up to {digits(rotation.largest, 2)} rad, at {rotation.time:.3f} s"
             yield (
                 "rotation",
                 f"{turn}; neglected terms of second order: {percent(rotation.second_order)} of the load",
@@ -184,30 +184,36 @@ class Audit:
             yield "sampling", "only one instant is reported: peaks at other instants are unknown"
         else:
             if sampling.missed > SUFFICIENT:
-                count = f"{sampling.per_period:.3g} samples per period of the highest mode, {sampling.highest:.3g} Hz"
+                count = (
+                    f"{digits(sampling.per_period)} samples per period of the highest mode, "
+                    f"{digits(sampling.highest)} Hz"
+                )
                 yield (
                     "sampling",
                     f"{count}: peaks of its vibration may be missed by up to {percent(sampling.missed)}",
                 )
-        modes = f"the modes are at {sampling.lowest:.3g} to {sampling.highest:.3g} Hz"
+        modes = f"the modes are at {digits(sampling.lowest)} to {digits(sampling.highest)} Hz"
         if sampling.band is None:
             yield "excitation", f"none at the reported instants; {modes}"
         else:
             share = percent(figures.POWER_SHARE)
-            yield "excitation", f"{share} of its power is below {sampling.band:.3g} Hz; {modes}"
+            yield "excitation", f"{share} of its power is below {digits(sampling.band)} Hz; {modes}"
         unknown = "unknown: the reported instants are further apart than the samples of the motion"
         yield "trace", unknown if self.resolution is None else self.resolution.text
         if energy is None:
             why = "riders move" if self.riders_move else "the excitation jumps between the reported instants"
             yield "energy", f"balance unknown: {why}"
         elif not energy.residual < NEGLIGIBLE:
-            share = f"{percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not balance"
+            share = (
+                f"{percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J, does not "
+                "balance"
+            )
             yield "energy", f"{share} in the quadrature over the reported instants"
         look = self.second_look
         if isinstance(look, str):
             yield "second look", f"no second solution to compare with: {look}"
         elif look is not None and look.agrees:
-            yield "second look", f"{look.words} agrees to {look.newtons:.1g} N in every link load"
+            yield "second look", f"{look.words} agrees to {digits(look.newtons, 1)} N in every link load"
 
 
 def _motion_warnings(histories: Histories) -> Iterator[str]:

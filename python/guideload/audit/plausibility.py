@@ -69,7 +69,7 @@ def open_row_warnings(links: LinkTable, loads: Array, when: str) -> Iterator[War
         yield WarningText(
             "open row",
             f"Note: {first_names(opened)} {has} a row open {when}: half of the balls or rollers then carry no load. "
-            f"{max(ratios.values()):.3g} times the preload would keep all rows loaded.",
+            f"{digits(max(ratios.values()))} times the preload would keep all rows loaded.",
         )
 
 

@@ -13,7 +13,7 @@ from guideload.audit.force_balance import ForceBalance
 from guideload.audit.histories import Histories
 from guideload.audit.plausibility import open_row_warnings
 from guideload.audit.second_look import UNBALANCED, SecondLook, explained_error, fastest_rate
-from guideload.base.number_text import load_in_sentence, percent, scientific
+from guideload.base.number_text import digits, load_in_sentence, number, percent, scientific
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.modes import Modes
 
@@ -31,9 +31,9 @@ def rotation_warnings(rotation: Rotation) -> Iterator[WarningText]:
     if not LIMITS["rotation"].holds(max(rotation.largest, rotation.second_order)):
         yield WarningText(
             "rotation",
-            f"Note: the body rotates by {rotation.largest:.2g} rad at {rotation.time:.3f} s; the model assumes small "
-            f"rotations, which neglects about {percent(rotation.second_order)} of the load. Make the guides stiffer or "
-            "wider; check that stiffness is in N/m.",
+            f"Note: the body rotates by {digits(rotation.largest, 2)} rad at {rotation.time:.3f} s; the model assumes "
+            f"small rotations, which neglects about {percent(rotation.second_order)} of the load. Make the guides "
+            "stiffer or wider; check that stiffness is in N/m.",
         )
 
 
@@ -52,14 +52,14 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[WarningText]:
     names = [carriage.name for carriage in histories.machine.carriages]
     early = [name for name, time in zip(names, first, strict=True) if time < until]
     if until < histories.time[-1]:
-        period = f"until {until:.3g} s"
+        period = f"until {digits(until)} s"
     else:
         period = "over the whole run"
     whose = "all carriages" if len(early) == len(names) else ", ".join(early)
     fall = f"peaks of {whose} are in this period" if early else "no peak of a carriage is in this period"
     yield WarningText(
         "sudden start",
-        f"Note: the motion begins at {size[0]:.3g} m/s2, but the run starts at rest: {period} the loads "
+        f"Note: the motion begins at {digits(size[0])} m/s2, but the run starts at rest: {period} the loads "
         f"contain the response to a sudden start; {fall}. For the loads of the motion alone, start it in "
         "the quasi-static state (--start).",
     )
@@ -79,8 +79,9 @@ def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[Warn
     if not LIMITS["samples"].holds(sampling.per_period):
         yield WarningText(
             "samples",
-            f"Note: a sample every {1e3 / (sampling.per_period * sampling.highest):.3g} ms is coarser than half a "
-            f"period of the highest mode, {sampling.highest:.3g} Hz: peaks between the samples are missed. {way_out}",
+            f"Note: a sample every {digits(1e3 / (sampling.per_period * sampling.highest))} ms is coarser than half a "
+            f"period of the highest mode, {digits(sampling.highest)} Hz: peaks between the samples are missed. "
+            f"{way_out}",
         )
         return
     vibration, peak = figures.vibration(histories)
@@ -88,9 +89,9 @@ def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[Warn
     if not LIMITS["missed vibration"].holds(missed):
         yield WarningText(
             "missed vibration",
-            f"Note: {sampling.per_period:.3g} samples per period of the highest mode, {sampling.highest:.3g} Hz: a "
-            f"vibration of {load_in_sentence(vibration)}, if it is of this mode, has peaks between the samples up to "
-            f"{percent(missed)} above the largest load. {way_out}",
+            f"Note: {digits(sampling.per_period)} samples per period of the highest mode, {digits(sampling.highest)} "
+            f"Hz: a vibration of {load_in_sentence(vibration)}, if it is of this mode, has peaks between the samples "
+            f"up to {percent(missed)} above the largest load. {way_out}",
         )
 
 
@@ -98,10 +99,10 @@ def force_doubts(balance: ForceBalance) -> Iterator[str]:
     """Doubt a result whose loads do not balance the inertia of the body."""
     if not balance.holds:
         yield (
-            f"Doubtful: at {balance.place}, {balance.time:.6g} s, motion and loads do not belong together: their force "
-            f"balance is off by {scientific(balance.residual, 1)} of its terms, and only rounding, about 1e-15, is "
-            "explained. The numbers were changed or lost digits: compute them again, and check for extreme positions "
-            "and stiffnesses."
+            f"Doubtful: at {balance.place}, {number(balance.time)} s, motion and loads do not belong together: their "
+            f"force balance is off by {scientific(balance.residual, 1)} of its terms, and only rounding, about 1e-15, "
+            "is explained. The numbers were changed or lost digits: compute them again, and check for extreme "
+            "positions and stiffnesses."
         )
 
 
@@ -121,7 +122,7 @@ def solution_doubts(
             yield _contradiction(histories, look)
     elif energy is not None and not energy.residual <= UNBALANCED and not _explained(histories, energy):
         yield (
-            f"Doubtful: {percent(energy.residual)} of the exchanged energy, {energy.exchanged:.3g} J, does not "
+            f"Doubtful: {percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J, does not "
             "balance: the solution is not accurate. Use a smaller rtol, a smaller step or another method."
         )
 
@@ -143,9 +144,9 @@ def _contradiction(histories: Histories, look: SecondLook) -> str:
             way_out = f"Contacts amplify errors: {amplified}. {way_out}"
     explained = look.explained * float(attributes["load_scale_N"])
     return (
-        f"Doubtful: another solution, by {look.words}, differs by {look.newtons:.3g} N in the load of {look.link} at "
-        f"{look.time:.6g} s, {percent(look.difference)} of the load scale; only {explained:.1g} N are explained. "
-        f"{way_out}"
+        f"Doubtful: another solution, by {look.words}, differs by {digits(look.newtons)} N in the load of {look.link} "
+        f"at {number(look.time)} s, {percent(look.difference)} of the load scale; only {digits(explained, 1)} N are "
+        f"explained. {way_out}"
     )
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.base.number_text import digits
 from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import AXES
@@ -115,4 +116,4 @@ def _require_small(loads: Array, axis: str, criteria: Criteria) -> None:
     """Raise LifeError if the carriage carries a moment about an axis for which its product has no rating."""
     moment = float(np.abs(loads[:, 3 + AXES.index(axis)]).max())
     if moment > SMALL_MOMENT * float(np.abs(loads[:, :3]).max()):
-        raise criteria.unrated(axis, f"carries a {axis} moment of up to {moment:.3g} N m")
+        raise criteria.unrated(axis, f"carries a {axis} moment of up to {digits(moment)} N m")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import first_names, joined, load_in_sentence
+from guideload.base.number_text import digits, first_names, joined, load_in_sentence
 from guideload.catalogue.product import Product
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.criteria import Criteria
@@ -51,7 +51,7 @@ def limit_notes(
         largest = float(np.abs(history).max())
         for name, limit in dict.fromkeys((one.product.name, getattr(one.product, key)) for one in rated):
             if limit is not None and largest > limit:
-                yield f"the {what} reaches {largest:.3g} {unit}, but {name} allows {limit:.3g} {unit}"
+                yield f"the {what} reaches {digits(largest)} {unit}, but {name} allows {digits(limit)} {unit}"
     load_factor = rated[0].conditions.load_factor
     if load_factor != 1.0:
         yield (
@@ -78,7 +78,7 @@ def _strokes(position: Array | None, rated: Sequence[Criteria]) -> Iterator[str]
     short = [one.name for one in rated if stroke < SHORT_STROKE * (one.product.carriage_length or 0.0)]
     if short:
         yield (
-            f"the stroke of {1e3 * stroke:.3g} mm is shorter than {SHORT_STROKE:g} carriage lengths (carriage "
+            f"the stroke of {digits(1e3 * stroke)} mm is shorter than {SHORT_STROKE:g} carriage lengths (carriage "
             f"{joined(short)}): the formula may not hold, and lubrication decides"
         )
 

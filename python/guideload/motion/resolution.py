@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array, median_step
+from guideload.base.number_text import digits
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
@@ -174,14 +175,14 @@ class TraceResolution:
             return "the motion is known exactly, at all frequencies"
         excited = self.frequency[self.participating]
         if not excited.size:
-            return f"up to {self.bandwidth:.3g} Hz; x excites no mode"
+            return f"up to {digits(self.bandwidth)} Hz; x excites no mode"
         within = np.count_nonzero(excited <= self.bandwidth)
         which = "below" if within == 0 else "with" if within == excited.size else f"with {within} of"
-        modes = f"up to {self.bandwidth:.3g} Hz, {which} the {excited.size} modes that x excites"
+        modes = f"up to {digits(self.bandwidth)} Hz, {which} the {excited.size} modes that x excites"
         share, load, name = self.worst
         if share < NEGLIGIBLE_SHARE:
             return f"{modes}; it hides nothing"
-        return f"{modes}; it hides up to {100 * share:.2g} % ({load:.3g} N) of the dynamic load of {name}"
+        return f"{modes}; it hides up to {digits(100 * share, 2)} % ({digits(load)} N) of the dynamic load of {name}"
 
     def warnings(self) -> Iterator[WarningText]:
         """The hidden load and the way out, if it is beyond its limit."""
@@ -199,11 +200,12 @@ class TraceResolution:
         )
         yield WarningText(
             "hidden load",
-            f"Note: the trace shows sudden changes up to {self.bandwidth:.3g} Hz: one looks like a ramp of "
-            f"{1e3 * ramp_time(self.bandwidth):.3g} ms, which makes mode {mode + 1} ({', '.join(self.moving[mode])}, "
-            f"{frequency:.3g} Hz, excited along x) ring {100 * self.ringing[mode]:.2g} % as much. If the change of "
-            f"{self.change:.3g} m/s2 that the trace shows was sudden, the dynamic load of {name} is up to "
-            f"{100 * share:.2g} % ({load:.3g} N) above what is shown, an upper bound for a single change. {way_out}",
+            f"Note: the trace shows sudden changes up to {digits(self.bandwidth)} Hz: one looks like a ramp of "
+            f"{digits(1e3 * ramp_time(self.bandwidth))} ms, which makes mode {mode + 1} "
+            f"({', '.join(self.moving[mode])}, {digits(frequency)} Hz, excited along x) ring "
+            f"{digits(100 * self.ringing[mode], 2)} % as much. If the change of {digits(self.change)} m/s2 that the "
+            f"trace shows was sudden, the dynamic load of {name} is up to {digits(100 * share, 2)} % ({digits(load)} "
+            f"N) above what is shown, an upper bound for a single change. {way_out}",
         )
 
 

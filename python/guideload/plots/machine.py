@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
-from guideload.base.number_text import joined, load_with_unit
+from guideload.base.number_text import digits, joined, load_with_unit
 from guideload.machine.modes import displacement, moving_dofs
 from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure, plain
 
@@ -126,7 +126,7 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
             _draw_mode(ax, machine, shape, box, size)
             ratio = 100 * float(modes.damping_ratio[index])
             dofs = joined(moving_dofs(machine, shape))
-            ax.set_title(f"{modes.frequency[index]:.4g} Hz, ζ {ratio:.3g} %, mostly {dofs}")
+            ax.set_title(f"{digits(modes.frequency[index], 4)} Hz, ζ {digits(ratio)} %, mostly {dofs}")
     return list(axes[:count])
 
 

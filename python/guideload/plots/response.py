@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from matplotlib.ticker import MultipleLocator
 
 from guideload.base.arguments import checked
+from guideload.base.number_text import digits
 from guideload.plots.spectra import label_modes, set_frequency_ticks
 from guideload.plots.style import PALE, carriage_look, legend_beside, look, new_figure
 from guideload.reports.response import source_unit, source_words
@@ -62,7 +63,7 @@ def frequency_response(machine: Machine, response: FrequencyResponse) -> list[Ax
                 for value in natural:
                     ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
             label_modes(
-                over, natural, lambda group: ", ".join(f"{natural[k]:.3g}" for k in group) + " Hz", 90
+                over, natural, lambda group: ", ".join(f"{digits(natural[k])}" for k in group) + " Hz", 90
             )
             axes += [over, under]
         legend_beside(axes[-2], "along")

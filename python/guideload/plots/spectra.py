@@ -10,6 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodF
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
+from guideload.base.number_text import digits
 from guideload.plots.style import (
     PALE,
     axes_or_new,
@@ -65,7 +66,7 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
         natural = natural[(natural > low) & (natural < high)]
         for value in natural:
             ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
-        label_modes(ax, natural, lambda group: ", ".join(f"{natural[i]:.3g}" for i in group) + " Hz", 90)
+        label_modes(ax, natural, lambda group: ", ".join(f"{digits(natural[i])}" for i in group) + " Hz", 90)
         legend_beside(ax, "carriage")
     return ax
 

@@ -14,7 +14,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
 from guideload.base.finite import require_finite
-from guideload.base.number_text import counted
+from guideload.base.number_text import counted, digits
 from guideload.base.quantities import Quantities
 from guideload.base.units import quantity
 from guideload.machine.machine import Machine
@@ -145,9 +145,7 @@ class Result:
         except GuideloadError as error:  # a representation never fails
             doubts, warnings = (f"Doubtful: the audit failed: {error}",), ""
         load = self._estimate["resultant" if self.machine.carriages else "link_load"]
-        head = (
-            f"Result({self.machine.name!r}, method={self.method!r}, largest load {np.abs(load).max():.4g} N"
-        )
+        head = f"Result({self.machine.name!r}, method={self.method!r}, largest load {digits(np.abs(load).max(), 4)} N"
         return f"{head}, {' '.join(doubts) or warnings})"
 
     def peaks(self) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError
 from guideload.base.methods import CHOICES, METHODS, Method
+from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
@@ -189,7 +190,7 @@ def _by_vibration(machine: Machine, motion: Motion) -> tuple[str, str]:
     if LONGEST_STEP * METHODS["implicit"].cost / METHODS["exponential"].cost < fastest * sample_step:
         return "implicit", (
             f"preloaded contacts are not linear; the fastest vibration limits steps of exponential to "
-            f"{1e3 * LONGEST_STEP / fastest:.3g} ms, far below the {1e3 * sample_step:.3g} ms between samples"
+            f"{digits(1e3 * LONGEST_STEP / fastest)} ms, far below the {digits(1e3 * sample_step)} ms between samples"
         )
     return (
         "exponential",
@@ -206,10 +207,10 @@ def _by_stability(machine: Machine, motion: Motion, cause: str) -> tuple[str, st
     values = values[values.imag >= 0.0]  # one of each pair
     passive = np.minimum(values.real, 0.0) + 1j * values.imag
     longest = float(longest_stable_steps(passive).min())
-    why = f"{cause}; rk45 is stable up to steps of {1e3 * longest:.3g} ms"
+    why = f"{cause}; rk45 is stable up to steps of {digits(1e3 * longest)} ms"
     if longest * METHODS["implicit"].cost / METHODS["rk45"].cost < sample_step:
         return (
             "implicit",
-            f"{why}, far below the {1e3 * sample_step:.3g} ms between samples: the scene is stiff",
+            f"{why}, far below the {digits(1e3 * sample_step)} ms between samples: the scene is stiff",
         )
     return "rk45", f"{why}: the scene is not stiff"
