@@ -80,7 +80,7 @@ def test_reading_options_reach_the_trace(tmp_path: Path) -> None:
 def test_output_is_not_overwritten_unless_asked(
     tmp_path: Path, trace: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("guideload.plots.save_all", lambda _, folder: (folder / PICTURES[0]).touch())
+    monkeypatch.setattr("guideload.plots.saving.save_each", lambda _, folder: (folder / PICTURES[0]).touch())
     out = tmp_path / "out"
     run = ("run", MACHINE, trace, "-o", out)
     guideload(*run, "--format", "csv")

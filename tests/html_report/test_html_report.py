@@ -24,6 +24,8 @@ from texts import one_line, page_text
 from guideload import Motion, Result, html_report, simulate
 from guideload.catalogue.product import Product
 from guideload.html_report.figures import MOST_POINTS, Line, chart
+from guideload.plots.run import drawings
+from guideload.plots.saving import save_each
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 from guideload.reports.run import result_report
 
@@ -271,3 +273,14 @@ def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path
     if CHROMIUM is not None:
         shown = opened(page, tmp_path)
         assert len(re.findall('class="line"', shown)) == sum(len(one["lines"]) for one in charts(page))  # type: ignore[arg-type]
+
+
+def test_pictures_that_are_saved_already_make_the_same_page(result: Result, tmp_path: Path) -> None:
+    pictures = drawings(result)
+    save_each(pictures, tmp_path)
+    assert pictures["scene.png"]() is pictures["scene.png"]()  # drawn once
+    number = re.compile(r"-?\d+\.\d{6}")  # of a picture, in points
+    shown, drawn = html_report.run_page(result, pictures), html_report.run_page(result)
+    assert number.sub("", shown) == number.sub("", drawn)
+    places = [np.array(number.findall(page), dtype=float) for page in (shown, drawn)]
+    np.testing.assert_allclose(*places, rtol=0.0, atol=2e-6)  # places found a second time are rounded anew

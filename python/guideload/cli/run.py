@@ -28,6 +28,7 @@ from guideload.cli.terminal import print_report, print_text, status
 if TYPE_CHECKING:
     from guideload.base.methods import Method
     from guideload.motion.moves import Moves
+    from guideload.plots.run import Pictures
     from guideload.reports.report import Report
     from guideload.simulation.result import Result
     from guideload.simulation.start import Start
@@ -75,7 +76,8 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
         for name, with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
             with status(f"computing the loads, {name}"):
                 results[name] = simulate(with_dofs, motion)
-            _, failure = _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
+            pictures = None if no_pictures else _pictures(results[name])
+            _, failure = _write(results[name], folder / name, "netcdf", pictures, output / name)
             failures.append(failure)
     titles = {"All dofs that the guides support": results["guides"], "The paper's dofs": results["paper"]}
     print_report(comparison(titles))
@@ -164,15 +166,16 @@ def run(
                 start=start,
                 strict=strict,
             )
-        shown, failure = None, None
+        shown, failure, pictures = None, None, None
         if folder is not None and output is not None:
-            shown, failure = _write(result, folder, form, not no_pictures, output)
+            pictures = None if no_pictures else _pictures(result)
+            shown, failure = _write(result, folder, form, pictures, output)
     print_report(shown or result_report(result))
     if report is not None:
         with status("writing the HTML report"):
             from guideload import html_report
 
-            html_report.save(result, report, replace=overwrite)
+            html_report.save(result, report, replace=overwrite, pictures=pictures)
     print_text(f"Wrote {' and '.join(str(path) for path in (output, report) if path is not None)}.")
     exit_if(failure)
 
@@ -194,8 +197,15 @@ def _output_names(file_format: str, pictures: bool) -> set[str]:
     return names | {"loads.json"} if file_format == "csv" else names
 
 
+def _pictures(result: Result) -> Pictures:
+    """The pictures of a run, which are drawn once for the folder and the HTML report."""
+    from guideload.plots.run import drawings
+
+    return drawings(result)
+
+
 def _write(
-    result: Result, folder: Path, file_format: str, pictures: bool, output: Path
+    result: Result, folder: Path, file_format: str, pictures: Pictures | None, output: Path
 ) -> tuple[Report, PictureError | None]:
     """Write loads, report, pictures and manifest of a run; return the report, and the error of missing pictures.
 
@@ -213,10 +223,10 @@ def _write(
             getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
             found: Report = report.result()
             (folder / "report.txt").write_text(found.text(), encoding="utf-8")
-        if pictures:
+        if pictures is not None:
             with status("drawing the pictures"):
-                from guideload import plots
+                from guideload.plots.saving import save_each
 
-                failure = picture_failure(lambda: plots.save_all(result, folder))
+                failure = picture_failure(lambda: save_each(pictures, folder))
         write_manifest(folder)
     return found, failure

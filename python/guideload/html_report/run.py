@@ -17,8 +17,7 @@ from guideload.base.finite import finite_json
 from guideload.html_report.figures import Chart, Figure, Line, Listing, chart, picture
 from guideload.html_report.page import report_page, save_page
 from guideload.plots.long_records import is_long, worst_cycle
-from guideload.plots.machine import modes as modes_picture
-from guideload.plots.machine import scene
+from guideload.plots.run import drawings
 from guideload.plots.style import INK, carriage_look
 from guideload.reports.machine import machine_sections
 from guideload.reports.report import Column, Section, Table
@@ -26,6 +25,7 @@ from guideload.reports.run import result_report
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
+    from guideload.plots.run import Pictures
     from guideload.simulation.result import Result
 
 AROUND_PEAK = 0.25  # s before and after the largest load; of a long record the worst cycle is shown instead
@@ -54,21 +54,25 @@ ASSUMPTIONS = (
 )
 
 
-def save(result: Result, path: str | PathLike[str], *, replace: bool = True) -> Path:
+def save(
+    result: Result, path: str | PathLike[str], *, replace: bool = True, pictures: Pictures | None = None
+) -> Path:
     """Write the report of a run as one HTML file, whole or not at all; returns its path.
 
-    replace: whether a file that exists is replaced; if not, that is an error. Raises OSError if the file cannot be
-    written, and the errors of `run_page`.
+    replace: whether a file that exists is replaced; if not, that is an error. pictures: as for `run_page`. Raises
+    OSError if the file cannot be written, and the errors of `run_page`.
     """
-    return save_page(run_page(result), path, replace=replace)
+    return save_page(run_page(result, pictures), path, replace=replace)
 
 
-def run_page(result: Result) -> str:
+def run_page(result: Result, pictures: Pictures | None = None) -> str:
     """The report of a run as HTML.
 
     Contents: those of the text report; histories that can be zoomed, machine, assumptions, and the input as far as it
-    is needed to repeat the run. Raises ArgumentError if the result reports no instant.
+    is needed to repeat the run. pictures: those of `plots.run.drawings`, if they have been drawn. Raises ArgumentError
+    if the result reports no instant.
     """
+    pictures = pictures or drawings(result)
     machine, data = result.machine, result.quantities
     report = result_report(result)
     body, carriages = machine_sections(machine)
@@ -98,8 +102,8 @@ def run_page(result: Result) -> str:
         HISTORIES: _load_charts(result),
         **({"Motion of the points": _point_charts(result)} if machine.points else {}),
         "Motion of the cart": _motion_charts(result),
-        body.title: [picture(scene(machine, result), scene_caption)],
-        "Natural modes": [picture(modes_picture(machine, result.modes)[0], "The natural modes.")],
+        body.title: [picture(pictures["scene.png"](), scene_caption)],
+        "Natural modes": [picture(pictures["modes.png"](), "The natural modes.")],
         INPUT: [Listing("The machine in SI units", _listed(machine))],
     }
     return report_page(page, figures)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,11 +14,31 @@ from guideload.plots.saving import save_each
 from guideload.plots.spectra import spectrum
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from matplotlib.axes import Axes
 
     from guideload.simulation.result import Result
+
+    Pictures = Mapping[str, Callable[[], Axes]]
+
+
+def drawings(result: Result) -> dict[str, Callable[[], Axes]]:
+    """Every picture of a result by its file name; each is drawn at its first call."""
+    found: dict[str, Callable[[], Axes]] = {
+        "scene.png": lambda: scene(result.machine, result),
+        "modes.png": lambda: modes(result.machine, result.modes)[0],
+    }
+    if result.machine.carriages:
+        found |= {
+            "figures_7_to_11.png": lambda: paper_figures(result)[0],
+            "resultant.png": lambda: resultant(result),
+            "moments.png": lambda: moments(result),
+            "spectrum.png": lambda: spectrum(result),
+        }
+    if result.machine.points:
+        found["points.png"] = lambda: points(result)[0]
+    return {name: cache(draw) for name, draw in found.items()}
 
 
 @checked
@@ -28,17 +49,4 @@ def save_all(result: Result, folder: str | Path) -> list[Path]:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    drawings: dict[str, Callable[[], Axes]] = {
-        "scene.png": lambda: scene(result.machine, result),
-        "modes.png": lambda: modes(result.machine, result.modes)[0],
-    }
-    if result.machine.carriages:
-        drawings |= {
-            "figures_7_to_11.png": lambda: paper_figures(result)[0],
-            "resultant.png": lambda: resultant(result),
-            "moments.png": lambda: moments(result),
-            "spectrum.png": lambda: spectrum(result),
-        }
-    if result.machine.points:
-        drawings["points.png"] = lambda: points(result)[0]
-    return save_each(drawings, folder)
+    return save_each(drawings(result), folder)
