@@ -13,7 +13,7 @@ OF_MOTION = "the cart reaches 12 m/s, beyond 10 m/s: is a length or a speed in m
 MOVE = "--move", "distance=9 m, speed=12 m/s, acceleration=30 m/s^2, jerk=5000 m/s^3"
 OF_BOTH = {
     "check": (),
-    "run": ("-o", "run"),
+    "run": ("-o", "run", "--no-pictures"),
     "life": ("--no-bands",),
     "limit": ("--of", "payload"),
     "size": ("--product", "HGH25CA"),
@@ -31,6 +31,7 @@ path = "body.mass"
 sigma = "5 %"
 distribution = "normal"
 """
+PRODUCT = 'product = "HGH25CA"\npreload_class = "ZA"\n'
 OF_ONE = {"modes": (), "response": ()}
 
 
@@ -38,15 +39,10 @@ OF_ONE = {"modes": (), "response": ()}
 def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """The packaged example with products, a head and a point that is 90 m away."""
     monkeypatch.chdir(tmp_path)
-    text = (
-        (EXAMPLES / "kinds" / "vertical.toml")
-        .read_text(encoding="utf-8")
-        .replace(
-            "[carriage_types.wagon]", '[carriage_types.wagon]\nproduct = "HGH25CA"\npreload_class = "ZA"'
-        )
-    )
+    text = (EXAMPLES / "kinds" / "vertical.toml").read_text(encoding="utf-8")
+    text = text.replace("[carriage_types.wagon]", f"[carriage_types.wagon]\n{PRODUCT}")
     text = text.replace('["0 mm", "250 mm", "0 mm"]', '["0 mm", 90, "0 mm"]')
-    assert "HGH25CA" in text and "90," in text
+    assert PRODUCT in text and "90," in text
     text += '[report]\nproject = "Gantry 12"\n'
     Path("machine.toml").write_text(text, encoding="utf-8")
     return "machine.toml"
@@ -59,6 +55,7 @@ def test_a_report_on_a_motion_has_the_head_and_the_warnings_of_both(command: str
     assert HEAD in said and OF_MACHINE in words and OF_MOTION in words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [("study", "-o", "study", "--no-pictures"), ("probability", "--error", 50, "--most-runs", 20_000)],
@@ -70,10 +67,8 @@ def test_a_report_on_a_study_has_the_head_and_the_warnings_of_both(
     moves = "\n".join(f'{key} = "{value}"' for key, value in limits.items())
     Path("moves.toml").write_text(f"[[moves]]\n{moves}\n", encoding="utf-8")
     Path("study.toml").write_text(STUDY, encoding="utf-8")
-    text = Path(machine).read_text(encoding="utf-8").replace("preload_class", "# preload_class")
-    Path(machine).write_text(
-        text.replace("product", "# product"), encoding="utf-8"
-    )  # linear, so that it is quick
+    plain = Path(machine).read_text(encoding="utf-8").replace(PRODUCT, "")  # linear, so that it is quick
+    Path(machine).write_text(plain, encoding="utf-8")
     name, *options = command
     said = guideload(name, "study.toml", *options).stdout
     words = " ".join(said.split())
