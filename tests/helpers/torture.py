@@ -84,7 +84,9 @@ class Scene:
         if self.own:
             return self.own[0]
         middles = [(a + b) / 2 for axis in self.paths for a, b in pairwise(axis.events)]
-        return np.unique([*self.asked, *map(float, middles)])
+        times = np.unique([*self.asked, *map(float, middles)])
+        nearest = self.corners[np.abs(times[:, None] - self.corners).argmin(axis=1)]
+        return np.where(np.abs(times - nearest) <= 1e-13 * self.corners[-1], nearest, times)
 
     @cached_property
     def truth(self) -> tuple[Array, Array]:

@@ -1,0 +1,636 @@
+"""Every feature of the model against Exudyn, with finite rotations: `python tests/benchmarks/independent.py [--write]`.
+
+One builder makes Exudyn's model from the numbers of a `Machine`: rigid bodies with Tait-Bryan angles, a
+spring-damper for each end and row of a carriage, held coordinates by constraints, its own static solution as start.
+It shares no matrix, no law and no placement of links with guideload.
+
+All loads are computed at scale 1, 0.1 and 0.01: gravity, accelerations, forces, errors, profiles, clearance and preload
+times the scale. guideload's loads are then exactly in proportion. What small rotations leave out shrinks with the
+square of the motion, so by ten relative to the loads; an error of the model would stay. Exudyn's steps are
+extrapolated from two lengths, and the difference of the two is given too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
+
+import reference as ref
+from harness import row
+from numpy.typing import NDArray
+
+from guideload import Machine, Motion, simulate
+
+Array = NDArray[np.float64]
+DOFS = ("x", "y", "z", "rx", "ry", "rz")
+SCALES = (1.0, 0.1, 0.01)
+STEP = 1e-4  # s, the longer of two
+END = 0.5  # s
+NEWTON = 1e-14  # m and rad; at scale 0.01 the links give way by some 1e-7 m
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "validation.md"
+
+
+# ---- the model in Exudyn
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A link: a spring and a damper between a point of the body and its foot, along a direction of the frame."""
+
+    point: Array
+    direction: Array
+    force: Callable[[float], float] | float  # N at a deflection, or N/m
+    damping: float
+    error: float = 0.0  # m, of the foot
+    structure: float = 0.0  # m/N, in series
+    x: float = 0.0  # m, of the foot on the rail
+    rail: Any = None
+
+
+def springs_of(machine: Machine) -> list[Spring]:
+    """From the keys of the carriages and links, in the order of guideload's results."""
+    found = []
+    rails = {rail.name: rail for rail in machine.rails}
+    for one in machine.carriages:
+        rail = rails[one.rail]
+        turn = np.array(
+            [[0.0, np.cos(rail.roll), np.sin(rail.roll)], [0.0, -np.sin(rail.roll), np.cos(rail.roll)]]
+        )
+        center = np.array([one.x, *rail.position])
+        error = np.array([0.0, *np.add(one.mounting_error, rail.mounting_error)])
+        rows = (0.0,) if one.width is None else (-0.5 * one.width, 0.5 * one.width)
+        for end in (-0.5 * one.length, 0.5 * one.length):
+            for axis, places in ((0, rows), (1, (0.0,))):
+                share = 0.5 / len(places)
+                key = "yz"[axis]
+                for place in places:
+                    found.append(
+                        Spring(
+                            center + [end, 0.0, 0.0] + place * turn[1],
+                            turn[axis],
+                            law_of(one, f"_{key}", share),
+                            share * getattr(one, f"damping_{key}"),
+                            float(error @ turn[axis]),
+                            getattr(one, f"compliance_{key}") / share,
+                            one.x + end,
+                            rail if rail.profiles else None,
+                        )
+                    )
+    for link in machine.links:
+        direction = np.array(link.direction) / np.linalg.norm(link.direction)
+        found.append(Spring(np.array(link.point), direction, law_of(link, "", 1.0), link.damping))
+    return found
+
+
+def law_of(one: Any, suffix: str, share: float) -> Callable[[float], float] | float:
+    k, gap, preload = (getattr(one, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload"))
+    if preload:
+        n = {"ball": 1.5, "roller": 10.0 / 9.0}[one.rolling]
+        opening = 2.0 * n * preload / k
+        factor = share * preload / opening**n
+        return lambda d: float(factor * (max(opening + d, 0.0) ** n - max(opening - d, 0.0) ** n))
+    if gap:
+        return lambda d: float(share * k * (max(d - gap, 0.0) - max(-gap - d, 0.0)))
+    return float(share * k)
+
+
+@dataclass
+class Finite:
+    """A run of Exudyn: link loads, motion of the points and drive force at the stamps of the motion."""
+
+    machine: Machine
+    motion: Motion
+    travel: Motion | None = None  # of the one rider
+    push: Array | None = None  # (time, 3) N at L: of the rack
+    state: tuple[Array, Array] | None = None  # coordinates and velocities at the start; by default at rest
+    kept: list[Any] = field(default_factory=list)  # user functions, which Exudyn does not hold
+
+    def run(self, step: float) -> dict[str, Array]:
+        import exudyn as exu
+        import exudyn.itemInterface as item
+
+        machine, motion = self.machine, self.motion
+        container = exu.SystemContainer()
+        self.kept.append(container)
+        system = container.AddSystem()
+        self.exu, self.item, self.system = exu, item, system
+        ground = system.AddObject(item.ObjectGround())
+        body = self.body(machine.body)
+        node = system.GetObject(body)["nodeNumber"]
+        foot = self.base(ground)
+        nothing = system.AddNode(item.NodePointGround())
+        fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=nothing, coordinate=0))
+        held = {}
+        for dof in range(6):
+            if DOFS[dof] not in machine.free:
+                marker = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=dof))
+                held[dof] = system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, marker]))
+        self.weigh(body, machine.body)
+        at_l = system.AddMarker(item.MarkerBodyRigid(bodyNumber=body, localPosition=[0.0] * 3))
+        wrench = np.zeros((motion.time.size, 6)) if motion.wrench is None else motion.wrench.copy()
+        if self.push is not None:
+            wrench[:, :3] += self.push
+        self.load(at_l, wrench[:, :3])
+        self.load(at_l, wrench[:, 3:], item.LoadTorqueVector)
+        if self.travel is not None:
+            self.rider(body)
+        forces = [self.spring(foot, body, spring) for spring in springs_of(machine)]
+        kind = exu.OutputVariableType
+        sensors = {
+            "link_load": [
+                self.sensor(item.SensorObject, objectNumber=one, outputVariableType=kind.ForceLocal)
+                for one in forces
+            ],
+            "point_displacement": [
+                self.sensor(
+                    item.SensorBody,
+                    bodyNumber=body,
+                    localPosition=list(point.at),
+                    outputVariableType=kind.Displacement,
+                )
+                for point in machine.points
+            ],
+            "drive": [
+                self.sensor(item.SensorObject, objectNumber=one, outputVariableType=kind.Force)
+                for dof, one in held.items()
+                if dof == 0
+            ],
+        }
+        system.Assemble()
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.solution.sensors.writePeriod = float(np.diff(motion.time)[0])
+        if self.state is None:
+            self.resting = True
+            static = settings.staticSolver
+            static.newton.residualMode, static.verboseMode = 1, 0
+            static.newton.relativeTolerance, static.newton.absoluteTolerance = 1e-10, NEWTON
+            system.SolveStatic(settings, updateInitialValues=True)
+        else:
+            system.systemData.SetODE2Coordinates(self.state[0], exu.ConfigurationType.Initial)
+            system.systemData.SetODE2Coordinates_t(self.state[1], exu.ConfigurationType.Initial)
+        self.resting = False
+        integration = settings.timeIntegration
+        integration.endTime = float(np.ptp(motion.time))
+        integration.numberOfSteps = round(integration.endTime / step)
+        integration.newton.residualMode = 1
+        integration.newton.relativeTolerance, integration.newton.absoluteTolerance = 1e-10, NEWTON
+        integration.newton.useModifiedNewton = True  # derivatives of user functions are differences
+        integration.verboseMode = 0
+        integration.generalizedAlpha.spectralRadius = 0.95
+        # Only the older method takes a joint with prescribed travel.
+        solver = (
+            exu.DynamicSolverType.GeneralizedAlpha if self.travel else exu.DynamicSolverType.TrapezoidalIndex2
+        )
+        system.SolveDynamic(settings, solverType=solver, showHints=False)
+        stored = {
+            name: np.stack(
+                [np.array(system.GetSensorStoredData(one))[-motion.time.size :, 1:] for one in of], axis=1
+            )
+            for name, of in sensors.items()
+            if of
+        }
+        stored["link_load"] = stored["link_load"][:, :, 0]
+        self.end = system.systemData.GetODE2Coordinates(), system.systemData.GetODE2Coordinates_t()
+        return stored
+
+    def body(self, given: Any, at: Sequence[float] = (0.0, 0.0, 0.0)) -> int:
+        """A rigid body whose reference point starts at a place."""
+        r = np.array(given.center_of_mass) - np.array(at)
+        cross = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+        about = given.central_inertia() - given.mass * cross @ cross
+        node = self.system.AddNode(self.item.NodeRigidBodyRxyz(referenceCoordinates=[*at, 0.0, 0.0, 0.0]))
+        inertia = [about[0, 0], about[1, 1], about[2, 2], about[1, 2], about[0, 2], about[0, 1]]
+        rigid = self.item.ObjectRigidBody(
+            mass=given.mass, inertia=inertia, centerOfMass=r.tolist(), nodeNumber=node
+        )
+        return int(self.system.AddObject(rigid))
+
+    def weigh(self, body: int, given: Any, at: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+        """Weight and -m a, in the frame of L, at the centre of mass."""
+        place = (np.array(given.center_of_mass) - np.array(at)).tolist()
+        marker = self.system.AddMarker(self.item.MarkerBodyPosition(bodyNumber=body, localPosition=place))
+        self.load(marker, given.mass * (np.array(self.machine.gravity) - self.motion.acceleration))
+
+    def load(self, marker: int, values: Array, kind: Any = None) -> None:
+        """A force (time, 3), linear between the stamps; at rest only what gravity gives."""
+        time, at_rest = self.motion.time - self.motion.time[0], values[0].tolist()
+
+        def of(system: Any, t: float, vector: Any) -> list[float]:
+            if self.resting:
+                return at_rest
+            k = min(int(np.searchsorted(time, t, "right")), time.size - 1)
+            share = (t - time[k - 1]) / (time[k] - time[k - 1])
+            return [float(x) for x in values[k - 1] + share * (values[k] - values[k - 1])]
+
+        self.kept.append(of)
+        kind = kind or self.item.LoadForceVector
+        self.system.AddLoad(kind(markerNumber=marker, loadVectorUserFunction=of))
+
+    def base(self, ground: int) -> int:
+        """The ground, or a nearly massless body on the base's stiffness."""
+        if self.machine.base is None:
+            return ground
+        light = ref.body(mass=0.01, center_of_mass=(0.0, 0.0, 0.0), inertia=(1e-3 * np.eye(3)).tolist())
+        base = self.body(light)
+        markers = [
+            self.system.AddMarker(self.item.MarkerBodyRigid(bodyNumber=one, localPosition=[0.0] * 3))
+            for one in (ground, base)
+        ]
+        stiffness = np.linalg.inv(np.array(self.machine.base.compliance))
+        self.system.AddObject(
+            self.item.ObjectConnectorRigidBodySpringDamper(
+                markerNumbers=markers, stiffness=stiffness, damping=1e-5 * stiffness
+            )
+        )
+        return base
+
+    def spring(self, foot: int, body: int, given: Spring) -> int:
+        """A spring-damper whose x is the direction of the link; with a structure in series, a small mass in between."""
+        item, system = self.item, self.system
+        across = np.cross(
+            given.direction, [1.0, 0.0, 0.0] if abs(given.direction[0]) < 0.9 else [0.0, 1.0, 0.0]
+        )
+        across /= np.linalg.norm(across)
+        frame = np.column_stack([given.direction, across, np.cross(given.direction, across)])
+        if given.structure:
+            between = self.body(
+                ref.body(mass=1e-3, center_of_mass=given.point.tolist(), inertia=(1e-6 * np.eye(3)).tolist()),
+                given.point,
+            )
+            self.connect(between, body, given, frame, 1.0 / given.structure, 0.0, [0.0] * 3, given.point)
+            stiff = np.diag([0.0, 1e8, 1e8, 1e4, 1e4, 1e4])
+            ends = (foot, given.point.tolist()), (between, [0.0] * 3)
+            markers = [
+                system.AddMarker(item.MarkerBodyRigid(bodyNumber=one, localPosition=at)) for one, at in ends
+            ]
+            system.AddObject(
+                item.ObjectConnectorRigidBodySpringDamper(
+                    markerNumbers=markers,
+                    stiffness=stiff,
+                    damping=1e-5 * stiff,
+                    rotationMarker0=frame,
+                    rotationMarker1=frame,
+                )
+            )
+            return self.connect(
+                foot, between, given, frame, given.force, given.damping, given.point, np.zeros(3)
+            )
+        return self.connect(foot, body, given, frame, given.force, given.damping, given.point, given.point)
+
+    def connect(
+        self,
+        foot: int,
+        body: int,
+        given: Spring,
+        frame: Array,
+        force: Any,
+        damping: float,
+        at_foot: Any,
+        at_body: Any,
+    ) -> int:
+        item, system = self.item, self.system
+        ends = (foot, list(at_foot)), (body, list(at_body))
+        markers = [
+            system.AddMarker(item.MarkerBodyRigid(bodyNumber=one, localPosition=at)) for one, at in ends
+        ]
+        only_x = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        options: dict[str, Any] = {"stiffness": 0.0 * only_x, "damping": damping * only_x}
+        if given.rail is None and not callable(force):
+            options |= {"stiffness": force * only_x, "offset": [given.error, 0.0, 0.0, 0.0, 0.0, 0.0]}
+        else:
+            law = force if callable(force) else lambda d: force * d
+            moved = self.profile(given)
+
+            def of(
+                mbs: Any, t: float, number: int, d: Any, phi: Any, v: Any, omega: Any, k: Any, b: Any, one: Any,
+                two: Any, offset: Any,
+            ) -> list[float]:  # fmt: skip
+                e, rate = moved(t)
+                return [law(d[0] - given.error - e) + damping * (v[0] - rate), 0.0, 0.0, 0.0, 0.0, 0.0]
+
+            self.kept.append(of)
+            options["springForceTorqueUserFunction"] = of
+        spring = item.ObjectConnectorRigidBodySpringDamper(
+            markerNumbers=markers, rotationMarker0=frame, rotationMarker1=frame, **options
+        )
+        return int(system.AddObject(spring))
+
+    def profile(self, given: Spring) -> Callable[[float], tuple[float, float]]:
+        """Displacement and speed of the foot along the link, at a time."""
+        motion, rail = self.motion, given.rail
+        if rail is None:
+            return lambda t: (0.0, 0.0)
+        assert motion.position is not None and motion.velocity is not None
+        from scipy.interpolate import CubicHermiteSpline
+
+        path = CubicHermiteSpline(motion.time - motion.time[0], motion.position[:, 0], motion.velocity[:, 0])
+        (points,) = rail.profiles
+        across = given.direction[1:]
+
+        @lru_cache(maxsize=4)  # Newton's method asks again and again
+        def moved(t: float) -> tuple[float, float]:
+            at, speed = (float(path(0.0)), 0.0) if self.resting else (float(path(t)), float(path(t, 1)))
+            e, slope = points.at(np.array([at + given.x]))
+            return float(e[0] @ across), float(slope[0] @ across) * speed
+
+        return moved
+
+    def rider(self, body: int) -> None:
+        """A second body on a joint with prescribed travel."""
+        (given,), travel, item, system = self.machine.riders, self.travel, self.item, self.system
+        assert travel is not None and travel.position is not None and travel.velocity is not None
+        from scipy.interpolate import CubicHermiteSpline
+
+        path = CubicHermiteSpline(travel.time - travel.time[0], travel.position[:, 0], travel.velocity[:, 0])
+        at, along = list(given.center_of_mass), np.array(given.direction) / np.linalg.norm(given.direction)
+        other = self.body(given, at)
+        self.weigh(other, given, at)
+        ends = (body, at), (other, [0.0] * 3)
+        markers = [
+            system.AddMarker(item.MarkerBodyRigid(bodyNumber=one, localPosition=place)) for one, place in ends
+        ]
+
+        def offset(mbs: Any, t: float, number: int, parameters: Any) -> list[float]:
+            s = path(0.0 if self.resting else t)
+            return [*(float(s) * along).tolist(), 0.0, 0.0, 0.0]
+
+        self.kept.append(offset)
+        joint = item.ObjectJointGeneric(markerNumbers=markers, offsetUserFunction=offset)
+        system.AddObject(joint)
+
+    def sensor(self, kind: Any, **options: Any) -> int:
+        return int(self.system.AddSensor(kind(storeInternal=True, writeToFile=False, **options)))
+
+
+# ---- the features
+
+
+def move(scale: float, size: float = 4.0, **forces: Any) -> Motion:
+    """A smooth there and back along x, with position and velocity of scale 1 for the profiles of rails."""
+    t = np.round(np.arange(round(END * 1000) + 1) * 1e-3, 12)
+    w = 2.0 * np.pi / 0.4
+    on = t <= 0.4
+    a = np.where(on, size * np.sin(w * t), 0.0)
+    v = np.where(on, size / w * (1.0 - np.cos(w * t)), 0.0)
+    x = np.where(on, size / w * (t - np.sin(w * t) / w), size / w * 0.4)
+    return Motion.along_x(t, scale * a, velocity=v, position=x)
+
+
+def cart(scale: float, **changes: Any) -> Machine:
+    """The yardstick's cart under scaled gravity."""
+    gravity = changes.pop("gravity", (0.0, -9.80665, 0.0))
+    machine = ref.cart(**changes.pop("laws", {}))
+    return Machine(**machine.model_dump() | {"gravity": scale * np.array(gravity)} | changes)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A row of the table."""
+
+    name: str
+    machine: Callable[[float], Machine]
+    motion: Callable[[float], Motion] = move
+    rider: Callable[[float], Motion] | None = None
+    quantity: str = "link_load"
+    start: Callable[[float], Array] | None = None  # coordinates at rest, where Exudyn finds none
+
+
+def one_rail(scale: float) -> Machine:
+    """Two wide carriages on one rail, which alone hold the body against roll."""
+    wide = {
+        "length": 0.1,
+        "width": 0.08,
+        "stiffness_y": 4e8,
+        "stiffness_z": 4e8,
+        "damping_y": 2e5,
+        "damping_z": 2e5,
+    }
+    carriages = [{"name": name, "rail": "1", "x": x, **wide} for name, x in (("a", -0.25), ("b", 0.3))]
+    body = ref.body(mass=200.0, center_of_mass=(0.02, 0.15, 0.1), inertia=(8.0 * np.eye(3)).tolist())
+    return cart(scale, body=body, rails=[{"name": "1", "position": [0.0, 0.0]}], carriages=carriages)
+
+
+def rolled(scale: float) -> Machine:
+    rails = [
+        {"name": "1", "position": [0.05, -0.35], "roll": 0.6},
+        {"name": "2", "position": [0.05, 0.35], "roll": -1.1},
+    ]
+    return cart(scale, rails=rails)
+
+
+def with_errors(scale: float) -> Machine:
+    """Rails and a carriage some 20 um beside their place."""
+    machine = cart(scale).model_dump()
+    machine["rails"][1]["mounting_error"] = (2e-5 * scale, -1e-5 * scale)
+    machine["carriages"][0]["mounting_error"] = (-1.5e-5 * scale, 2e-5 * scale)
+    return Machine(**machine)
+
+
+def wavy(scale: float) -> Machine:
+    rng = np.random.default_rng(3)
+    places = np.linspace(-1.0, 1.5, 26)
+    machine = cart(scale).model_dump()
+    for rail in machine["rails"]:
+        bent = np.column_stack([places, scale * 2e-5 * rng.standard_normal((26, 2))])
+        rail["straightness"] = bent.tolist()
+    return Machine(**machine)
+
+
+def on_base(scale: float, damping: float = 5e4) -> Machine:
+    arms = np.array([[1.0, 0, 0, 0, 0, 0], [0, 1.0, 0, 0, 0, 0], [0, 0, 1.0, 0, 0, 0]])
+    point = np.array([[0, 0, -0.4, 1.0, 0, 0], [0, 0, 0, 0, 1.0, 0], [0.4, 0, 0, 0, 0, 1.0]])
+    compliance = 2e-9 * arms.T @ arms + 1e-9 * point.T @ point
+    given = (0.5 * (compliance + compliance.T)).tolist()
+    return cart(scale, laws={"damping": damping}, base={"compliance": given})
+
+
+def grips(scale: float) -> Machine:
+    part = {"mass": 300.0, "center_of_mass": [0.3, -0.5, 0.4], "inertia": (20.0 * np.eye(3)).tolist()}
+    return cart(scale, payloads=[{"name": "part", "times": [[0.15, 0.3]], **part}])
+
+
+def carries_slide(scale: float) -> Machine:
+    slide = {"mass": 150.0, "center_of_mass": [0.1, -0.4, -0.3], "inertia": (5.0 * np.eye(3)).tolist()}
+    return cart(scale, riders=[{"name": "slide", "direction": [0.0, 0.3, 1.0], **slide}])
+
+
+def pressed(scale: float) -> Motion:
+    motion = move(scale)
+    force = np.outer(np.sin(2.0 * np.pi * motion.time / END) ** 2, scale * np.array([500.0, 3000.0, -2000.0]))
+    return motion.with_force((0.3, -0.8, 0.5), force)
+
+
+def with_laws(**of: float) -> Callable[[float], Machine]:
+    """The cart with laws on all carriages, of which clearance and preload are scaled."""
+
+    def machine(scale: float) -> Machine:
+        lengths = {key: value * scale for key, value in of.items() if not key.startswith("compliance")}
+        both = {
+            f"{key}_{axis}": value
+            for key, value in (of | lengths).items()
+            for axis in "yz"
+            if key != "damping"
+        }
+        rolling = {"rolling": "ball"} if "preload" in of else {}
+        return cart(scale, laws=both | rolling | {"damping": of.get("damping", 5e4)})
+
+    return machine
+
+
+def within_play(scale: float) -> Array:
+    """Where the cart rests on its contacts, in the middle of the play of the others."""
+    from peers.laws import Sided
+    from peers.problem import rest_position
+
+    found = np.zeros(6)
+    found[1:] = rest_position(cart(scale), Sided(6e7, 6e7, 5e-6 * scale))
+    return found
+
+
+def tool(scale: float) -> Machine:
+    return cart(scale, points=[{"name": "tool", "at": [0.4, -1.1, 0.6]}])
+
+
+def with_rack(scale: float) -> Machine:
+    rack = {"pinion_diameter": 0.1, "pressure_angle": 0.35, "push_direction": [0.0, 0.8, 0.6]}
+    return cart(scale, drive=rack)
+
+
+FEATURES = (
+    Feature("four carriages on two rails", cart),
+    Feature("roll stiffness, one rail", one_rail),
+    Feature("rails turned by 34 and -63 degrees", rolled),
+    Feature("vertical travel", lambda scale: cart(scale, gravity=(-9.80665, 0.0, 0.0))),
+    Feature("process force at a point", cart, pressed),
+    Feature("motion of a point 1.3 m away", tool, quantity="point_displacement"),
+    Feature("mounting errors", with_errors),
+    Feature("rails that are not straight", wavy),
+    Feature("elastic base", on_base),
+    Feature("the same with a tenth of the damping", lambda scale: on_base(scale, 5e3)),
+    Feature("compliance in series", with_laws(compliance=4e-9)),
+    Feature("the same with a tenth of the damping of the carriages", with_laws(compliance=4e-9, damping=5e3)),
+    Feature("play of 5 um", with_laws(clearance=5e-6), start=within_play),
+    Feature("preload of 1.2 kN", with_laws(preload=1200.0)),
+    Feature("a rider that moves", carries_slide, rider=lambda scale: move(scale, 5.0)),
+    Feature("a payload gripped and released", grips),
+    Feature("push of a rack", with_rack),
+)
+
+
+def finite(feature: Feature, scale: float, step: float) -> Array:
+    """The quantity by Exudyn, at the stamps of the motion."""
+    machine, motion = feature.machine(scale), feature.motion(scale)
+    travel = None if feature.rider is None else feature.rider(scale)
+    if machine.payloads:
+        return gripped(machine, motion, step)
+    push = None
+    state = None if feature.start is None else (feature.start(scale), np.zeros(6))
+    for _ in range(4 if machine.drive else 1):  # each round leaves about a hundredth of the change
+        found = Finite(machine, motion, travel, push, state).run(step)
+        if machine.drive:
+            force = np.abs(found["drive"].reshape(motion.time.size, -1)[:, 0])
+            push = np.outer(machine.drive.push_per_force * force, machine.drive.push_direction or (0, 0, 0))
+    return found[feature.quantity]
+
+
+def gripped(machine: Machine, motion: Motion, step: float) -> Array:
+    """Stretch by stretch; at a grip the momentum of the free dofs is that of the body before it."""
+    (payload,) = machine.payloads
+    assert payload.times is not None
+    marks = [0, *(int(np.argmin(np.abs(motion.time - t))) for t in payload.times[0]), motion.time.size - 1]
+    loads, state = [], None
+    bare, full = machine.carrying([]), machine.carrying([payload.name])
+    free = np.ix_([DOFS.index(dof) for dof in machine.free], [DOFS.index(dof) for dof in machine.free])
+    for stage, (begin, end) in enumerate(zip(marks[:-1], marks[1:], strict=True)):
+        one = Finite((bare, full, bare)[stage], ref.piece(motion, begin, end + 1), state=state)
+        if stage == 1:
+            assert state is not None
+            before, after = (np.array(mass_of(each), float)[free] for each in (bare, full))
+            q, v = state
+            v = np.array(v)
+            v[free[1].ravel()] = np.linalg.solve(after, before @ v[free[1].ravel()])
+            one.state = q, v
+        found = one.run(step)["link_load"]
+        loads.append(found if stage == 2 else found[:-1])
+        state = one.end
+    return np.concatenate(loads)
+
+
+def mass_of(machine: Machine) -> Any:
+    """6 x 6, about L."""
+    import mpmath
+
+    return ref._body(mpmath.mp, machine)[0]
+
+
+def ours(feature: Feature, scale: float) -> Array:
+    machine, motion = feature.machine(scale), feature.motion(scale)
+    riders = None if feature.rider is None else {machine.riders[0].name: feature.rider(scale)}
+    result = simulate(machine, motion, riders=riders, rtol=1e-9, times=motion.time, start="rest")
+    return result.quantities[feature.quantity]
+
+
+def differences(feature: Feature) -> tuple[list[float], float]:
+    """At each scale, of the largest value; and that between Exudyn's two steps."""
+    found, gap = [], 0.0
+    for scale in SCALES:
+        expected = ours(feature, scale)
+        coarse, fine = (finite(feature, scale, step) for step in (STEP, 0.5 * STEP))
+        extrapolated = fine + (fine - coarse) / 3.0
+        keep = np.ones(len(expected), bool)
+        if feature.machine(scale).payloads:  # both loads of a change are right there
+            keep = np.abs(feature.motion(scale).time[:, None] - [0.15, 0.3]).min(axis=1) > 1e-9
+        size = np.abs(expected).max()
+        found.append(float(np.abs(extrapolated - expected)[keep].max() / size))
+        gap = max(gap, float(np.abs(fine - coarse)[keep].max() / size))
+    return found, gap
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--write", action="store_true", help="the table of docs/validation.md")
+    parser.add_argument("--only", default="", metavar="WORD", help="features whose name has this word")
+    parser.add_argument(
+        "--results", type=Path, metavar="FILE", help="JSON to keep rows in, which are not run again"
+    )
+    asked = parser.parse_args()
+    known = json.loads(asked.results.read_text()) if asked.results and asked.results.exists() else {}
+    warnings.simplefilter("ignore", DeprecationWarning)
+    lines = [row("feature", *(f"scale {scale:g}" for scale in SCALES), "Exudyn's two steps")]
+    lines.append(row("---", *["---:"] * (len(SCALES) + 1)))
+    print("\n".join(lines), flush=True)
+    for feature in FEATURES:
+        if asked.only not in feature.name:
+            continue
+        if feature.name not in known:
+            try:
+                known[feature.name] = differences(feature)
+            except Exception as error:  # Exudyn's solver gave up
+                print(f"{feature.name}: {str(error).splitlines()[0]}", flush=True)
+                continue
+            if asked.results:
+                asked.results.write_text(json.dumps(known))
+        found, gap = known[feature.name]
+        lines.append(row(feature.name, *(f"{one:.1e}" for one in found), f"{gap:.0e}"))
+        print(lines[-1], flush=True)
+    if asked.write:
+        begin, end = "<!-- independent.py: begin -->\n", "<!-- independent.py: end -->"
+        head, _, rest = PAGE.read_text(encoding="utf-8").partition(begin)
+        table = "\n".join(lines)
+        PAGE.write_text(f"{head}{begin}{table}\n{end}{rest.partition(end)[2]}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
