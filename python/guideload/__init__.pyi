@@ -1,5 +1,9 @@
+from . import drive as drive
 from . import html_report as html_report
 from . import plots as plots
+from . import reports as reports
+from . import sensitivity as sensitivity
+from . import sizing as sizing
 from .audit import Audit as Audit
 from .base.errors import ArgumentError as ArgumentError
 from .base.errors import ArgumentTypeError as ArgumentTypeError
@@ -17,6 +21,9 @@ from .catalogue import Catalogue as Catalogue
 from .catalogue import LifeConditions as LifeConditions
 from .catalogue import Product as Product
 from .catalogue import Rating as Rating
+from .catalogue import packaged_catalogue as packaged_catalogue
+from .cli.file_schema import file_schema as file_schema
+from .cli.templates import file_template as file_template
 from .duty import DutyCycle as DutyCycle
 from .duty import LoadCase as LoadCase
 from .duty import duty_cycle as duty_cycle

@@ -6,6 +6,7 @@ import re
 import sys
 from bisect import bisect
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -68,17 +69,19 @@ def read_toml(
 
     source: where such a file comes from, for the message if there is none.
     """
-
-    def refusal(expected: str, hint: str, row: int | None, written: str) -> ConfigError:
-        return UnreadableConfig([Problem((), None, expected, hint, row, written)], str(file))
-
     try:
         content = Path(file).read_bytes()
     except FileNotFoundError:
-        raise refusal(f"a file, {source}", "", None, no_file(Path(file))) from None
+        raise _unreadable(file, f"a file, {source}", "", None, no_file(Path(file))) from None
     except OSError as error:
         expected = f"a readable file, {source} ({error.strerror})"
-        raise refusal(expected, "", None, "no file") from None
+        raise _unreadable(file, expected, "", None, "no file") from None
+    return parse_toml(content, file)
+
+
+def parse_toml(content: bytes, file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+    """Values of the text of a TOML file and their places. Raises UnreadableConfig for text that is no TOML."""
+    refusal = partial(_unreadable, file)
     try:
         text = content.decode("utf-8-sig")  # editors on Windows put the byte order mark before the text
     except UnicodeDecodeError as error:
@@ -103,6 +106,12 @@ def read_toml(
         hint = hint or (f"{reason}; {IN_QUOTES}" if of_value else reason)
         written = shortened(lines[min(row, len(lines)) - 1]) or "an empty row"
         raise refusal(expected, hint, row, written) from None
+
+
+def _unreadable(
+    file: str | PathLike[str], expected: str, hint: str, row: int | None, written: str
+) -> ConfigError:
+    return UnreadableConfig([Problem((), None, expected, hint, row, written)], str(file))
 
 
 def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> ConfigError:

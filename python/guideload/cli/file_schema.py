@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
+from guideload.base.arguments import checked
 from guideload.base.config import interval
 from guideload.cli.options import FileKind
 
@@ -55,8 +56,20 @@ class FileSchema(GenerateJsonSchema):
         return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
 
 
+@checked
 def file_schema(kind: FileKind) -> dict[str, Any]:
-    """The schema of a kind of file. A description ends with the SI unit of the value, as [N/m]."""
+    """The JSON schema of a kind of file, as `guideload schema` prints it.
+
+    Parameters
+    ----------
+    kind
+        "machine", "study", "catalogue", "motion", "duty", "monitor" or "identify".
+
+    Returns
+    -------
+    dict
+        JSON schema, draft 2020-12. A description ends with the SI unit of the value, as [N/m].
+    """
     model: type[BaseModel]
     if kind == "machine":
         from guideload.machine.machine import Machine as model

@@ -13,15 +13,14 @@ from guideload.base.atomic import atomic_write
 from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import EXAMPLES, read_machine, read_optional_motion
+from guideload.cli.inputs import read_machine, read_optional_motion
 from guideload.cli.outputs import unwritable
 from guideload.cli.reporting import Shown, draws_report
+from guideload.cli.templates import KINDS, file_template
 from guideload.cli.terminal import print_text
 
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
-
-KINDS = ("one-rail", "gantry", "vertical")  # of short machine files, in examples/kinds
 
 
 @click.command()
@@ -50,8 +49,7 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
     path = path or Path(name)
     if path.is_dir():
         path /= name
-    example = EXAMPLES / "kinds" / f"{machine_kind}.toml" if machine_kind in KINDS else EXAMPLES / name
-    template = example.read_text(encoding="utf-8")
+    template = file_template(kind or machine_kind or "two-rails")
     if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"      ')

@@ -25,11 +25,12 @@ from guideload.base.config import ConfigModel
 from guideload.base.errors import (
     ArgumentError,
     ConfigError,
+    KeyPath,
     SceneError,
     ValueRefused,
     shown,
 )
-from guideload.base.toml import located, read_toml
+from guideload.base.toml import Place, located, parse_toml, read_toml
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
@@ -114,7 +115,36 @@ class Machine(ConfigModel):
     @checked
     def from_toml(cls, file: str | PathLike[str]) -> Machine:
         """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
-        values, places = read_toml(file)
+        return cls._from_values(*read_toml(file), file)
+
+    @classmethod
+    @checked
+    def from_text(cls, text: str, file: str | PathLike[str] = "machine.toml") -> Machine:
+        """The machine of the text of a machine file, before it is saved.
+
+        Parameters
+        ----------
+        text
+            The content of the file.
+        file
+            Its name, for messages; names of files in the text are relative to its folder.
+
+        Returns
+        -------
+        Machine
+            As `from_toml` reads it from the saved file.
+
+        Raises
+        ------
+        ConfigError
+            Naming file, row, key and value.
+        """
+        return cls._from_values(*parse_toml(text.encode(), file), file)
+
+    @classmethod
+    def _from_values(
+        cls, values: dict[str, Any], places: dict[KeyPath, Place], file: str | PathLike[str]
+    ) -> Machine:
         try:
             return cls(**with_catalogue(with_straightness(values, Path(file).parent), Path(file)))
         except ConfigError as error:

@@ -18,7 +18,7 @@ from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ABSENT, ArgumentError, ConfigError, KeyPath, Problem, ValueRefused, shown
 from guideload.base.number_text import counted, digits
 from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
-from guideload.base.toml import located, read_toml
+from guideload.base.toml import Place, located, parse_toml, read_toml
 from guideload.motion.motion import Motion
 from guideload.motion.phase_forces import PhaseForce
 from guideload.motion.profiles import (
@@ -123,7 +123,36 @@ class Moves(ConfigModel):
     @checked
     def from_toml(cls, file: str | PathLike[str]) -> Moves:
         """The moves of a motion file. Raises ConfigError naming file, row, key and value."""
-        values, places = read_toml(file, source="`guideload init --moves` writes one")
+        return cls._from_values(*read_toml(file, source="`guideload init --moves` writes one"), file)
+
+    @classmethod
+    @checked
+    def from_text(cls, text: str, file: str | PathLike[str] = "moves.toml") -> Moves:
+        """The moves of the text of a motion file, before it is saved.
+
+        Parameters
+        ----------
+        text
+            The content of the file.
+        file
+            Its name, for messages and as source of the motion.
+
+        Returns
+        -------
+        Moves
+            As `from_toml` reads them from the saved file.
+
+        Raises
+        ------
+        ConfigError
+            Naming file, row, key and value.
+        """
+        return cls._from_values(*parse_toml(text.encode(), file), file)
+
+    @classmethod
+    def _from_values(
+        cls, values: dict[str, Any], places: dict[KeyPath, Place], file: str | PathLike[str]
+    ) -> Moves:
         try:
             if "moves" not in values:
                 hint = "`guideload init --moves` writes a motion file"

@@ -1,0 +1,10 @@
+from .compare import comparison_report as comparison_report
+from .report import Definitions as Definitions
+from .report import Report as Report
+from .report import Section as Section
+from .report import Table as Table
+from .run import result_report as result_report
+from .sizing import limit_report as limit_report
+from .sizing import sizing_report as sizing_report
+from .study import study_report as study_report
+from .trace import encoder_report as encoder_report

@@ -1,0 +1,42 @@
+"""Public functions for programs that show guideload to a user: files as text, templates, schemas, reports."""
+
+from pathlib import Path
+
+import pytest
+from command_line import EXAMPLES
+
+import guideload
+from guideload import ArgumentError, ConfigError, Machine, Moves
+
+
+@pytest.mark.parametrize("kind", ["two-rails", "one-rail", "gantry", "vertical", "manipulator"])
+def test_the_machine_of_a_text_is_that_of_the_saved_file(kind: str, tmp_path: Path) -> None:
+    text, file = guideload.file_template(kind), tmp_path / "machine.toml"
+    file.write_text(text, encoding="utf-8")
+    assert Machine.from_text(text, file) == Machine.from_toml(file)
+
+
+def test_the_moves_of_a_text_are_those_of_the_saved_file() -> None:
+    text = guideload.file_template("moves")
+    assert Moves.from_text(text) == Moves.from_toml(EXAMPLES / "moves.toml")
+    assert Moves.from_text(text, "own.toml").motion().source == "own.toml"
+
+
+@pytest.mark.parametrize("reader", [Machine, Moves])
+def test_a_text_that_is_no_toml_is_refused_with_its_row(reader: type[Machine] | type[Moves]) -> None:
+    with pytest.raises(ConfigError, match=r"^its.toml, row 2: expected TOML"):
+        reader.from_text("a = 1\nb =\n", "its.toml")
+
+
+def test_names_of_files_in_a_text_are_relative_to_its_folder(tmp_path: Path) -> None:
+    text = guideload.file_template("one-rail").replace(
+        'name = "rail"', 'name = "rail"\nstraightness_file = "profile.csv"'
+    )
+    (tmp_path / "profile.csv").write_text("x [mm],dy [um],dz [um]\n-500,0,0\n0,9,0\n500,0,0\n")
+    profile = Machine.from_text(text, tmp_path / "machine.toml").rails[0].straightness
+    assert profile is not None and len(profile) == 3
+
+
+def test_an_unknown_template_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ArgumentError, match="kind: expected one of two-rails, one-rail, .* got 'sun'"):
+        guideload.file_template("sun")
