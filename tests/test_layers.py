@@ -1,8 +1,11 @@
 """The layers of the house: packages import one way, and no files import each other in a circle, in both languages."""
 
+import re
 from pathlib import Path
 
 import grimp
+
+import guideload
 
 ROOT = Path(__file__).resolve().parents[1]
 # A package imports only from those that stand before it.
@@ -30,6 +33,7 @@ PYTHON = (
     "reports",
     "plots",
     "html_report",
+    "app",
     "cli",
 )
 TRACES = ("options", "format", "content", "quality", "channels", "forces", "reading", "inspection")
@@ -124,7 +128,18 @@ def test_no_python_files_import_each_other_in_a_circle() -> None:
 
 def test_no_file_imports_the_public_names() -> None:
     """`import guideload` is for users; inside, each name comes from the file that defines it."""
-    assert not [module for module, imported in python_imports().items() if "guideload" in imported]
+    users = {module for module, imported in python_imports().items() if "guideload" in imported}
+    assert not {module for module in users if not module.startswith("guideload.app.")}
+
+
+def test_the_page_uses_the_public_names_alone() -> None:
+    imports = {a: b for a, b in python_imports().items() if a.startswith("guideload.app.")}
+    assert len(imports) > 5
+    for module, imported in imports.items():
+        assert all(one == "guideload" or one.startswith("guideload.app.") for one in imported), module
+    for file in (ROOT / "python" / "guideload" / "app").glob("*.py"):
+        used = set(re.findall(r"\bguideload\.(\w+)", file.read_text(encoding="utf-8"))) - {"app"}
+        assert used <= set(guideload.__all__), file.name
 
 
 def test_a_circle_and_a_backward_import_would_be_found() -> None:

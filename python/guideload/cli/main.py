@@ -23,6 +23,7 @@ from guideload.base.errors import (
     TraceError,
 )
 from guideload.base.visible_text import visible
+from guideload.cli.app import app
 from guideload.cli.catalogue import catalogue
 from guideload.cli.compare import compare
 from guideload.cli.duty import duty
@@ -98,7 +99,7 @@ def main(ctx: click.Context) -> None:
 
 LONGEST = 61  # characters of a one-line text, so that its line ends before column 80
 GROUPS: dict[str, tuple[click.Command, ...]] = {
-    "Describe a machine": (demo, init, check, modes, catalogue, schema),
+    "Describe a machine": (demo, app, init, check, modes, catalogue, schema),
     "Compute loads and life": (run, life, duty, long_run, study, probability, response),
     "Decide": (size, limit, compare, sensitivities),
     "Measure": (encoder, identify, monitor),

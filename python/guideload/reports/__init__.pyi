@@ -1,5 +1,7 @@
 from .compare import comparison_report as comparison_report
+from .report import Column as Column
 from .report import Definitions as Definitions
+from .report import Part as Part
 from .report import Report as Report
 from .report import Section as Section
 from .report import Table as Table

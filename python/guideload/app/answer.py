@@ -1,0 +1,262 @@
+"""What the page computes: loads, life, static safety, drive and settling of a state, as figures with a judgement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+import guideload
+from guideload.app import document
+from guideload.app.files import Folder
+from guideload.app.state import Session, State
+
+Level = Literal["good", "near", "bad", "open"]
+Step = Callable[[str], None]
+NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
+LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
+RPM = 60.0 / (2.0 * math.pi)  # per rad/s
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Why there is no answer. part: "machine", "moves" or "trace"; path: of the value in its file, () if none."""
+
+    part: str
+    path: document.Path
+    text: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of the answer: its name, its value and where or how it is meant, and how it is judged, in words."""
+
+    name: str
+    value: str
+    place: str = ""
+    level: Level = "open"
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a state comes to.
+
+    problems  if there are any, the rest is empty
+    result    of the run; of a measured motion without its credible bands
+    life      or why there is none
+    report    of the run, as the command line prints it; None until the page is at rest for a moment
+    """
+
+    state: State
+    problems: tuple[Problem, ...] = ()
+    machine: guideload.Machine | None = None
+    motion: guideload.Motion | None = None
+    result: guideload.Result | None = None
+    life: guideload.Life | str = ""
+    margins: dict[str, float] = field(default_factory=dict)
+    drive: guideload.drive.DriveRequirements | None = None
+    report: guideload.reports.Report | None = None
+    figures: tuple[Figure, ...] = ()
+
+    @property
+    def verdict(self) -> tuple[Level, str]:
+        """The worst judgement, and its reason."""
+        if self.problems:
+            return "bad", self.problems[0].text
+        worst = max(self.figures, key=lambda one: LEVELS.index(one.level))
+        if worst.level == "bad":
+            return "bad", f"Does not hold. {worst.name}: {worst.reason}"
+        if worst.level == "near":
+            return "near", f"Holds with little margin. {worst.name}: {worst.reason}"
+        if worst.level == "open":
+            return (
+                "open",
+                "Nothing is required yet: name a product of the carriages, and a life to be reached",
+            )
+        return "good", f"Holds. Smallest margin: {min(self.margins, key=lambda name: self.margins[name])}"
+
+    @property
+    def peak(self) -> tuple[int, int]:
+        """Index of the instant and of the carriage, or link, with the largest load."""
+        instant, place = np.unravel_index(int(self.loads.argmax()), self.loads.shape)
+        return int(instant), int(place)
+
+    @property
+    def loads(self) -> Any:
+        """(time, carriage) resultant of Fy and Fz [N], or of a machine without carriages (time, link)."""
+        assert self.result is not None and self.machine is not None
+        data = self.result.quantities
+        return data["resultant"] if self.machine.carriages else np.abs(data["link_load"])
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the carriages, or links, of `loads`."""
+        assert self.machine is not None
+        return [one.name for one in self.machine.carriages or self.machine.links]
+
+
+class Solver:
+    """Computes answers; it keeps the last motion, because smoothing a trace takes far longer than a run."""
+
+    def __init__(self, session: Session) -> None:
+        self.folder: Folder = session.folder
+        self.machine_name, self.moves_name = session.machine_name, session.moves_name
+        self._motion: tuple[Any, guideload.Motion] | None = None
+
+    def answer(self, state: State, step: Step) -> Answer:
+        """Figures without the judgement of the run. step: is told what begins, and may raise to end the work."""
+        part = "machine"
+        try:
+            step("machine")
+            machine = self.machine(state)
+            part = "trace" if state.trace else "moves"
+            step("motion")
+            motion = self.motion(state, machine)
+            step("loads")
+            part = "machine"
+            # The credible bands of a measured motion take longer than the run: they are in the report.
+            result = guideload.simulate(machine, replace(motion, uncertainty=None))
+            _ = result.quantities
+            step("life")
+            life = life_or_reason(result)
+            step("drive")
+            drive = guideload.drive.drive_requirements(result)
+            margins = drive.margins if isinstance(life, str) else guideload.sizing.margins_of(life).ratios
+        except guideload.ConfigError as error:
+            found = [Problem(part, one.path, one.text(error.file)) for one in error.problems]
+            return Answer(state, tuple(found))
+        except guideload.GuideloadError as error:
+            return Answer(state, (Problem(part, (), str(error)),))
+        answer = Answer(state, (), machine, motion, result, life, dict(margins), drive)
+        return replace(answer, figures=tuple(_figures(answer)))
+
+    def judged(self, answer: Answer, step: Step) -> Answer:
+        """The answer with the report of the run: its warnings, credible bands and the factor f_W."""
+        if answer.problems or answer.machine is None or answer.motion is None or answer.result is None:
+            return answer
+        try:
+            step("credible bands" if answer.motion.uncertainty else "judgement")
+            known = answer.motion.uncertainty is None
+            result = answer.result if known else guideload.simulate(answer.machine, answer.motion)
+            _ = result.audit
+            step("report")
+            report = guideload.reports.result_report(result)
+        except guideload.GuideloadError as error:
+            return Answer(answer.state, (Problem("machine", (), str(error)),))
+        found = replace(answer, report=report)
+        return replace(found, figures=tuple(_figures(found, result)))
+
+    def machine(self, state: State) -> guideload.Machine:
+        """The machine of a state, whose links support it. Raises GuideloadError."""
+        file = self.folder.path(self.machine_name)
+        self.folder.require_inside(document.values(state.machine), file)
+        machine = guideload.Machine.from_text(state.machine, Path(self.machine_name).name)
+        if machine.catalogue or any(rail.straightness_file for rail in machine.rails):
+            machine = guideload.Machine.from_text(state.machine, file)
+        _ = machine.scene
+        return machine
+
+    def motion(self, state: State, machine: guideload.Machine) -> guideload.Motion:
+        """The motion of a state; the last one is kept. Raises GuideloadError."""
+        if state.trace:
+            file = self.folder.path(state.trace)
+            key: Any = (file, file.stat().st_mtime_ns if file.exists() else 0, machine.drive)
+        else:
+            key = state.moves
+        if self._motion is None or self._motion[0] != key:
+            if state.trace:
+                trace = guideload.read_trace(file)
+                motion = guideload.motion_from_trace(trace, drive=machine.drive)
+            else:
+                motion = guideload.Moves.from_text(state.moves, self.moves_name).motion()
+            self._motion = key, motion
+        return self._motion[1]
+
+
+def life_or_reason(result: guideload.Result) -> guideload.Life | str:
+    """The life of a result, or why there is none."""
+    if not any(one.product for one in result.machine.carriages):
+        return "no carriage names a product with ratings"
+    try:
+        return guideload.life_of(result)
+    except guideload.LifeError as error:
+        return str(error)
+
+
+def text(value: float, kind: str) -> str:
+    """A number as the reports write it; kind: of `guideload.reports.Column`."""
+    return guideload.reports.Column("", [value], kind=kind).cells[0]
+
+
+def judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, str]:
+    """Level and reason of a figure by its margin, the figure over what is required."""
+    margin = margins.get(name)
+    if margin is None:
+        return "open", ""
+    level: Level = "bad" if margin < 1.0 else "near" if margin < NEAR else "good"
+    return level, f"{text(margin, '3 digits')} times {required}"
+
+
+def _figures(answer: Answer, result: guideload.Result | None = None) -> Iterator[Figure]:
+    """result: of the whole motion with its judgement, if it is known already."""
+    assert answer.result is not None and answer.drive is not None
+    (instant, place), time, margins = answer.peak, answer.result.quantities["time"], answer.margins
+    kind = "carriage" if answer.machine and answer.machine.carriages else "link"
+    where = f"on {kind} {answer.names[place]} at {text(time[instant], 'time')} s"
+    yield Figure("Largest load", f"{text(answer.loads[instant, place], 'load')} N", where)
+    life = answer.life
+    if isinstance(life, str):
+        yield Figure("Life", "not known", life)
+    else:
+        target = life.conditions.life
+        wanted = "" if target is None else f"the {target.text} to be reached"
+        km = f"{text(life.machine, 'life')} km, shortest: carriage {life.shortest.name}"
+        value = f"{text(life.hours(life.machine), 'hours')} h"
+        yield Figure("Life", value, km, *judged(margins, "life", wanted))
+        weakest, least = life.weakest, life.conditions.least_safety
+        words = f"the least of {text(least, 'number')}"
+        safety = text(weakest.static.safety, "factor")
+        at = f"carriage {weakest.name} at {text(weakest.worst.time, 'time')} s, {weakest.worst.phase}"
+        yield Figure("Static safety", safety, at, *judged(margins, "static safety", words))
+    if result is None:
+        yield Figure("f_W", "...", "dynamic factor: peak over quasi-static peak")
+    else:
+        factor = float(np.nanmax(result.audit.simpler_models.dynamic_factor))
+        yield Figure("f_W", text(factor, "factor"), "dynamic factor: peak over quasi-static peak")
+    yield from _drive_figures(answer.drive, margins)
+    yield from _settling(answer.result)
+
+
+def _drive_figures(drive: guideload.drive.DriveRequirements, margins: dict[str, float]) -> Iterator[Figure]:
+    rms = f"rms {text(drive.rms_force, 'load')} N"
+    force = f"{text(drive.peak_force, 'load')} N"
+    yield Figure("Drive force", force, rms, *judged(margins, "drive force", "the motion needs"))
+    if (motor := drive.motor) is not None:
+        torque = f"{text(float(np.abs(motor.torque).max()), '3 digits')} N m"
+        turns = text(RPM * float(np.abs(motor.speed).max()), "count")
+        words = f"rms {text(motor.rms_torque, '3 digits')} N m, {turns} rpm"
+        names = [name for name in margins if "motor" in name or "screw" in name]
+        worst = min(names, key=lambda name: margins[name], default="")
+        yield Figure(
+            "Motor torque", torque, words, *judged(margins, worst, f"what the motion needs ({worst})")
+        )
+    for name in ("speed", "acceleration"):
+        if name in margins:
+            level, reason = judged(margins, name, f"the {name} of the motion")
+            yield Figure(f"Limit of {name}", reason, "of the product", level, reason)
+
+
+def _settling(result: guideload.Result) -> Iterator[Figure]:
+    for one in result.settling():
+        if one.spans:
+            known = one.time[np.isfinite(one.time)]
+            late = one.time.size - known.size
+            value = f"{text(float(known.max()), 'milliseconds')} ms" if known.size else "not seen"
+            window = f"longest, to within {text(1e6 * one.window, 'length')} um"
+            reason = f"it does not settle after {late} of {one.time.size} moves" if late else ""
+            yield Figure(f"Settling of {one.point}", value, window, "near" if late else "open", reason)

@@ -1,0 +1,151 @@
+"""The answer, always in view: the judgement, the figures, the load histories."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+from guideload.app.answer import Answer, Figure
+from guideload.app.envelope import envelope
+from guideload.app.hub import Hub
+from guideload.app.words import COLORS, ICONS, carriage_color, show_report
+
+
+class FigureRow:
+    """A figure, whose texts change in place."""
+
+    def __init__(self) -> None:
+        with ui.element("div").classes("figure").props("role=listitem"):
+            self.name = ui.label().classes("name")
+            self.value = ui.label().classes("value")
+            self.place = ui.label().classes("place")
+            self.reason = ui.label().classes("reason")
+
+    def show(self, figure: Figure) -> None:
+        self.name.text, self.value.text, self.place.text = figure.name, figure.value, figure.place
+        self.reason.text = figure.reason
+        self.reason.style(f"color: {COLORS[figure.level]}")
+        self.value.style(f"color: {COLORS[figure.level] if figure.level != 'open' else '#1d2129'}")
+
+
+class AnswerView:
+    """Judgement, figures and histories of the last answer; in `hub.sound` if the newest has problems."""
+
+    def __init__(self, hub: Hub) -> None:
+        self.hub = hub
+        self.window = (0.0, 100.0)  # visible part of the histories [%]
+        self.shown: Answer | None = None
+        with ui.element("section").classes("answer").props('aria-label="Answer"'):
+            with ui.row().classes("verdict items-center no-wrap w-full").props("role=status") as self.card:
+                self.icon = ui.icon("hourglass_empty", size="28px")
+                self.verdict = ui.label("computing").classes("text-weight-medium").mark("verdict")
+            self.progress = ui.label().classes("text-caption").props("role=status")
+            with ui.element("div").classes("figures").props("role=list"):
+                self.rows = [FigureRow() for _ in range(12)]
+            self.chart = ui.echart(_options([])).classes("history").props('aria-label="Load histories"')
+            self.chart.on("chart:datazoom", self._zoomed, throttle=0.1)
+            ui.button("Whole history", on_click=self._whole).props("flat dense size=sm no-caps")
+            with ui.expansion("Report: causes, life by place, modes, audit").classes("w-full") as self.more:
+                self.report = ui.column().classes("w-full gap-1")
+        self.more.on_value_change(lambda: self.show_report())
+
+    def show_progress(self, what: str) -> None:
+        """What a long run is doing."""
+        self.progress.text = f"computing: {what}" if what else ""
+
+    def show(self) -> None:
+        """The newest answer."""
+        answer, sound = self.hub.answer, self.hub.sound
+        if answer is None:
+            return
+        level, words = answer.verdict
+        stale = (
+            " The figures below are of the last state that could be computed."
+            if answer.problems and sound
+            else ""
+        )
+        self.icon.name = ICONS[level]
+        self.icon.style(f"color: {COLORS[level]}")
+        self.card.style(f"border-color: {COLORS[level]}")
+        self.verdict.text = words + stale
+        self.verdict.style(f"color: {COLORS[level]}")
+        if sound is None or sound is self.shown:
+            return
+        for row, figure in zip(self.rows, [*sound.figures, *[Figure("", "")] * len(self.rows)], strict=False):
+            row.show(figure)
+        judged_only = self.shown is not None and self.shown.result is sound.result
+        self.shown = sound
+        if not judged_only:
+            self._draw(sound)
+        if sound.report is not None and self.more.value:
+            self.show_report()
+
+    def show_report(self) -> None:
+        """The report of the run, if it is opened."""
+        self.report.clear()
+        if self.more.value and self.shown is not None and self.shown.report is not None:
+            with self.report:
+                show_report(self.shown.report)
+
+    def _draw(self, answer: Answer) -> None:
+        assert answer.result is not None
+        time = answer.result.quantities["time"]
+        span = time[0] + (time[-1] - time[0]) * np.array(self.window) / 100.0
+        instant, place = answer.peak
+        peak = [float(time[instant]), float(answer.loads[instant, place])]
+        series = [
+            {"name": name, "data": envelope(time, answer.loads[:, i], *span)}
+            | _line(i, peak if i == place else None)
+            for i, name in enumerate(answer.names)
+        ]
+        axis = {"min": float(time[0]), "max": float(time[-1])}
+        options = _options(series)
+        options["xAxis"] |= axis
+        if len(self.chart.options["series"]) != len(series):
+            self.chart.options.clear()
+            self.chart.options.update(options)
+            self.chart.update()
+        else:  # only what changed
+            self.chart.options.update(options)
+            self.chart.run_chart_method("setOption", {"series": series, "xAxis": axis})
+
+    def _zoomed(self, event: GenericEventArguments) -> None:
+        """The stretch in view is drawn finer."""
+        where = (event.args.get("batch") or [event.args])[0]
+        if "start" in where and self.shown is not None:
+            self.window = (float(where["start"]), float(where["end"]))
+            self._draw(self.shown)
+
+    def _whole(self) -> None:
+        self.window = (0.0, 100.0)
+        self.chart.run_chart_method("dispatchAction", {"type": "dataZoom", "start": 0, "end": 100})
+
+
+def _line(index: int, peak: list[float] | None) -> dict[str, Any]:
+    mark = {"data": [] if peak is None else [{"coord": peak, "value": "largest"}]}
+    color = carriage_color(index)
+    return {
+        "type": "line",
+        "showSymbol": False,
+        "color": color,
+        "lineStyle": {"width": 1.2, "type": "solid" if index < 6 else "dashed"},
+        "markPoint": mark | {"symbol": "pin", "symbolSize": 34, "label": {"fontSize": 8}},
+    }
+
+
+def _options(series: list[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "animation": False,
+        "textStyle": {"color": "#1d2129"},
+        "title": {"text": "Resultant of Fy and Fz [N]", "textStyle": {"fontSize": 12}},
+        "grid": {"left": 8, "right": 12, "top": 44, "bottom": 44, "containLabel": True},
+        "legend": {"top": 18, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
+        "tooltip": {"trigger": "axis"},
+        "xAxis": {"type": "value", "name": "s", "nameLocation": "end", "nameGap": 2},
+        "yAxis": {"type": "value", "scale": True},
+        "dataZoom": [{"type": "inside"}, {"type": "slider", "height": 18, "bottom": 6}],
+        "series": series,
+    }

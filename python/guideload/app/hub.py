@@ -1,0 +1,72 @@
+"""What all tabs of the page share: the session, the loop of runs, and the last answers."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import guideload
+from guideload.app.answer import Answer, Solver
+from guideload.app.runner import Runner
+from guideload.app.state import Session
+
+
+class View(Protocol):
+    """A tab of the page."""
+
+    def show_state(self) -> None:
+        """The state changed."""
+
+    def show_answer(self) -> None:
+        """There is a new answer."""
+
+    def show_progress(self, what: str) -> None:
+        """A long run does `what`; "" at its end."""
+
+
+class Hub:
+    """Session and answers.
+
+    answer    of the newest state that was answered; with problems it has no figures
+    sound     the last answer without problems; None before there is one
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session, self.solver = session, Solver(session)
+        self.views: list[View] = []
+        self.answer: Answer | None = None
+        self.sound: Answer | None = None
+        self.runner: Runner | None = None
+        session.listeners.append(self._changed)
+
+    def start(self) -> None:
+        """Begin to answer; called in the loop of the page."""
+        self.runner = Runner(self.solver, self._deliver, self._progress)
+        self.runner.request(self.session.state)
+
+    def look(self) -> None:
+        """Take over files that another program changed, and keep the state that is not on the disk yet."""
+        try:
+            self.session.look()
+        except guideload.GuideloadError as error:
+            self.session.notice = str(error)
+            self._changed()
+
+    def _changed(self) -> None:
+        for view in list(self.views):
+            view.show_state()
+        answered = self.runner is None or self.runner.state == self.session.state
+        if not answered and self.runner is not None:
+            self.runner.request(self.session.state)
+
+    def _deliver(self, answer: Answer) -> None:
+        self.answer = answer
+        if not answer.problems:
+            self.sound = answer
+        if answer.problems or answer.report is not None:
+            self.session.rest()
+        for view in list(self.views):
+            view.show_answer()
+
+    def _progress(self, what: str) -> None:
+        for view in list(self.views):
+            view.show_progress(what)

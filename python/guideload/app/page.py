@@ -1,0 +1,108 @@
+"""One tab of the page: its views side by side with the answer."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from importlib.resources import files
+
+from nicegui import ui
+
+import guideload
+from guideload.app.answer_view import AnswerView
+from guideload.app.hub import Hub
+from guideload.app.words import COLORS
+
+
+class Page:
+    """A tab; all tabs show the same session."""
+
+    def __init__(self, hub: Hub) -> None:
+        self.hub, self.session = hub, hub.session
+
+    def build(self) -> None:
+        """Make the elements; called when the browser opens the page."""
+        ui.add_css(files(__package__).joinpath("page.css").read_text(encoding="utf-8"))
+        ui.colors(primary="#1f4e79")
+        self.client = ui.context.client
+        self._build_header()
+        self.offer = ui.row().classes("offer items-center w-full")
+        with ui.element("main").classes("page"):
+            with ui.element("div").classes("views"):
+                pass
+            self.answer = AnswerView(self.hub)
+        self.hub.views.append(self)
+        self.client.on_delete(lambda: self.hub.views.remove(self))
+        self.show_state()
+        self.show_answer()
+
+    def _build_header(self) -> None:
+        with ui.header().classes("items-center no-wrap top"):
+            self.title = ui.label().classes("text-weight-medium")
+            self.unsaved = ui.label().props("role=status")
+            ui.space()
+            self.undo = self._button("undo", "Undo", self.session.undo)
+            self.redo = self._button("redo", "Redo", self.session.redo)
+            self._button("save", "Save", self.save)
+        ui.keyboard(self._key, ignore=["textarea"])
+
+    def _button(self, icon: str, words: str, action: Callable[[], object]) -> ui.button:
+        return ui.button(words, icon=icon, on_click=lambda: self.attempt(action)).props(
+            "flat dense no-caps color=white"
+        )
+
+    def _key(self, event: object) -> None:
+        pass
+
+    def attempt(self, action: Callable[[], object]) -> None:
+        """Do something that may be refused; the reason is shown."""
+        try:
+            action()
+        except (guideload.GuideloadError, OSError) as error:
+            ui.notify(str(error), type="negative", multi_line=True, close_button="Close", timeout=0)
+
+    def save(self) -> None:
+        """Write the files."""
+        written = self.session.save()
+        ui.notify(
+            f"Wrote {' and '.join(written)}." if written else "Nothing to write: the files are as the page."
+        )
+
+    # ---- what changed
+
+    def show_state(self) -> None:
+        """Header, offer, and the views of the state."""
+        with self.client:
+            session = self.session
+            self.title.text = f"guideload  {session.machine_name}  {session.motion_name}"
+            self.unsaved.text = f"not saved: {', '.join(session.unsaved)}" if session.unsaved else "saved"
+            self.undo.set_enabled(bool(session.past))
+            self.redo.set_enabled(bool(session.future))
+            self._show_offer()
+
+    def show_answer(self) -> None:
+        """The answer, and what the views take from it."""
+        with self.client:
+            self.answer.show()
+
+    def show_progress(self, what: str) -> None:
+        """What a long run does."""
+        with self.client:
+            self.answer.show_progress(what)
+
+    def _show_offer(self) -> None:
+        """What an earlier server left unsaved, and files that another program changed."""
+        self.offer.clear()
+        session = self.session
+        with self.offer:
+            if session.offered is not None:
+                when = time.strftime("%d %b %H:%M:%S", time.localtime(session.offered[1]))
+                ui.label(f"Unsaved changes of {when} were found: the page ended before they were saved.")
+                for words, taken in (("Take them", True), ("Leave them", False)):
+                    ui.button(words, on_click=lambda taken=taken: session.take_offered(taken)).props(
+                        "dense no-caps"
+                    )
+            if session.notice:
+                ui.label(session.notice).style(f"color: {COLORS['bad']}")
+                ui.button("Reload", on_click=lambda: self.attempt(session.reload)).props("dense no-caps")
+        self.offer.set_visibility(session.offered is not None or bool(session.notice))

@@ -1,0 +1,84 @@
+"""The loop of runs: one at a time, at most one waiting, the newest state wins."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from functools import partial
+
+from guideload.app.answer import Answer, Solver
+from guideload.app.state import State
+
+SHORT = 0.1  # s: a run that takes longer shows its progress, and ends when the state changes
+REST = 0.25  # s without a change, after which the answer is judged
+
+
+class Overtaken(Exception):
+    """The state changed, so the work is not needed any more."""
+
+
+class Runner:
+    """Answers the newest state, in a thread of its own, so that the page stays usable.
+
+    deliver: called with each answer; progress: with what is being done by a run that takes longer than `SHORT`, and
+    with "" at its end. Both are called in the loop of the page. Between two parts of a run (machine, motion, loads,
+    life, drive, judgement) it ends if the state has changed and it already takes longer than `SHORT`.
+    """
+
+    def __init__(
+        self, solver: Solver, deliver: Callable[[Answer], None], progress: Callable[[str], None]
+    ) -> None:
+        self.solver, self.deliver, self.progress = solver, deliver, progress
+        self.state: State | None = None
+        self.serial = 0  # of the newest state
+        self.changed = asyncio.Event()
+        self.thread = ThreadPoolExecutor(1, "guideload run")
+        self.task: asyncio.Task[None] | None = None
+        self.runs = 0  # that were started, for tests
+
+    def request(self, state: State) -> None:
+        """Answer this state next; one that waits is forgotten."""
+        self.state, self.serial = state, self.serial + 1
+        self.changed.set()
+        if self.task is None or self.task.done():
+            self.task = asyncio.create_task(self._work())
+
+    async def _work(self) -> None:
+        while True:
+            serial, state = self.serial, self.state
+            assert state is not None
+            self.changed.clear()
+            with suppress(Overtaken):
+                answer = await self._run(partial(self.solver.answer, state), serial, SHORT)
+                self.deliver(answer)
+                with suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(self.changed.wait(), REST)
+                if serial == self.serial:
+                    self.deliver(await self._run(partial(self.solver.judged, answer), serial, 0.0))
+            if serial == self.serial:
+                return
+
+    async def _run(
+        self, work: Callable[[Callable[[str], None]], Answer], serial: int, patience: float
+    ) -> Answer:
+        """Work in the thread; what is overtaken ends at its next step, once it takes longer than `patience`."""
+        loop, start, told = asyncio.get_running_loop(), time.perf_counter(), False
+        self.runs += 1
+
+        def step(name: str) -> None:
+            nonlocal told
+            elapsed = time.perf_counter() - start
+            if serial != self.serial and elapsed > patience:
+                raise Overtaken
+            if elapsed > SHORT:
+                told = True
+                loop.call_soon_threadsafe(self.progress, name)
+
+        try:
+            return await loop.run_in_executor(self.thread, work, step)
+        finally:
+            if told:
+                self.progress("")

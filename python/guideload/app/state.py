@@ -1,0 +1,209 @@
+"""What the page is about: the texts of machine and moves, the trace; with undo, saving and recovery."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import guideload
+from guideload.app import document
+from guideload.app.files import Folder
+
+KEPT = ".guideload-app.json"  # in the folder: the last state, from which a page that died goes on
+FORMAT = 1
+MOST_STEPS = 200  # of undo
+
+
+@dataclass(frozen=True)
+class State:
+    """All that undo goes through.
+
+    machine  text of the machine file
+    moves    text of the motion file
+    trace    name of the measured trace; empty if the moves are run
+    """
+
+    machine: str
+    moves: str
+    trace: str = ""
+
+
+class Session:
+    """The state of one page, or of several tabs of it, and the files behind it.
+
+    folder        where the files are
+    machine_name  name of the machine file, moves_name of the motion file
+    state         now; saved: as in the files
+    offered       a state that an earlier server left unsaved, and the time of it; None if there is none
+    notice        what the user should know of files that changed; empty if nothing
+    """
+
+    def __init__(self, folder: Folder, machine_name: str = "machine.toml", moves_name: str = "moves.toml"):
+        self.folder, self.machine_name, self.moves_name = folder, machine_name, moves_name
+        self.listeners: list[Callable[[], None]] = []
+        self.past: list[State] = []
+        self.future: list[State] = []
+        self.merged = ""
+        self.notice = ""
+        texts = {name: folder.text(name) for name in (machine_name, moves_name)}
+        self.saved = State(texts[machine_name] or "", texts[moves_name] or "")
+        self.state = State(
+            self.saved.machine or guideload.file_template("two-rails"),
+            self.saved.moves or guideload.file_template("moves"),
+        )
+        self.offered = self._left_behind()
+
+    # ---- changes
+
+    def change(self, state: State, merge: str = "") -> None:
+        """Make `state` the present one. Changes in a row with the same `merge`, as of a drag, are one step of undo."""
+        if state == self.state:
+            return
+        if not (merge and merge == self.merged):
+            self.past = [*self.past[-MOST_STEPS:], self.state]
+        self.future, self.merged, self.state = [], merge, state
+        self._tell(keep=not merge)
+
+    def set(self, part: str, changes: dict[document.Path, Any], merge: str = "") -> None:
+        """Change values of "machine" or "moves" by their paths; None removes a key. Raises GuideloadError."""
+        text = document.with_values(getattr(self.state, part), changes)
+        self.change(self._with(part, text), merge)
+
+    def add(self, part: str, key: str, entry: dict[str, Any]) -> None:
+        """Add a table [[key]]."""
+        self.change(self._with(part, document.with_entry(getattr(self.state, part), key, entry)))
+
+    def drop(self, part: str, key: str, index: int) -> None:
+        """Remove a table [[key]]."""
+        self.change(self._with(part, document.without_entry(getattr(self.state, part), key, index)))
+
+    def _with(self, part: str, text: str) -> State:
+        return replace(self.state, trace="" if part == "moves" else self.state.trace, **{part: text})
+
+    def undo(self) -> None:
+        """Go one step back, if there is one."""
+        if self.past:
+            self.future.append(self.state)
+            self.state, self.merged = self.past.pop(), ""
+            self._tell()
+
+    def redo(self) -> None:
+        """Take back the last undo, if nothing changed since."""
+        if self.future:
+            self.past.append(self.state)
+            self.state, self.merged = self.future.pop(), ""
+            self._tell()
+
+    def rest(self) -> None:
+        """A drag has ended, or rests: keep the state; the next change is a step of undo of its own."""
+        if self.merged:
+            self.merged = ""
+            self.keep()
+
+    def _tell(self, keep: bool = True) -> None:
+        if keep:
+            self.keep()
+        for listener in list(self.listeners):
+            listener()
+
+    # ---- files
+
+    @property
+    def motion_name(self) -> str:
+        """Name of the file with the motion."""
+        return self.state.trace or self.moves_name
+
+    @property
+    def unsaved(self) -> list[str]:
+        """Names of the files that differ from the page."""
+        names = [self.machine_name] if self.state.machine != self.saved.machine else []
+        if not self.state.trace and self.state.moves != self.saved.moves:
+            names.append(self.moves_name)
+        return names
+
+    def command(self, verb: str = "run", options: str = "--report report.html") -> str:
+        """The command that repeats what the page shows, in its folder."""
+        words = [_quoted(name) for name in (self.machine_name, self.motion_name)]
+        return " ".join(["guideload", verb, *words, options]).rstrip()
+
+    def save(self) -> list[str]:
+        """Write machine and moves; returns the names of the files written."""
+        names = self.unsaved
+        texts = {self.machine_name: self.state.machine, self.moves_name: self.state.moves}
+        for name in names:
+            self.folder.write(name, texts[name])
+        moves = self.state.moves if self.moves_name in names else self.saved.moves
+        self.saved = State(self.state.machine, moves)
+        self.notice = ""
+        self._tell()
+        return names
+
+    def look(self) -> None:
+        """Take over what another program wrote into the files; if the page has changes of its own, say so."""
+        found = State(self.folder.text(self.machine_name) or "", self.folder.text(self.moves_name) or "")
+        if found == self.saved:
+            return
+        own = self.unsaved
+        changed = [
+            (name, part)
+            for name, part in ((self.machine_name, "machine"), (self.moves_name, "moves"))
+            if getattr(found, part) != getattr(self.saved, part)
+        ]
+        self.saved = found
+        both = [name for name, _ in changed if name in own]
+        if both:
+            self.notice = (
+                f"{', '.join(both)} was changed by another program, and here: Save replaces the file, "
+                "Reload takes it over (Undo brings your changes back)"
+            )
+            self._tell()
+        else:
+            self.notice = ""
+            self.reload()
+
+    def reload(self) -> None:
+        """Take over the files as they are; one step of undo."""
+        machine, moves = self.saved.machine or self.state.machine, self.saved.moves or self.state.moves
+        self.notice = ""
+        before = self.state
+        self.change(replace(self.state, machine=machine, moves=moves))
+        if self.state == before:
+            self._tell()
+
+    # ---- recovery
+
+    def keep(self) -> None:
+        """Write the state into the folder, whole or not at all, for the next start if this server dies."""
+        kept = {
+            "format": FORMAT,
+            "machine_file": self.machine_name,
+            "time": time.time(),
+            **asdict(self.state),
+        }
+        self.folder.write(KEPT, json.dumps(kept))
+
+    def _left_behind(self) -> tuple[State, float] | None:
+        """The state that an earlier server kept, if the files do not have it."""
+        try:
+            kept = json.loads(self.folder.text(KEPT) or "")
+            state = State(*(str(kept[name]) for name in ("machine", "moves", "trace")))
+            known = kept["format"] == FORMAT and kept["machine_file"] == self.machine_name
+            when = float(kept["time"])
+        except (ValueError, KeyError, TypeError, guideload.GuideloadError):
+            return None
+        return (state, when) if known and state != self.state else None
+
+    def take_offered(self, taken: bool) -> None:
+        """Go on with the state that was offered, or leave it; either way it is offered no more."""
+        offered, self.offered = self.offered, None
+        if taken and offered is not None:
+            self.change(offered[0])
+        else:
+            self._tell()
+
+
+def _quoted(name: str) -> str:
+    return f'"{name}"' if " " in name else name

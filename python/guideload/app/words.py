@@ -1,0 +1,64 @@
+"""Parts that several views share: reports, judgements and their colours."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+import guideload
+from guideload.app.answer import Level
+
+# Contrast on white of at least 4.5 (WCAG AA): 5.2, 6.3, 6.5, 7.6.
+COLORS: dict[Level, str] = {"good": "#1b7a34", "near": "#8a5a00", "bad": "#b3261e", "open": "#4a5160"}
+ICONS: dict[Level, str] = {
+    "good": "check_circle",
+    "near": "error",
+    "bad": "cancel",
+    "open": "radio_button_unchecked",
+}
+# Okabe and Ito, as in the pictures of the reports.
+CARRIAGES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+
+def carriage_color(index: int) -> str:
+    """The colour of a carriage."""
+    return CARRIAGES[index % len(CARRIAGES)]
+
+
+def show_report(report: guideload.reports.Report, leave_out: tuple[str, ...] = ()) -> None:
+    """A report as the command line prints it: answer, warnings, sections."""
+    for line in report.answer:
+        ui.label(line).classes("text-body1")
+    for warning in report.warnings:
+        with ui.row().classes("items-start no-wrap gap-1"):
+            ui.icon("warning", color=COLORS["near"]).props('aria-label="caution"')
+            ui.label(warning).style(f"color: {COLORS['near']}")
+    for section in report.sections:
+        if section.parts and section.title not in leave_out:
+            with ui.expansion(section.title).classes("w-full").props("dense header-class=text-weight-medium"):
+                for part in section.parts:
+                    _show_part(part)
+
+
+def _show_part(part: guideload.reports.Part) -> None:
+    if isinstance(part, guideload.reports.Table):
+        show_table(part)
+    elif isinstance(part, guideload.reports.Definitions):
+        ui.label(" ".join(part.texts)).classes("text-caption").style(f"color: {COLORS['open']}")
+    elif part:
+        for line in part if isinstance(part, list) else [part]:
+            ui.label(line)
+
+
+def show_table(table: guideload.reports.Table) -> ui.table:
+    """A table of a report."""
+    columns = [
+        {
+            "name": str(i),
+            "field": str(i),
+            "label": f"{one.label} [{one.unit}]" if one.unit else one.label,
+            "align": "right" if one.is_number else "left",
+        }
+        for i, one in enumerate(table.columns)
+    ]
+    rows = [{str(i): cell for i, cell in enumerate(cells)} | {"id": n} for n, cells in enumerate(table.rows)]
+    return ui.table(columns=columns, rows=rows, row_key="id").props("dense flat wrap-cells").classes("w-full")

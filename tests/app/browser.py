@@ -1,0 +1,93 @@
+"""A served page in a real browser: headless Chromium with its driver; a test that finds none is skipped."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+PATIENCE = 40.0  # s until the page must show something; other tests may use the processor
+T = TypeVar("T")
+
+
+class Served:
+    """A server of the page in a folder, as a process of its own."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        command = [sys.executable, "-m", "guideload", "app", "--no-browser", *words]
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        assert self.process.stdout is not None
+        first = self.process.stdout.readline()
+        found = re.search(r"http://\S+", first)
+        assert found, first + self.process.stdout.read()
+        self.link = found[0]
+
+    def end(self) -> None:
+        """Kill it, without any chance to write."""
+        self.process.kill()
+        self.process.communicate()
+
+
+@contextmanager
+def served(folder: Path, *words: str) -> Iterator[Served]:
+    server = Served(folder, *words)
+    try:
+        yield server
+    finally:
+        server.end()
+
+
+@contextmanager
+def browser(width: int = 1280, height: int = 720) -> Iterator[Any]:
+    """A driver of headless Chromium; skips where there is none."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    if CHROMIUM is None or DRIVER is None:
+        pytest.skip("no browser: chromium and chromedriver (Debian: chromium-driver) are not installed")
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for word in (
+        "headless=new",
+        "no-sandbox",
+        "disable-dev-shm-usage",
+        "hide-scrollbars",
+        "lang=en",
+        "enable-unsafe-swiftshader",
+        "force-device-scale-factor=1",
+    ):
+        options.add_argument(f"--{word}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    try:
+        # The window of headless Chromium has no frame, but its height counts the missing one.
+        driver.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride",
+            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
+        )
+        yield driver
+    finally:
+        driver.quit()
+
+
+def until(found: Callable[[], T], what: str = "the page shows it") -> T:
+    """The first true value of `found`, which may raise while the page changes."""
+    end, last = time.monotonic() + PATIENCE, None
+    while time.monotonic() < end:
+        try:
+            if value := found():
+                return value
+        except Exception as error:  # an element that the page has just replaced
+            last = error
+        time.sleep(0.05)
+    raise AssertionError(f"not seen within {PATIENCE:g} s: {what}") from last

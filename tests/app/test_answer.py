@@ -1,0 +1,154 @@
+"""What the page computes is what the command line computes, and one run at a time."""
+
+import asyncio
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+pytest.importorskip("tomlkit", reason="the extra guideload[app] is not installed")
+
+import guideload
+from guideload.app.answer import Answer, Solver, judged
+from guideload.app.envelope import BUCKETS, envelope
+from guideload.app.files import Folder
+from guideload.app.runner import SHORT, Runner
+from guideload.app.state import Session, State
+
+PRODUCTS = {
+    ("carriages", i, key): value
+    for i in range(4)
+    for key, value in (("product", "HGH35CA"), ("preload_class", "ZA"))
+}
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Session:
+    (tmp_path / "machine.toml").write_text(guideload.file_template("manipulator"))
+    (tmp_path / "moves.toml").write_text(guideload.file_template("moves").replace("repeat = 2", "repeat = 1"))
+    return Session(Folder(tmp_path))
+
+
+def answered(session: Session) -> Answer:
+    solver = Solver(session)
+    return solver.judged(solver.answer(session.state, lambda name: None), lambda name: None)
+
+
+def test_the_figures_are_those_of_the_library(session: Session) -> None:
+    session.set("machine", PRODUCTS | {("life", "life"): "100000 h"})
+    answer = answered(session)
+    machine = guideload.Machine.from_text(session.state.machine)
+    result = guideload.simulate(machine, guideload.Moves.from_text(session.state.moves).motion())
+    life = guideload.life_of(result)
+    assert isinstance(answer.life, guideload.Life) and answer.life.machine == life.machine
+    instant, place = answer.peak
+    peaks = result.peaks()["peak_resultant_N"]
+    assert answer.loads[instant, place] == peaks.max() and answer.names[place] == peaks.idxmax()
+    assert answer.margins == guideload.sizing.margins_of(life).ratios
+    assert answer.report is not None
+    assert answer.report.text() == guideload.reports.result_report(result).text()
+    level, words = answer.verdict
+    assert (level == "bad") == (not life.holds) and ("Does not hold" in words) == (not life.holds)
+
+
+def test_a_wrong_value_is_refused_in_the_words_of_the_command_line(session: Session) -> None:
+    session.set("machine", {("body", "mass"): "12 kN", ("carriages", 1, "x"): "far"})
+    found = answered(session)
+    assert {one.path for one in found.problems} == {("body", "mass"), ("carriages", 1, "x")}
+    with pytest.raises(guideload.ConfigError) as refused:
+        guideload.Machine.from_text(session.state.machine)
+    assert "\n".join(one.text for one in found.problems) == str(refused.value)
+
+
+def test_wrong_moves_and_traces_are_told_apart(session: Session) -> None:
+    session.set("moves", {("moves", 0, "distance"): "1 kg"})
+    assert [(one.part, one.path) for one in answered(session).problems] == [
+        ("moves", ("moves", 0, "distance"))
+    ]
+    (session.folder.root / "broken.csv").write_text("time,speed\n0,1\n0,x\n")
+    session.change(replace(session.state, trace="broken.csv"))
+    assert answered(session).problems[0].part == "trace"
+    session.change(replace(session.state, trace="../there.csv"))
+    assert "expected a file below" in answered(session).problems[0].text
+
+
+def test_a_body_without_support_is_a_problem_of_the_machine(session: Session) -> None:
+    for _ in range(3):
+        session.drop("machine", "carriages", 0)
+    assert answered(session).problems[0].part == "machine"
+
+
+@pytest.mark.parametrize(("margin", "level"), [(0.99, "bad"), (1.0, "near"), (1.19, "near"), (1.2, "good")])
+def test_the_levels_of_a_margin(margin: float, level: str) -> None:
+    assert judged({"life": margin}, "life", "the life")[0] == level
+    assert judged({}, "life", "the life") == ("open", "")
+
+
+@given(st.integers(2, 5000), st.integers(0, 2**32), st.floats(0, 1), st.floats(0, 1))
+def test_an_envelope_keeps_the_extremes_of_every_stretch(count: int, seed: int, a: float, b: float) -> None:
+    """At any zoom the chart has the largest and smallest value of the whole, and of the stretch in view."""
+    values = np.random.default_rng(seed).normal(size=count)
+    time = np.arange(count) / 1000.0
+    low, high = sorted((a * time[-1], b * time[-1]))
+    points = np.array(envelope(time, values, low, high))
+    assert len(points) <= 4 * BUCKETS and np.all(np.diff(points[:, 0]) > 0)
+    inside = (time >= low) & (time <= high)
+    kept = (points[:, 0] >= low - 1e-6) & (points[:, 0] <= high + 1e-6)
+    for stretch, seen in ((np.full(count, True), np.full(len(points), True)), (inside, kept)):
+        if stretch.any():  # five digits are written
+            assert np.isclose(values[stretch].max(), points[seen, 1].max(), rtol=1e-4)
+            assert np.isclose(values[stretch].min(), points[seen, 1].min(), rtol=1e-4)
+
+
+class Slow(Solver):
+    """A solver whose runs take a time, and end between two steps."""
+
+    def __init__(self, session: Session, steps: int) -> None:
+        super().__init__(session)
+        self.steps, self.finished, self.begun = steps, list[str](), 0
+
+    def answer(self, state: State, step: object) -> Answer:
+        self.begun += 1
+        for n in range(self.steps):
+            step(f"part {n}")  # type: ignore[operator]
+            time.sleep(0.02)
+        self.finished.append(state.machine)
+        return Answer(state)
+
+    def judged(self, answer: Answer, step: object) -> Answer:
+        return answer
+
+
+def run_while_changing(session: Session, steps: int, changes: int) -> tuple[Slow, list[str], list[str]]:
+    """Change the state every 5 ms, and wait for the last answer."""
+    solver, seen, told = Slow(session, steps), list[str](), list[str]()
+
+    async def page() -> None:
+        runner = Runner(solver, lambda answer: seen.append(answer.state.machine), told.append)
+        for n in range(changes):
+            runner.request(State(f"machine {n}", ""))
+            await asyncio.sleep(0.005)
+        assert runner.task is not None
+        await runner.task
+
+    asyncio.run(page())
+    return solver, seen, told
+
+
+def test_the_newest_state_wins_and_one_run_waits_at_most(session: Session) -> None:
+    solver, seen, told = run_while_changing(session, steps=1, changes=40)
+    assert seen[-1] == "machine 39" and not told
+    assert solver.begun < 40 and solver.finished == sorted(
+        solver.finished, key=lambda text: int(text.split()[1])
+    )
+
+
+def test_a_long_run_is_overtaken_and_tells_what_it_does(session: Session) -> None:
+    steps = int(10 * SHORT / 0.02)
+    solver, seen, told = run_while_changing(session, steps=steps, changes=60)
+    assert solver.finished == ["machine 59"] and set(seen) == {"machine 59"}
+    assert told[-1] == "" and any(text.startswith("part") for text in told)
