@@ -78,7 +78,8 @@ def test_a_drag_is_one_step_of_undo(session: Session) -> None:
     for n in range(20):
         session.set("machine", {X: f"{-300 - n} mm"}, merge="drag 1")
     session.rest()
-    session.set("machine", {X: "-400 mm"}, merge="drag 1")
+    session.set("machine", {X: "-330 mm"}, merge="drag 1")
+    session.set("machine", {X: "-400 mm"}, merge="drag 2")
     assert len(session.past) == 2
     session.undo()
     session.undo()

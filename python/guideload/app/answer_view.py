@@ -45,9 +45,13 @@ class AnswerView:
             self.progress = ui.label().classes("text-caption").props("role=status")
             with ui.element("div").classes("figures").props("role=list"):
                 self.rows = [FigureRow() for _ in range(12)]
+            ui.label("Loads of the carriages: resultant of Fy and Fz [N] over time [s]").classes(
+                "text-caption"
+            )
             self.chart = ui.echart(_options([])).classes("history").props('aria-label="Load histories"')
             self.chart.on("chart:datazoom", self._zoomed, throttle=0.1)
-            ui.button("Whole history", on_click=self._whole).props("flat dense size=sm no-caps")
+            whole = ui.button("Whole history", on_click=self._whole).props("flat dense size=sm no-caps")
+            whole.classes("self-start")
             with ui.expansion("Report: causes, life by place, modes, audit").classes("w-full") as self.more:
                 self.report = ui.column().classes("w-full gap-1")
         self.more.on_value_change(lambda: self.show_report())
@@ -125,14 +129,15 @@ class AnswerView:
 
 
 def _line(index: int, peak: list[float] | None) -> dict[str, Any]:
-    mark = {"data": [] if peak is None else [{"coord": peak, "value": "largest"}]}
+    mark = {"data": [] if peak is None else [{"coord": peak}]}
     color = carriage_color(index)
     return {
         "type": "line",
         "showSymbol": False,
         "color": color,
         "lineStyle": {"width": 1.2, "type": "solid" if index < 6 else "dashed"},
-        "markPoint": mark | {"symbol": "pin", "symbolSize": 34, "label": {"fontSize": 8}},
+        "markPoint": mark
+        | {"symbol": "triangle", "symbolRotate": 180, "symbolSize": 9, "symbolOffset": [0, -7]},
     }
 
 
@@ -140,11 +145,10 @@ def _options(series: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "animation": False,
         "textStyle": {"color": "#1d2129"},
-        "title": {"text": "Resultant of Fy and Fz [N]", "textStyle": {"fontSize": 12}},
-        "grid": {"left": 8, "right": 12, "top": 44, "bottom": 44, "containLabel": True},
-        "legend": {"top": 18, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
+        "grid": {"left": 8, "right": 20, "top": 40, "bottom": 34, "containLabel": True},
+        "legend": {"top": 0, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
         "tooltip": {"trigger": "axis"},
-        "xAxis": {"type": "value", "name": "s", "nameLocation": "end", "nameGap": 2},
+        "xAxis": {"type": "value"},
         "yAxis": {"type": "value", "scale": True},
         "dataZoom": [{"type": "inside"}, {"type": "slider", "height": 18, "bottom": 6}],
         "series": series,

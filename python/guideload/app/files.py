@@ -45,6 +45,12 @@ class Folder:
         """Write a text, whole or not at all. Raises OutsideFolder, OSError."""
         guideload.html_report.save_page(text, self.path(name))
 
+    def write_bytes(self, path: Path, content: bytes) -> None:
+        """Write a new file, whole or not at all."""
+        draft = self.path(f".{path.name}.draft")
+        draft.write_bytes(content)
+        draft.replace(path)
+
     def require_inside(self, values: dict[str, Any], file: Path) -> None:
         """Raise OutsideFolder if a file that the values of a machine file name is outside the folder."""
         rails = values.get("rails", [])

@@ -11,7 +11,10 @@ from nicegui import ui
 import guideload
 from guideload.app.answer_view import AnswerView
 from guideload.app.hub import Hub
+from guideload.app.machine_view import MachineView
 from guideload.app.words import COLORS
+
+VIEWS = {"Machine": "precision_manufacturing", "Motion": "timeline", "Decide": "balance", "Keep": "save_alt"}
 
 
 class Page:
@@ -29,7 +32,7 @@ class Page:
         self.offer = ui.row().classes("offer items-center w-full")
         with ui.element("main").classes("page"):
             with ui.element("div").classes("views"):
-                pass
+                self._build_views()
             self.answer = AnswerView(self.hub)
         self.hub.views.append(self)
         self.client.on_delete(lambda: self.hub.views.remove(self))
@@ -45,6 +48,13 @@ class Page:
             self.redo = self._button("redo", "Redo", self.session.redo)
             self._button("save", "Save", self.save)
         ui.keyboard(self._key, ignore=["textarea"])
+
+    def _build_views(self) -> None:
+        with ui.tabs().props("dense no-caps align=left inline-label") as tabs:
+            names = [ui.tab(name, icon=icon).mark(name) for name, icon in VIEWS.items()]
+        with ui.tab_panels(tabs, value=names[0], animated=False, keep_alive=True).classes("w-full"):
+            with ui.tab_panel(names[0]):
+                self.machine = MachineView(self.hub, self.attempt)
 
     def _button(self, icon: str, words: str, action: Callable[[], object]) -> ui.button:
         return ui.button(words, icon=icon, on_click=lambda: self.attempt(action)).props(
@@ -79,11 +89,13 @@ class Page:
             self.undo.set_enabled(bool(session.past))
             self.redo.set_enabled(bool(session.future))
             self._show_offer()
+            self.machine.show_state()
 
     def show_answer(self) -> None:
         """The answer, and what the views take from it."""
         with self.client:
             self.answer.show()
+            self.machine.show_answer()
 
     def show_progress(self, what: str) -> None:
         """What a long run does."""

@@ -80,6 +80,24 @@ class Session:
         """Remove a table [[key]]."""
         self.change(self._with(part, document.without_entry(getattr(self.state, part), key, index)))
 
+    def start(self, kind: str) -> None:
+        """Begin with the file of a kind of machine; the packaged example comes with its measured motion."""
+        trace = self.state.trace
+        if kind == "manipulator":
+            trace = self.add_trace("manipulator.csv", guideload.file_template("trace").encode())
+        self.change(replace(self.state, machine=guideload.file_template(kind), trace=trace))
+
+    def add_trace(self, name: str, content: bytes) -> str:
+        """Write a trace into the folder, under a new name if another file has this one; returns the name."""
+        path = self.folder.path(name.replace("\\", "/").rpartition("/")[2])
+        stem, number = path.stem, 1
+        while path.exists() and path.read_bytes() != content:
+            number += 1
+            path = path.with_stem(f"{stem}-{number}")
+        if not path.exists():
+            self.folder.write_bytes(path, content)
+        return self.folder.name(path)
+
     def _with(self, part: str, text: str) -> State:
         return replace(self.state, trace="" if part == "moves" else self.state.trace, **{part: text})
 
@@ -98,9 +116,8 @@ class Session:
             self._tell()
 
     def rest(self) -> None:
-        """A drag has ended, or rests: keep the state; the next change is a step of undo of its own."""
+        """Keep the state of a drag that rests; a drag is not kept at each of its steps."""
         if self.merged:
-            self.merged = ""
             self.keep()
 
     def _tell(self, keep: bool = True) -> None:

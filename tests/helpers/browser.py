@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -16,7 +18,7 @@ import pytest
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
-PATIENCE = 40.0  # s until the page must show something; other tests may use the processor
+PATIENCE = 20.0  # s until the page must show something; other tests may use the processor
 T = TypeVar("T")
 
 
@@ -25,14 +27,18 @@ class Served:
 
     def __init__(self, folder: Path, *words: str) -> None:
         command = [sys.executable, "-m", "guideload", "app", "--no-browser", *words]
+        # NiceGUI serves tests of its own in another way, which it knows by these variables.
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
         self.process = subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            command, env=environment, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         assert self.process.stdout is not None
         first = self.process.stdout.readline()
         found = re.search(r"http://\S+", first)
         assert found, first + self.process.stdout.read()
         self.link = found[0]
+        port = int(self.link.split(":")[2].split("/")[0])
+        until(lambda: socket.create_connection(("127.0.0.1", port)).close() is None, "a server that listens")
 
     def end(self) -> None:
         """Kill it, without any chance to write."""

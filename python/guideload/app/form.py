@@ -1,0 +1,237 @@
+"""A machine or motion file as a form, made from its schema; errors stand beside their fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
+from typing import Any
+
+from nicegui import ui
+
+import guideload
+from guideload.app import document
+from guideload.app.answer import Problem
+from guideload.app.state import Session
+from guideload.app.words import COLORS
+
+# Keys that are always shown; others are shown if the file has them, or added by the user.
+MAIN = {
+    "body": ("mass", "center_of_mass", "inertia"),
+    "rails": ("name", "position"),
+    "carriages": ("name", "rail", "x", "product", "preload_class"),
+    "points": ("name", "at", "settle_window"),
+    "drive": ("gear_ratio",),
+    "friction": ("coefficient", "seal"),
+    "life": ("life", "safety", "application"),
+    "report": ("project", "customer", "author", "date"),
+    "limits": ("speed", "acceleration", "jerk", "profile"),
+    "moves": ("distance", "target", "speed", "time", "dwell"),
+    "": ("name", "gravity", "free", "start", "repeat"),
+}
+TITLES = {"": "general"}
+WIDE = ("inertia", "gravity", "center_of_mass", "position", "at", "free", "direction", "point", "product")
+Refused = Callable[[Callable[[], object]], None]
+
+
+@cache
+def packaged() -> list[str]:
+    """Names of the packaged products."""
+    return [one.name for one in guideload.packaged_catalogue().products]
+
+
+class Form:
+    """The form of one file of the session.
+
+    part      "machine" or "moves"
+    sections  tables of the file in the order in which they are shown; "" for the keys outside tables
+    attempt   does a change that may be refused, and shows the reason
+    """
+
+    def __init__(self, session: Session, part: str, sections: Sequence[str], attempt: Refused) -> None:
+        self.session, self.part, self.sections, self.attempt = session, part, sections, attempt
+        self.schema = guideload.file_schema("machine" if part == "machine" else "motion")
+        self.fields: dict[document.Path, Any] = {}
+        self.structure: Any = None
+        self.open = {"body", "moves", "limits", ""}
+        self.others = ui.column().classes("gap-0").props("role=alert")
+        self.box = ui.column().classes("w-full gap-0")
+        self.show()
+
+    # ---- what is shown
+
+    def show(self) -> None:
+        """The values of the session; fields are made anew only if keys or tables came or went."""
+        try:
+            values = document.values(getattr(self.session.state, self.part))
+        except guideload.GuideloadError:
+            return  # the answer says it
+        structure = [(path, list(table)) for path, table in self._tables(values)]
+        if structure != self.structure:
+            self.structure = structure
+            self.box.clear()
+            self.fields.clear()
+            with self.box:
+                self._build(values)
+        for path, field in self.fields.items():
+            shown = document.shown(_at(values, path))
+            if field.value != shown and (field.value or shown):
+                field.value = shown or (None if isinstance(field, ui.select) else "")
+
+    def show_problems(self, problems: Iterable[Problem]) -> None:
+        """Each problem beside its field; those of values without a field above all fields."""
+        texts: dict[document.Path, str] = {}
+        without: list[str] = []
+        for one in problems:
+            if one.part == self.part:
+                at = next(
+                    (one.path[:n] for n in range(len(one.path), 0, -1) if one.path[:n] in self.fields), None
+                )
+                if at is None:
+                    without.append(one.text)
+                else:
+                    texts[at] = one.text
+        for path, field in self.fields.items():
+            field.error = texts.get(path)
+        self.others.clear()
+        with self.others:
+            for text in without:
+                ui.label(text).style(f"color: {COLORS['bad']}")
+
+    def _tables(self, values: dict[str, Any]) -> Iterable[tuple[document.Path, dict[str, Any]]]:
+        """Path and values of each table that is shown."""
+        for section in self.sections:
+            found = values if not section else values.get(section, {})
+            if self._is_list(section):
+                found = found if isinstance(found, list) else []
+                yield from (((section, i), one) for i, one in enumerate(found) if isinstance(one, dict))
+            elif section == "carriage_types":
+                yield from (((section, name), one) for name, one in found.items())
+            else:
+                yield (section,) if section else (), found if isinstance(found, dict) else {}
+
+    def _build(self, values: dict[str, Any]) -> None:
+        tables = list(self._tables(values))
+        for section in self.sections:
+            mine = [(path, one) for path, one in tables if (path[0] if path else "") == section]
+            repeated = self._is_list(section)
+            if not mine and not repeated:
+                continue
+            title = (
+                f"{TITLES.get(section, section)} ({len(mine)})" if repeated else TITLES.get(section, section)
+            )
+            with ui.expansion(title.replace("_", " "), value=section in self.open) as box:
+                box.classes("w-full").props("dense header-class=text-weight-medium")
+                box.on_value_change(lambda e, s=section: (self.open.add if e.value else self.open.discard)(s))
+                for path, one in mine:
+                    self._build_table(section, path, one, repeated)
+                if repeated:
+                    add = ui.button(
+                        f"Add to {section}", icon="add", on_click=lambda s=section, m=mine: self._add(s, m)
+                    )
+                    add.props("flat dense no-caps size=sm")
+
+    def _build_table(self, section: str, path: document.Path, one: dict[str, Any], repeated: bool) -> None:
+        keys = self._keys(section)
+        shown = [key for key in MAIN.get(section, ()) if key in keys]
+        shown += [key for key in one if key in keys and key not in shown]
+        with ui.row().classes("entry items-start"):
+            for key in shown:
+                self._build_field((*path, key), key, keys[key])
+            absent = {key: f"{key}: {keys[key].get('description', '')}" for key in keys if key not in shown}
+            if absent:
+                more = ui.select(absent, label="more", on_change=lambda e: self._more(path, keys, e.value))
+                more.props("dense outlined options-dense").classes("field narrow")
+            if repeated:
+                name = f"{section} {one.get('name', int(path[1]) + 1)}"
+                drop = ui.button(icon="delete", on_click=lambda: self._drop(section, int(path[1])))
+                drop.props(f'flat dense round aria-label="Remove {name}"')
+
+    def _build_field(self, path: document.Path, key: str, schema: dict[str, Any]) -> None:
+        unit = schema.get("x-unit", "1")
+        label = key.replace("_", " ") + (f" [{unit}]" if unit != "1" else "")
+        options = schema.get("enum") or (["true", "false"] if schema.get("type") == "boolean" else None)
+        field: Any
+        if options:
+            field = ui.select([str(one) for one in options], label=label, clearable=True)
+            field.on_value_change(lambda e: self._typed(path, e.value or "", schema))
+        else:
+            field = ui.input(label, autocomplete=packaged() if key == "product" else None)
+            field.on("change", lambda: self._typed(path, str(field.value or ""), schema))
+        field.props("dense outlined hide-hint stack-label").classes(
+            "field" + (" wide" if key in WIDE else "")
+        )
+        field.props["hint"] = schema.get("description", "")
+        field.mark("/".join(map(str, path)))
+        field.props["input-id"] = field.props["for"] = f"{self.part}-{'-'.join(map(str, path))}".replace(
+            " ", "_"
+        )
+        self.fields[path] = field
+
+    # ---- what the user does
+
+    def _typed(self, path: document.Path, written: str, schema: dict[str, Any]) -> None:
+        text = getattr(self.session.state, self.part)
+        value = document.typed(written, is_text=schema.get("type") == "string")
+        if value != document.value_at(text, path):
+            self.attempt(lambda: self.session.set(self.part, {path: value}))
+
+    def _more(self, path: document.Path, keys: dict[str, Any], key: str | None) -> None:
+        """Add a key, with the first example of its description as its value."""
+        if key is not None:
+            example = _example(keys[key])
+            self.attempt(lambda: self.session.set(self.part, {(*path, key): example}))
+
+    def _add(self, section: str, mine: list[tuple[document.Path, dict[str, Any]]]) -> None:
+        """Add a table like the last one, under a name of its own."""
+        entry = dict(mine[-1][1]) if mine else {"name": section.removesuffix("s")}
+        names = {one.get("name") for _, one in mine}
+        if "name" in entry:
+            base = str(entry["name"])
+            entry["name"] = next(name for n in range(2, 999) if (name := f"{base} {n}") not in names)
+        self.attempt(lambda: self.session.add(self.part, section, entry))
+
+    def _drop(self, section: str, index: int) -> None:
+        self.attempt(lambda: self.session.drop(self.part, section, index))
+
+    # ---- the schema
+
+    def _properties(self, section: str) -> dict[str, Any]:
+        found: dict[str, Any] = self.schema["properties"].get(section, {})
+        return found
+
+    def _is_list(self, section: str) -> bool:
+        return self._properties(section).get("type") == "array"
+
+    def _keys(self, section: str) -> dict[str, Any]:
+        """The keys of a table and their schemas, without tables in it."""
+        node = self._properties(section) if section else self.schema
+        for name in ("items", "additionalProperties"):
+            node = node.get(name) or node if section else node
+        if "$ref" in node:
+            node = self.schema["$defs"][node["$ref"].rpartition("/")[2]]
+        return {key: one for key, one in node["properties"].items() if not self._is_table(one)}
+
+    def _is_table(self, schema: dict[str, Any]) -> bool:
+        inner = schema.get("items", schema)
+        return isinstance(inner, dict) and ("$ref" in inner or "additionalProperties" in schema)
+
+
+def _at(values: Any, path: document.Path) -> Any:
+    for key in path:
+        try:
+            values = values[key]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return values
+
+
+def _example(schema: dict[str, Any]) -> Any:
+    """A value to begin with: the default, the first choice, or the first example of the description."""
+    if "default" in schema:
+        return schema["default"]
+    if schema.get("enum"):
+        return schema["enum"][0]
+    quoted = schema.get("description", "").split('"')
+    if len(quoted) > 2:
+        return quoted[1]
+    return True if schema.get("type") == "boolean" else "?" if schema.get("type") == "string" else 1.0

@@ -1,0 +1,120 @@
+"""The machine: in space, where parts are dragged or stepped, and as a form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+import guideload
+from guideload.app import document
+from guideload.app.form import Form, Refused
+from guideload.app.hub import Hub
+from guideload.app.scene import MachineScene
+
+KINDS = {
+    "two-rails": "two rails",
+    "one-rail": "one rail",
+    "gantry": "gantry",
+    "vertical": "vertical axis",
+    "manipulator": "packaged example",
+}
+SECTIONS = ("", "body", "rails", "carriages", "carriage_types", "drive", "friction", "points", "links")
+MORE = ("payloads", "base", "life", "report")
+STEPS = {1e-3: "1 mm", 1e-2: "10 mm", 1e-1: "100 mm"}
+CENTER = "center of mass"
+
+
+class MachineView:
+    """Scene, steps of the keyboard, and form of the machine file."""
+
+    def __init__(self, hub: Hub, attempt: Refused) -> None:
+        self.hub, self.session, self.attempt = hub, hub.session, attempt
+        self.drags = 0
+        with ui.row().classes("items-center w-full gap-2"):
+            self.kind = ui.select(KINDS, label="start from", on_change=lambda e: self._start(e.value))
+            self.kind.props("dense outlined options-dense").classes("field").mark("kind")
+            self.instant = ui.slider(min=0, max=1, step=1, on_change=lambda: self.show_answer())
+            self.instant.props('aria-label="Instant of the loads"').classes("col")
+            self.time = ui.label().classes("text-caption")
+            self.at_peak = ui.checkbox(
+                "at the largest load", value=True, on_change=lambda: self.show_answer()
+            )
+        self.scene = MachineScene(self._dragged)
+        self._build_steps()
+        self.form = Form(self.session, "machine", (*SECTIONS, *MORE), attempt)
+
+    def _build_steps(self) -> None:
+        """Parts without a mouse: choose one, and step it along an axis."""
+        with ui.row().classes("items-center w-full gap-1 no-wrap"):
+            self.part = ui.select([CENTER], value=CENTER, label="move").classes("field")
+            self.step = ui.select(STEPS, value=1e-2, label="by").classes("field narrow")
+            for select in (self.part, self.step):
+                select.props("dense outlined options-dense")
+            self.buttons = {}
+            for axis, name in enumerate("xyz"):
+                for sign, word in ((-1, "-"), (1, "+")):
+                    button = ui.button(f"{name} {word}", on_click=lambda a=axis, s=sign: self._stepped(a, s))
+                    self.buttons[axis, sign] = button.props("outline dense no-caps").mark(
+                        f"step {name}{word}"
+                    )
+            ui.label("or drag carriages and centre of mass").classes("text-caption")
+        self.part.on_value_change(lambda: self._allow_axes())
+
+    def show_state(self) -> None:
+        """The values of the session."""
+        self.form.show()
+
+    def show_answer(self) -> None:
+        """The machine and its loads at the instant chosen."""
+        if self.hub.answer is not None:
+            self.form.show_problems(self.hub.answer.problems)
+        answer = self.hub.sound
+        if answer is None or answer.machine is None or answer.result is None:
+            return
+        time = answer.result.quantities["time"]
+        self.instant.props["max"] = time.size - 1
+        if self.at_peak.value:
+            self.instant.value = answer.peak[0]
+        instant = min(int(self.instant.value or 0), time.size - 1)
+        self.time.text = f"{time[instant]:.3f} s"
+        parts = [one.name for one in answer.machine.carriages] + [CENTER]
+        if self.part.options != parts:
+            self.part.set_options(parts, value=self.part.value if self.part.value in parts else CENTER)
+        self.scene.show(answer, instant)
+
+    def _start(self, kind: str | None) -> None:
+        """Begin with the file of a kind of machine; Undo brings the old one back."""
+        if kind is not None:
+            self.kind.value = None
+            self.attempt(lambda: self.session.start(kind))
+
+    # ---- places of parts
+
+    def _allow_axes(self) -> None:
+        for (axis, _), button in self.buttons.items():
+            button.set_enabled(axis == 0 or self.part.value == CENTER)
+
+    def _dragged(self, name: str, place: tuple[float, float, float], ended: bool) -> None:
+        self.attempt(lambda: self._place(name, place, merge=f"drag {self.drags} of {name}"))
+        self.drags += ended
+
+    def _stepped(self, axis: int, sign: int) -> None:
+        machine = guideload.Machine.from_text(self.session.state.machine)
+        index = next((i for i, one in enumerate(machine.carriages) if one.name == self.part.value), None)
+        name = CENTER if index is None else f"carriage {index}"
+        place = np.array(machine.body.center_of_mass if index is None else machine.carriage_centers[index])
+        place[axis] += sign * float(self.step.value)
+        self.attempt(lambda: self._place(name, tuple(place.tolist()), merge=""))
+
+    def _place(self, name: str, place: tuple[float, ...], merge: str) -> None:
+        """Write the place of a part, in whole millimetres."""
+        written = [f"{round(1e3 * value)} mm" for value in place]
+        if name == CENTER:
+            changes: dict[document.Path, Any] = {
+                ("body", "center_of_mass", axis): text for axis, text in enumerate(written)
+            }
+        else:
+            changes = {("carriages", int(name.split()[1]), "x"): written[0]}
+        self.session.set("machine", changes, merge)

@@ -1,0 +1,177 @@
+"""The machine in space, up is up: what can be dragged, and the loads at the chosen instant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.elements.scene.objects import Box, Cylinder, Group, Sphere, Text
+from nicegui.elements.scene.scene_object3d import Object3D
+from nicegui.events import GenericEventArguments
+from numpy.typing import NDArray
+
+import guideload
+from guideload.app.answer import Answer
+from guideload.app.words import carriage_color
+
+Array = NDArray[np.float64]
+BODY, RAIL, LABEL = "#5b6f8a", "#6b7280", "color: #1d2129; font-size: 12px"
+ARROW = 0.3  # longest arrow of a load over the size of the machine
+CAMERA = ui.scene.perspective_camera(fov=32, near=0.01)
+EVERY = 0.03  # s between two steps of a drag that are sent
+# A carriage stays on its rail while it is dragged; other parts move in the plane of the screen.
+ON_RAIL = """
+const controls = getElement(%d).drag_controls;
+controls.addEventListener("dragstart", ({object}) => { object.userData.rail = object.position.clone(); });
+controls.addEventListener("drag", ({object}) => {
+  if (object.name.startsWith("carriage")) object.position.setY(object.userData.rail.y).setZ(object.userData.rail.z);
+});
+"""
+
+
+class Arrow:
+    """An arrow that can be moved, turned and stretched."""
+
+    def __init__(self, color: str, thick: float) -> None:
+        self.group = Group()
+        with self.group:
+            Cylinder(thick, thick, 0.8, 12).material(color).move(y=0.4)
+            Cylinder(0.0, 2.6 * thick, 0.2, 12).material(color).move(y=0.9)
+
+    def show(self, start: Array, vector: Array) -> None:
+        """From a point along a vector; an arrow without length is not seen."""
+        length = float(np.linalg.norm(vector))
+        self.group.visible(length > 1e-9)
+        if length > 1e-9:
+            self.group.move(*map(float, start)).scale(1.0, length, 1.0).rotate_R(_turned(vector / length))
+
+
+class MachineScene:
+    """The parts of a machine in space.
+
+    dragged: called with the name of a part and its place [m] while it is dragged, and whether the drag has ended.
+    Names: "carriage 0", ..., "center of mass".
+    """
+
+    def __init__(self, dragged: Callable[[str, tuple[float, float, float], bool], None]) -> None:
+        self.dragged = dragged
+        self.structure: Any = None
+        self.held = ""  # the part that the user drags: the browser moves it
+        self.scene = ui.scene(background_color="#fbfbfc", grid=False, fps=30, camera=CAMERA).classes("scene")
+        self.scene.props('role=img aria-label="The machine in space"')
+        keys = ["type", "object_name", "x", "y", "z"]
+        self.scene.on("drag", self._dragged, keys, throttle=EVERY, trailing_events=False)
+        self.scene.on("dragend", self._dragged, keys)
+        self.scene.on("init", lambda: ui.run_javascript(ON_RAIL % self.scene.id))
+
+    def show(self, answer: Answer, instant: int) -> None:
+        """The machine of an answer, with its loads at an instant."""
+        machine = answer.machine
+        assert machine is not None
+        box = _box(machine)
+        seen = np.vstack([box["corners"], machine.carriage_centers, np.zeros(3)])
+        size = float(np.linalg.norm(np.ptp(seen, axis=0)))
+        names = [[one.name for one in parts] for parts in (machine.carriages, machine.rails, machine.points)]
+        structure = (names, machine.gravity)
+        if structure != self.structure:
+            self.structure = structure
+            self._build(machine, size)
+            self.look(_up(machine), (seen.min(axis=0) + seen.max(axis=0)) / 2.0, size)
+        self._place(answer, instant, box, size)
+
+    def _build(self, machine: guideload.Machine, size: float) -> None:
+        self.scene.clear()
+        unit = size / 60.0
+        with self.scene:
+            self.rails = [Box().material(RAIL) for _ in machine.rails]
+            self.carriages = [
+                Box().material(carriage_color(i)).with_name(f"carriage {i}").draggable()
+                for i in range(len(machine.carriages))
+            ]
+            self.names = [Text(one.name, LABEL) for one in machine.carriages]
+            self.body = Box(wireframe=True).material(BODY)
+            self.center = Sphere(1.6 * unit).material(BODY).with_name("center of mass").draggable()
+            self.points = [Sphere(unit).material("#b3261e") for _ in machine.points]
+            self.labels = [Text(one.name, LABEL) for one in machine.points]
+            self.weight = Arrow(BODY, 0.35 * unit)
+            self.loads = [Arrow(carriage_color(i), 0.45 * unit) for i in range(len(machine.carriages))]
+
+    def _place(self, answer: Answer, instant: int, box: dict[str, Array], size: float) -> None:
+        machine, result = answer.machine, answer.result
+        assert machine is not None and result is not None
+        ends = np.concatenate([box["corners"][:, 0], machine.carriage_centers[:, 0]])
+        low, high = float(ends.min()) - 0.1 * size, float(ends.max()) + 0.1 * size
+        for rail, part in zip(machine.rails, self.rails, strict=True):
+            part.move((low + high) / 2, *rail.position).scale(high - low, 0.03 * size, 0.03 * size)
+        for i, part in enumerate(self.carriages):
+            lengths = machine.carriages[i].distances
+            length = max(lengths.pitch, lengths.yaw)
+            self._move(part, machine.carriage_centers[i])
+            part.scale(length, 0.05 * size, 0.06 * size)
+            part.rotate_R(machine.carriage_axes[i].T.tolist())
+            self.names[i].move(*(machine.carriage_centers[i] + 0.05 * size * _up(machine)).tolist())
+        self.body.move(*box["center"].tolist()).scale(*box["sides"].tolist()).rotate_R(box["axes"].tolist())
+        center = np.array(machine.whole_body.center_of_mass)
+        self._move(self.center, center)
+        for point, ball, label in zip(machine.points, self.points, self.labels, strict=True):
+            ball.move(*point.at)
+            label.move(*(np.array(point.at) + 0.03 * size * _up(machine)).tolist())
+        gravity = np.array(machine.gravity)
+        pull = float(np.linalg.norm(gravity))
+        self.weight.show(center, 0.16 * size * gravity / pull if pull else gravity)
+        if machine.carriages:
+            data = result.quantities
+            force = data["force_global" if "force_global" in data else "force"]
+            longest = float(answer.loads.max()) or 1.0
+            for i, arrow in enumerate(self.loads):
+                arrow.show(machine.carriage_centers[i], ARROW * size * force[instant, i] / longest)
+
+    def _move(self, part: Object3D, place: Array) -> None:
+        if part.name == self.held:
+            part.x, part.y, part.z = place.tolist()
+        else:
+            part.move(*place.tolist())
+
+    def look(self, up: Array, center: Array, size: float) -> None:
+        """Look at the machine from the front right, from above."""
+        along = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 0.0, 1.0])
+        side = np.cross(along, up)
+        eye = center + size * (0.75 * along + 1.35 * side + 0.6 * up)
+        where = dict(zip(("x", "y", "z"), eye.tolist(), strict=True))
+        where |= dict(zip(("look_at_x", "look_at_y", "look_at_z"), center.tolist(), strict=True))
+        self.scene.move_camera(
+            **where, **dict(zip(("up_x", "up_y", "up_z"), up.tolist(), strict=True)), duration=0
+        )
+
+    def _dragged(self, event: GenericEventArguments) -> None:
+        place = tuple(float(event.args[axis]) for axis in "xyz")
+        name, ended = str(event.args["object_name"]), event.args["type"] == "dragend"
+        self.held = "" if ended else name
+        self.dragged(name, (place[0], place[1], place[2]), ended)
+
+
+def _box(machine: guideload.Machine) -> dict[str, Array]:
+    """Corners, centre, sides and axes (as columns) of the homogeneous box of the body's inertia."""
+    corners = np.array(guideload.plots.equivalent_box(machine))
+    edges = corners[[4, 2, 1]] - corners[0]  # along its own x, y and z
+    sides = np.linalg.norm(edges, axis=1)
+    axes = (edges / sides[:, None]).T
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    return {"corners": corners, "center": corners.mean(axis=0), "sides": sides, "axes": axes}
+
+
+def _up(machine: guideload.Machine) -> Array:
+    """Against gravity; y without gravity."""
+    gravity = np.array(machine.gravity)
+    return np.asarray(-gravity / np.linalg.norm(gravity)) if gravity.any() else np.array([0.0, 1.0, 0.0])
+
+
+def _turned(direction: Array) -> list[list[float]]:
+    """The rotation that turns y into a direction."""
+    other = np.eye(3)[int(np.abs(direction).argmin())]
+    x = np.cross(direction, other)
+    x /= np.linalg.norm(x)
+    turned: list[list[float]] = np.column_stack([x, direction, np.cross(x, direction)]).tolist()
+    return turned
