@@ -77,6 +77,8 @@ def drag(driver: Any, part: str, right: int, steps: int = 8) -> None:
             """
             const host = document.querySelector('.scene'), scene = getElement(+host.id.slice(1));
             const part = scene.draggable_objects.find((one) => one.name === arguments[0]);
+            if (!part.position.length()) return null;  // not in its place yet
+            scene.camera.updateMatrixWorld();
             const at = part.position.clone().project(scene.camera), box = host.getBoundingClientRect();
             return [box.left + (at.x + 1) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height];
             """,
