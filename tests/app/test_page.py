@@ -169,3 +169,130 @@ def test_the_keyboard_moves_the_centre_of_mass(driver: Any, folder: Path) -> Non
         )
         changed(driver, before)
         assert "100 mm" in field(driver, "machine-body-center_of_mass").get_attribute("value")
+
+
+def give(driver: Any, file: Path) -> None:
+    """Give a file to the page, as by dropping it on the field."""
+    opened(driver, "Motion")
+    press(driver, "measured trace")
+    until(lambda: driver.find_element("css selector", "input[type=file]")).send_keys(str(file))
+
+
+def test_a_trace_is_dropped_and_its_inspection_shown(
+    driver: Any, folder: Path, tmp_path_factory: Any
+) -> None:
+    outside = tmp_path_factory.mktemp("outside") / "measured.csv"
+    outside.write_text(guideload.file_template("trace"))
+    with served(folder) as server:
+        driver.get(server.link)
+        before = load(driver)
+        give(driver, outside)
+        changed(driver, before)
+        until(lambda: "measured.csv, column motor_speed_rpm" in text(driver, "main"), "the inspection")
+        assert (folder / "measured.csv").read_bytes() == outside.read_bytes()
+        press(driver, "planned moves")
+        until(lambda: load(driver) == before, "the load under the planned moves")
+
+
+def test_a_broken_trace_is_refused_in_words_and_the_moves_are_run_again(
+    driver: Any, folder: Path, tmp_path_factory: Any
+) -> None:
+    broken = tmp_path_factory.mktemp("outside") / "broken.csv"
+    broken.write_text("time [s],speed [m/s]\n0,0\n0.001,abc\n")
+    with served(folder) as server:
+        driver.get(server.link)
+        before = load(driver)
+        give(driver, broken)
+        message = until(
+            lambda: (found := text(driver, ".verdict")) and "broken.csv" in found and found, "the reason"
+        )
+        with pytest.raises(guideload.TraceError) as refused:
+            guideload.read_trace(broken)
+        assert str(refused.value).partition("broken.csv")[2][:40] in message
+        press(driver, "planned moves")
+        until(lambda: "last state" not in text(driver, ".verdict") and load(driver) == before, "the moves")
+
+
+def test_a_product_is_taken_from_the_table(driver: Any, folder: Path) -> None:
+    with served(folder) as server:
+        driver.get(server.link)
+        before = load(driver)
+        opened(driver, "Decide")
+        field = until(lambda: driver.find_element("xpath", "//input[@aria-label='products, e.g. HIWIN 25']"))
+        field.send_keys(pytest.importorskip("selenium.webdriver").Keys.CONTROL, "a")
+        field.send_keys("HIWIN 25")
+        press(driver, "Size")
+        row = until(
+            lambda: driver.find_element("xpath", "//td[contains(., 'HGH25CA')]"), "a row of the table"
+        )
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", row)
+        until(lambda: (row.click(), True)[1])
+        changed(driver, before)
+        until(lambda: "Static safety" in text(driver, ".figures"), "the static safety")
+        press(driver, "Save")
+        saved = until(
+            lambda: any((m := guideload.Machine.from_toml(folder / "machine.toml")).product_of_carriage) and m
+        )
+        assert {one.name for one in saved.product_of_carriage if one} == {"HGH25CA"}
+
+
+def test_the_report_is_written_as_the_command_line_writes_it(driver: Any, folder: Path) -> None:
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        opened(driver, "Keep")
+        press(driver, "Write the report")
+        page = until(lambda: (folder / "report.html").read_text(), "a report")
+        result = guideload.simulate(
+            guideload.Machine.from_toml(folder / "machine.toml"),
+            guideload.Moves.from_toml(folder / "moves.toml").motion(),
+        )
+        assert page == guideload.html_report.run_page(result)
+
+
+def test_two_tabs_show_one_machine(driver: Any, folder: Path) -> None:
+    with served(folder) as server:
+        driver.get(server.link)
+        before, first = load(driver), driver.current_window_handle
+        driver.switch_to.new_window("tab")
+        try:
+            driver.get(server.link)
+            load(driver)
+            fill(driver, "machine-body-mass", "2000 kg")
+            after = changed(driver, before)
+            driver.switch_to.window(first)
+            until(lambda: load(driver) == after, "the load in the other tab")
+            assert field(driver, "machine-body-mass").get_attribute("value") == "2000 kg"
+        finally:
+            for other in set(driver.window_handles) - {first}:
+                driver.switch_to.window(other)
+                driver.close()
+            driver.switch_to.window(first)
+
+
+def test_nothing_is_lost_when_the_server_is_killed(driver: Any, folder: Path) -> None:
+    file = (folder / "machine.toml").read_text()
+    with served(folder) as server:
+        driver.get(server.link)
+        before = load(driver)
+        fill(driver, "machine-body-mass", "2000 kg")
+        after = changed(driver, before)
+        server.end()
+    assert (folder / "machine.toml").read_text() == file
+    with served(folder) as server:
+        driver.get(server.link)
+        assert load(driver) == before
+        press(driver, "Take them")
+        until(lambda: load(driver) == after, "the load of the changes that were found")
+        press(driver, "Save")
+        until(lambda: '"2000 kg"' in (folder / "machine.toml").read_text(), "a saved file")
+
+
+def test_a_file_that_another_program_changes_is_read_again(driver: Any, folder: Path) -> None:
+    with served(folder) as server:
+        driver.get(server.link)
+        before = load(driver)
+        file = folder / "machine.toml"
+        file.write_text(file.read_text().replace('"1250 kg"', '"1900 kg"'))
+        changed(driver, before)
+        assert field(driver, "machine-body-mass").get_attribute("value") == "1900 kg"

@@ -42,8 +42,9 @@ class Served:
 
     def end(self) -> None:
         """Kill it, without any chance to write."""
-        self.process.kill()
-        self.process.communicate()
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
 
 
 @contextmanager

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
@@ -11,7 +9,10 @@ from nicegui.events import GenericEventArguments
 from guideload.app.answer import Answer, Figure
 from guideload.app.envelope import envelope
 from guideload.app.hub import Hub
-from guideload.app.words import COLORS, ICONS, carriage_color, show_report
+from guideload.app.words import COLORS, ICONS, carriage_color, chart_options, line, redraw, show_report
+
+TITLE = "Loads of the carriages: resultant of Fy and Fz [N] over time [s]"
+MARK = {"symbol": "triangle", "symbolRotate": 180, "symbolSize": 9, "symbolOffset": [0, -7]}
 
 
 class FigureRow:
@@ -45,10 +46,9 @@ class AnswerView:
             self.progress = ui.label().classes("text-caption").props("role=status")
             with ui.element("div").classes("figures").props("role=list"):
                 self.rows = [FigureRow() for _ in range(12)]
-            ui.label("Loads of the carriages: resultant of Fy and Fz [N] over time [s]").classes(
-                "text-caption"
+            self.chart = (
+                ui.echart(chart_options([], TITLE)).classes("history").props('aria-label="Load histories"')
             )
-            self.chart = ui.echart(_options([])).classes("history").props('aria-label="Load histories"')
             self.chart.on("chart:datazoom", self._zoomed, throttle=0.1)
             whole = ui.button("Whole history", on_click=self._whole).props("flat dense size=sm no-caps")
             whole.classes("self-start")
@@ -100,18 +100,17 @@ class AnswerView:
         span = time[0] + (time[-1] - time[0]) * np.array(self.window) / 100.0
         instant, place = answer.peak
         peak = [float(time[instant]), float(answer.loads[instant, place])]
-        series = [
-            {"name": name, "data": envelope(time, answer.loads[:, i], *span)}
-            | _line(i, peak if i == place else None)
-            for i, name in enumerate(answer.names)
-        ]
+        series = []
+        for i, name in enumerate(answer.names):
+            mark = {"data": [{"coord": peak}] if i == place else []} | MARK
+            style = {"type": "solid" if i < 6 else "dashed"}
+            points = envelope(time, answer.loads[:, i], *span)
+            series.append(line(name, points, carriage_color(i), markPoint=mark, lineStyle=style))
+        options = chart_options(series, TITLE)
         axis = {"min": float(time[0]), "max": float(time[-1])}
-        options = _options(series)
         options["xAxis"] |= axis
         if len(self.chart.options["series"]) != len(series):
-            self.chart.options.clear()
-            self.chart.options.update(options)
-            self.chart.update()
+            redraw(self.chart, options)
         else:  # only what changed
             self.chart.options.update(options)
             self.chart.run_chart_method("setOption", {"series": series, "xAxis": axis})
@@ -126,30 +125,3 @@ class AnswerView:
     def _whole(self) -> None:
         self.window = (0.0, 100.0)
         self.chart.run_chart_method("dispatchAction", {"type": "dataZoom", "start": 0, "end": 100})
-
-
-def _line(index: int, peak: list[float] | None) -> dict[str, Any]:
-    mark = {"data": [] if peak is None else [{"coord": peak}]}
-    color = carriage_color(index)
-    return {
-        "type": "line",
-        "showSymbol": False,
-        "color": color,
-        "lineStyle": {"width": 1.2, "type": "solid" if index < 6 else "dashed"},
-        "markPoint": mark
-        | {"symbol": "triangle", "symbolRotate": 180, "symbolSize": 9, "symbolOffset": [0, -7]},
-    }
-
-
-def _options(series: list[dict[str, Any]]) -> dict[str, Any]:
-    return {
-        "animation": False,
-        "textStyle": {"color": "#1d2129"},
-        "grid": {"left": 8, "right": 20, "top": 40, "bottom": 34, "containLabel": True},
-        "legend": {"top": 0, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
-        "tooltip": {"trigger": "axis"},
-        "xAxis": {"type": "value"},
-        "yAxis": {"type": "value", "scale": True},
-        "dataZoom": [{"type": "inside"}, {"type": "slider", "height": 18, "bottom": 6}],
-        "series": series,
-    }

@@ -157,7 +157,7 @@ class Form:
         else:
             field = ui.input(label, autocomplete=packaged() if key == "product" else None)
             field.on("change", lambda: self._typed(path, str(field.value or ""), schema))
-        field.props("dense outlined hide-hint stack-label").classes(
+        field.props("dense outlined hide-hint hide-bottom-space stack-label").classes(
             "field" + (" wide" if key in WIDE else "")
         )
         field.props["hint"] = schema.get("description", "")

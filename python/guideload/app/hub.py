@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import guideload
 from guideload.app.answer import Answer, Solver
 from guideload.app.runner import Runner
 from guideload.app.state import Session
 
 
-class View(Protocol):
-    """A tab of the page."""
+class Part:
+    """A view of the page, which is told what changed."""
 
     def show_state(self) -> None:
         """The state changed."""
@@ -32,7 +30,7 @@ class Hub:
 
     def __init__(self, session: Session) -> None:
         self.session, self.solver = session, Solver(session)
-        self.views: list[View] = []
+        self.views: list[Part] = []
         self.answer: Answer | None = None
         self.sound: Answer | None = None
         self.runner: Runner | None = None

@@ -10,7 +10,7 @@ from nicegui import ui
 import guideload
 from guideload.app import document
 from guideload.app.form import Form, Refused
-from guideload.app.hub import Hub
+from guideload.app.hub import Hub, Part
 from guideload.app.scene import MachineScene
 
 KINDS = {
@@ -26,7 +26,7 @@ STEPS = {1e-3: "1 mm", 1e-2: "10 mm", 1e-1: "100 mm"}
 CENTER = "center of mass"
 
 
-class MachineView:
+class MachineView(Part):
     """Scene, steps of the keyboard, and form of the machine file."""
 
     def __init__(self, hub: Hub, attempt: Refused) -> None:

@@ -10,14 +10,19 @@ from nicegui import ui
 
 import guideload
 from guideload.app.answer_view import AnswerView
-from guideload.app.hub import Hub
+from guideload.app.decide_view import DecideView
+from guideload.app.form import Refused
+from guideload.app.hub import Hub, Part
+from guideload.app.keep_view import KeepView
 from guideload.app.machine_view import MachineView
+from guideload.app.motion_view import MotionView
 from guideload.app.words import COLORS
 
+MADE: tuple[Callable[[Hub, Refused], Part], ...] = (MachineView, MotionView, DecideView, KeepView)
 VIEWS = {"Machine": "precision_manufacturing", "Motion": "timeline", "Decide": "balance", "Keep": "save_alt"}
 
 
-class Page:
+class Page(Part):
     """A tab; all tabs show the same session."""
 
     def __init__(self, hub: Hub) -> None:
@@ -53,8 +58,10 @@ class Page:
         with ui.tabs().props("dense no-caps align=left inline-label") as tabs:
             names = [ui.tab(name, icon=icon).mark(name) for name, icon in VIEWS.items()]
         with ui.tab_panels(tabs, value=names[0], animated=False, keep_alive=True).classes("w-full"):
-            with ui.tab_panel(names[0]):
-                self.machine = MachineView(self.hub, self.attempt)
+            self.parts: list[Part] = []
+            for name, make in zip(names, MADE, strict=True):
+                with ui.tab_panel(name):
+                    self.parts.append(make(self.hub, self.attempt))
 
     def _button(self, icon: str, words: str, action: Callable[[], object]) -> ui.button:
         return ui.button(words, icon=icon, on_click=lambda: self.attempt(action)).props(
@@ -89,13 +96,15 @@ class Page:
             self.undo.set_enabled(bool(session.past))
             self.redo.set_enabled(bool(session.future))
             self._show_offer()
-            self.machine.show_state()
+            for part in self.parts:
+                part.show_state()
 
     def show_answer(self) -> None:
         """The answer, and what the views take from it."""
         with self.client:
             self.answer.show()
-            self.machine.show_answer()
+            for part in self.parts:
+                part.show_answer()
 
     def show_progress(self, what: str) -> None:
         """What a long run does."""

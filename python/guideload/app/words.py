@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from nicegui import ui
 
 import guideload
@@ -24,10 +26,51 @@ def carriage_color(index: int) -> str:
     return CARRIAGES[index % len(CARRIAGES)]
 
 
+def chart_options(series: list[dict[str, Any]], title: str) -> dict[str, Any]:
+    """Options of a chart over time, which can be zoomed."""
+    return {
+        "animation": False,
+        "textStyle": {"color": "#1d2129"},
+        "title": {
+            "text": title,
+            "top": 3,
+            "padding": 0,
+            "textStyle": {"fontSize": 12, "fontWeight": "normal"},
+        },
+        "grid": {"left": 8, "right": 20, "top": 46, "bottom": 34, "containLabel": True},
+        "legend": {"top": 20, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
+        "tooltip": {"trigger": "axis"},
+        "xAxis": {"type": "value", "min": "dataMin", "max": "dataMax"},
+        "yAxis": {"type": "value", "scale": True},
+        "dataZoom": [{"type": "inside"}, {"type": "slider", "height": 18, "bottom": 6}],
+        "series": series,
+    }
+
+
+def line(name: str, data: list[list[float]], color: str, **more: Any) -> dict[str, Any]:
+    """A line of a chart through points [time, value]."""
+    style = {"width": 1.2} | more.pop("lineStyle", {})
+    return {
+        "type": "line",
+        "name": name,
+        "data": data,
+        "showSymbol": False,
+        "color": color,
+        "lineStyle": style,
+    } | more
+
+
+def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
+    """Give a chart new options."""
+    chart.options.clear()
+    chart.options.update(options)
+    chart.update()
+
+
 def show_report(report: guideload.reports.Report, leave_out: tuple[str, ...] = ()) -> None:
     """A report as the command line prints it: answer, warnings, sections."""
-    for line in report.answer:
-        ui.label(line).classes("text-body1")
+    for sentence in report.answer:
+        ui.label(sentence)
     for warning in report.warnings:
         with ui.row().classes("items-start no-wrap gap-1"):
             ui.icon("warning", color=COLORS["near"]).props('aria-label="caution"')
@@ -45,8 +88,8 @@ def _show_part(part: guideload.reports.Part) -> None:
     elif isinstance(part, guideload.reports.Definitions):
         ui.label(" ".join(part.texts)).classes("text-caption").style(f"color: {COLORS['open']}")
     elif part:
-        for line in part if isinstance(part, list) else [part]:
-            ui.label(line)
+        for sentence in part if isinstance(part, list) else [part]:
+            ui.label(sentence)
 
 
 def show_table(table: guideload.reports.Table) -> ui.table:

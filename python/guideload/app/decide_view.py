@@ -1,0 +1,267 @@
+"""Decisions: which product holds, how far the machine may go, how it scatters, and which of two variants is better."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+import guideload
+from guideload.app import document
+from guideload.app.answer import Answer
+from guideload.app.form import Refused
+from guideload.app.hub import Hub, Part
+from guideload.app.words import chart_options, redraw, show_report, show_table
+
+QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
+FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
+CHUNK, LOOK, BINS = 32, 0.5, 40  # machines between two looks at a study, seconds between them, bars
+# What a product gives, so that the file of the machine does not say it again.
+OF_PRODUCT = ("type", "length", "width", "rolling", "stiffness_pitch", "stiffness_yaw", "stiffness_roll")
+OF_AXIS = ("stiffness", "curve", "preload", "clearance")
+
+
+class DecideView(Part):
+    """Size, limit, study and comparison of variants; each says the command that repeats it."""
+
+    def __init__(self, hub: Hub, attempt: Refused) -> None:
+        self.hub, self.session, self.attempt = hub, hub.session, attempt
+        self.sizing: guideload.sizing.Sizing | None = None
+        self.kept: Answer | None = None
+        with ui.expansion("Size: the smallest product that holds", value=True).classes("w-full"):
+            with ui.row().classes("items-center gap-2"):
+                self.words = (
+                    ui.input("products, e.g. HIWIN 25", value="HIWIN")
+                    .props("dense outlined")
+                    .classes("field wide")
+                )
+                self._button("Size", self._size)
+            self.sized = ui.column().classes("w-full gap-1").mark("sizes")
+        with ui.expansion("Limit: how fast, how heavy, how far out").classes("w-full"):
+            with ui.row().classes("items-center gap-2"):
+                self.quantity = ui.select(QUANTITIES, value="pace", label="what grows").classes("field")
+                self.quantity.props("dense outlined options-dense")
+                self._button("Find the limit", self._limit)
+            self.limited = ui.column().classes("w-full gap-1").mark("limits")
+        with ui.expansion("Study: how the figures scatter").classes("w-full"):
+            self._build_study()
+        with ui.expansion("Variants: two machines side by side").classes("w-full"):
+            with ui.row().classes("items-center gap-2"):
+                self._button("Keep this machine as A", self._keep)
+                self._button("Compare A with now", self._compare)
+            self.compared = ui.column().classes("w-full gap-1").mark("comparison")
+
+    def _build_study(self) -> None:
+        with ui.row().classes("items-center gap-2"):
+            self.samples = ui.number("machines", value=1000, min=8, max=100000, precision=0)
+            self.mass = ui.number("mass +- [%]", value=10, min=0, max=90)
+            self.stiffness = ui.number("stiffness, sigma [%]", value=20, min=0, max=90)
+            for one in (self.samples, self.mass, self.stiffness):
+                one.props("dense outlined").classes("field narrow")
+            self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("field")
+            self.figure.props("dense outlined options-dense")
+            self.least = ui.input("limit, e.g. 6 kN or 10000 km").props("dense outlined").classes("field")
+            self._button("Run the study", self._study)
+        self.progress = ui.label().classes("text-caption").props("role=status")
+        self.histogram = (
+            ui.echart({"series": []}).classes("history").props('aria-label="Histogram of the study"')
+        )
+        self.histogram.set_visibility(False)
+        self.studied = ui.column().classes("w-full gap-1").mark("study")
+
+    def _button(self, words: str, action: Callable[[Answer], Any]) -> None:
+        """A button for work with the last answer; while it runs, it cannot be pressed."""
+
+        async def press() -> None:
+            answer = self.hub.sound
+            if answer is None or self.hub.answer is not answer:
+                ui.notify("There is no answer yet, or the machine has a problem: see the answer at the right")
+                return
+            button.disable()
+            button.props("loading")
+            try:
+                await action(answer)
+            except (guideload.GuideloadError, OSError) as error:
+                ui.notify(str(error), type="negative", multi_line=True, close_button="Close", timeout=0)
+            finally:
+                button.enable()
+                button.props(remove="loading")
+
+        button = ui.button(words, on_click=press).props("dense no-caps unelevated")
+
+    # ---- size
+
+    async def _size(self, answer: Answer) -> None:
+        machine, motion, words = answer.machine, answer.motion, str(self.words.value or "").strip()
+        assert machine is not None and motion is not None
+        catalogue, products = guideload.packaged_catalogue(), [words] if words else None
+        found = await asyncio.to_thread(guideload.sizing.size, machine, motion, catalogue, products=products)
+        self.sizing = found
+        self.sized.clear()
+        with self.sized:
+            ui.label("Click a row, or press Take, to take the product.").classes("text-caption")
+            report = guideload.reports.sizing_report(machine, found)
+            for line in report.answer:
+                ui.label(line)
+            names = [one.name for one in found.candidates]
+            with ui.row().classes("items-center gap-2"):
+                best = found.smallest
+                chosen = ui.select(names, value=best.name if best else names[0], label="product").classes(
+                    "field wide"
+                )
+                chosen.props("dense outlined options-dense")
+                take = ui.button("Take", on_click=lambda: self._take(str(chosen.value)))
+                take.props("dense no-caps unelevated")
+            for section in report.sections:
+                for part in section.parts:
+                    if isinstance(part, guideload.reports.Table):
+                        table = show_table(part)
+                        table.on("rowClick", lambda event: self._clicked(event, names))
+            command("size", f'--product "{words}"' if words else "", self.session)
+
+    def _clicked(self, event: GenericEventArguments, names: list[str]) -> None:
+        name = str(event.args[1]["0"])[2:]  # two characters mark the smallest, and those that do not hold
+        if name in names:
+            self._take(name)
+
+    def _take(self, name: str) -> None:
+        """Write the product into every carriage; damping keeps its ratio, as in the run of the candidate."""
+        assert self.sizing is not None
+        one = next(one for one in self.sizing.candidates if one.name == name)
+        if one.result is None:
+            ui.notify(f"{name}: {one.reason}", type="negative")
+            return
+        changes = changes_of(one, self.session.state.machine)
+        self.attempt(lambda: self.session.set("machine", changes))
+        ui.notify(f"All carriages are {name} now; Undo takes it back")
+
+    # ---- limit
+
+    async def _limit(self, answer: Answer) -> None:
+        assert answer.machine is not None and answer.motion is not None
+        quantity: Any = self.quantity.value
+        motion: Any = answer.motion
+        if quantity in QUANTITIES[3:] and not answer.state.trace:
+            motion = guideload.Moves.from_text(answer.state.moves, self.session.moves_name)
+        found = await asyncio.to_thread(guideload.sizing.largest, answer.machine, motion, quantity)
+        self.limited.clear()
+        with self.limited:
+            show_report(guideload.reports.limit_report(answer.machine, found, answer.machine.life))
+            command("limit", f"--of {quantity}", self.session)
+
+    # ---- study
+
+    async def _study(self, answer: Answer) -> None:
+        assert answer.machine is not None and answer.motion is not None
+        figure, limit = str(self.figure.value), str(self.least.value or "").strip()
+        rated = figure != "peak_resultant_N"
+        name = figure.rpartition("_")[0] if figure != "static_safety" else figure
+        value: Any = limit if not limit.replace(".", "").isdecimal() else float(limit)
+        study = guideload.Study(
+            machine=answer.machine,
+            motion=answer.motion,
+            samples=int(self.samples.value),
+            seed=1,
+            quantities=("resultant", *(("load",) if rated else ())),
+            statistics=("max",),
+            limits={name: value} if limit else {},
+            vary=self._varied(),
+        )
+        with tempfile.TemporaryDirectory(prefix="guideload-study-") as folder:
+            output = f"{folder}/study"
+            done = [0, 1]
+            work = asyncio.create_task(
+                asyncio.to_thread(
+                    guideload.run_study,
+                    study,
+                    output,
+                    chunk=CHUNK,
+                    progress=lambda *counts: done.__setitem__(slice(2), counts),
+                )
+            )
+            while not (await asyncio.wait([work], timeout=LOOK))[0]:
+                self.progress.text = f"{done[0]} of {done[1]} machines"
+                if done[0] >= CHUNK:
+                    with suppress(
+                        guideload.GuideloadError
+                    ):  # what cannot be read yet is read at the next look
+                        self._draw(guideload.StudyResult.load(output), figure)
+            result = await work
+            self.progress.text = f"{done[0]} of {done[1]} machines"
+            self._draw(result, figure)
+            self.studied.clear()
+            with self.studied:
+                show_report(guideload.reports.study_report(result))
+
+    def _varied(self) -> Any:
+        """What scatters: the mass evenly, the stiffness of each carriage by a lognormal distribution."""
+        mass, stiffness = (max(float(one.value or 0.0), 1e-3) for one in (self.mass, self.stiffness))
+        axes = [f"carriages.*.stiffness_{axis}" for axis in "yz"]
+        law = {"each": "carriage", "distribution": "lognormal", "sigma": stiffness / 100.0}
+        return (
+            {"path": "body.mass", "distribution": "uniform", "plus_minus": f"{mass:g} %"},
+            {"name": "stiffness", "path": axes, **law},
+        )
+
+    def _draw(self, result: guideload.StudyResult, figure: str) -> None:
+        """The histogram of what has run."""
+        values = result.column(figure)
+        values = values[np.isfinite(values)]
+        if not values.size:
+            return
+        counts, edges = np.histogram(values, BINS)
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        self.histogram.set_visibility(True)
+        bars = {"type": "bar", "barWidth": "99%", "color": "#0072B2"}
+        bars["data"] = np.column_stack([middles.round(4), counts]).tolist()
+        redraw(self.histogram, chart_options([bars], f"{FIGURES[figure]} of {values.size} machines"))
+
+    # ---- variants
+
+    async def _keep(self, answer: Answer) -> None:
+        self.kept = answer
+        ui.notify("Kept as A: change the machine, then compare")
+
+    async def _compare(self, answer: Answer) -> None:
+        if self.kept is None or self.kept.result is None or answer.result is None:
+            ui.notify("Keep a machine as A first")
+            return
+        results = {"A": self.kept.result, "now": answer.result}
+        report = await asyncio.to_thread(guideload.reports.comparison_report, results)
+        self.compared.clear()
+        with self.compared:
+            show_report(report)
+
+
+def changes_of(candidate: guideload.sizing.Candidate, text: str) -> dict[document.Path, Any]:
+    """The values of the machine file `text` with which its carriages are the candidate's, as in its run."""
+    changes: dict[document.Path, Any] = {}
+    assert candidate.result is not None
+    laws = bool(candidate.product.stiffness_source(candidate.preload_class))
+    gone = (*OF_PRODUCT, *(f"{key}_{axis}" for key in OF_AXIS for axis in "yz"))
+    for i, carriage in enumerate(candidate.result.machine.carriages):
+        values: dict[str, Any] = {
+            "product": candidate.product.name,
+            "preload_class": candidate.preload_class,
+        }
+        if laws:
+            values |= dict.fromkeys(gone)
+            values |= {
+                f"damping_{axis}": f"{getattr(carriage, f'damping_{axis}') / 1e3:.6g} kN s/m" for axis in "yz"
+            }
+        for key, value in values.items():
+            path = ("carriages", i, key)
+            if value is not None or document.value_at(text, path) is not None:
+                changes[path] = value
+    return changes
+
+
+def command(verb: str, options: str, session: Any) -> None:
+    """The command that repeats what was computed."""
+    ui.code(session.command(verb, options), language="bash").classes("w-full")

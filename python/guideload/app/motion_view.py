@@ -1,0 +1,152 @@
+"""The motion: planned moves as a form, or a measured trace, with what was read of it."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.events import UploadEventArguments
+
+import guideload
+from guideload.app.answer import Answer
+from guideload.app.envelope import envelope
+from guideload.app.form import Form, Refused
+from guideload.app.guard import LARGEST_BODY
+from guideload.app.hub import Hub, Part
+from guideload.app.words import COLORS, chart_options, line, redraw, show_report
+
+SIGMAS = 1.96  # of the 95 % band
+UNITS = {"acceleration": "m/s2", "velocity": "m/s", "position": "m"}
+NO_TRACES = (".toml", ".html", ".json", ".png", ".svg", ".md", ".py", ".nc")
+BLUE, BAND = "#0072B2", "#9aa3ad"
+
+
+class MotionView(Part):
+    """Planned moves or a trace, and the motion along the rails."""
+
+    def __init__(self, hub: Hub, attempt: Refused) -> None:
+        self.hub, self.session, self.attempt = hub, hub.session, attempt
+        self.inspected: tuple[Any, guideload.Inspection] | None = None
+        with ui.row().classes("items-center gap-2 w-full"):
+            self.kind = ui.toggle({"moves": "planned moves", "trace": "measured trace"}, value="moves")
+            self.kind.props("dense no-caps").on_value_change(lambda: self._show_kind())
+            self.quantity = ui.select(list(UNITS), value="acceleration", label="chart of")
+            self.quantity.props("dense outlined options-dense").classes("field")
+            self.quantity.on_value_change(lambda: self._draw())
+            self.problem = (
+                ui.label().style(f"color: {COLORS['bad']}").props("role=alert").mark("motion problem")
+            )
+        self.chart = (
+            ui.echart(chart_options([], "")).classes("history").props('aria-label="Motion of the cart"')
+        )
+        with ui.column().classes("w-full") as self.moves:
+            self.form = Form(self.session, "moves", ("moves", "limits", ""), attempt)
+        with ui.column().classes("w-full") as self.trace:
+            with ui.row().classes("items-start gap-3"):
+                self.names = ui.select([], label="trace in this folder", clearable=True)
+                self.names.props("dense outlined options-dense").classes("field wide")
+                self.names.on_value_change(lambda e: self._choose(e.value or ""))
+                ui.upload(
+                    label="or drop a trace here (CSV, text, NumPy, Parquet, MATLAB)",
+                    auto_upload=True,
+                    max_file_size=LARGEST_BODY,
+                    on_upload=self._uploaded,
+                    on_rejected=lambda: ui.notify(
+                        "The file is too large: guideload long-run reads any length"
+                    ),
+                ).props("flat bordered dense").classes("trace-drop")
+            self.report = ui.column().classes("w-full gap-1").mark("inspection")
+        self._show_kind()
+
+    def show_state(self) -> None:
+        """The moves, and the traces of the folder."""
+        self.form.show()
+        trace = self.session.state.trace
+        files = self.session.folder.root.iterdir()
+        names = sorted(
+            one.name for one in files if one.suffix.lower() not in NO_TRACES and not one.name.startswith(".")
+        )
+        names = [name for name in names if (self.session.folder.root / name).is_file()]
+        if trace and trace not in names:
+            names.append(trace)
+        if self.names.options != names or (self.names.value or "") != trace:
+            self.names.set_options(names, value=trace or None)
+        if trace and self.kind.value != "trace":
+            self.kind.value = "trace"
+
+    def show_answer(self) -> None:
+        """The motion of the last answer."""
+        answer = self.hub.answer
+        if answer is None:
+            return
+        self.form.show_problems(answer.problems)
+        self.problem.text = next((one.text for one in answer.problems if one.part == "trace"), "")
+        self._draw()
+        if answer.report is not None and answer.state.trace:
+            ui.timer(0.0, self._inspect, once=True)
+        if not answer.state.trace or self.problem.text:
+            self.report.clear()
+
+    def _show_kind(self) -> None:
+        measured = self.kind.value == "trace"
+        self.moves.set_visibility(not measured)
+        self.trace.set_visibility(measured)
+        if not measured and self.session.state.trace:
+            self.session.change(replace(self.session.state, trace=""))
+
+    def _choose(self, name: str) -> None:
+        if name and name != self.session.state.trace:
+            self.session.change(replace(self.session.state, trace=name))
+
+    async def _uploaded(self, event: UploadEventArguments) -> None:
+        content = await event.file.read()
+        name = event.file.name
+        self.attempt(
+            lambda: self.session.change(
+                replace(self.session.state, trace=self.session.add_trace(name, content))
+            )
+        )
+
+    async def _inspect(self) -> None:
+        """What was read of the trace: samples, clock, gaps, noise, and what the smoothing made of it."""
+        answer = self.hub.sound
+        if answer is None or not answer.state.trace:
+            return
+        key = (answer.state.trace, answer.machine and answer.machine.drive)
+        if self.inspected is None or self.inspected[0] != key:
+            file = self.session.folder.path(answer.state.trace)
+            machine = answer.machine
+            try:
+                found = await asyncio.to_thread(
+                    lambda: guideload.Inspection.of(guideload.read_trace(file), machine)
+                )
+            except guideload.GuideloadError:
+                return  # the answer says it
+            self.inspected = key, found
+            self._draw()
+        self.report.clear()
+        with self.report:
+            show_report(guideload.reports.encoder_report(self.inspected[1]))
+
+    def _draw(self) -> None:
+        answer: Answer | None = self.hub.sound
+        if answer is None or answer.motion is None:
+            return
+        motion, name = answer.motion, str(self.quantity.value)
+        values = getattr(motion, name)
+        series: list[dict[str, Any]] = []
+        if values is not None:
+            along = values[:, 0]
+            span = float(motion.time[0]), float(motion.time[-1])
+            known = self.inspected
+            if known is not None and known[0][0] == answer.state.trace and name == "acceleration":
+                deviation = known[1].deviation
+                if deviation is not None and deviation.shape == along.shape and not known[1].of_motor:
+                    for sign in (1.0, -1.0):
+                        edge = envelope(motion.time, along + sign * SIGMAS * np.asarray(deviation), *span)
+                        series.append(line("95 % band", edge, BAND, lineStyle={"type": "dashed"}))
+            series.append(line(name, envelope(motion.time, along, *span), BLUE))
+        redraw(self.chart, chart_options(series, f"{name} [{UNITS[name]}] over time [s]"))

@@ -1,0 +1,25 @@
+"""A product that is taken into the machine file gives the machine that sizing has run."""
+
+import pytest
+
+pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed")
+
+import guideload
+from guideload.app.decide_view import changes_of
+from guideload.app.document import with_values
+
+
+@pytest.mark.parametrize("kind", ["two-rails", "one-rail", "gantry", "vertical", "manipulator"])
+@pytest.mark.parametrize("product", ["HGH25CA", "MGN12H", "SHS30V"])
+def test_a_product_that_is_taken_gives_the_machine_of_its_candidate(kind: str, product: str) -> None:
+    text = guideload.file_template(kind)
+    machine = guideload.Machine.from_text(text)
+    motion = guideload.Moves.from_text(guideload.file_template("moves").replace("2048", "512")).motion()
+    found = guideload.sizing.size(machine, motion, guideload.packaged_catalogue(), products=[product])
+    for candidate in found.candidates:
+        assert candidate.result is not None and candidate.life is not None
+        taken = guideload.Machine.from_text(with_values(text, changes_of(candidate, text)))
+        life = guideload.life_of(guideload.simulate(taken, motion))
+        # The damping is written with six digits.
+        assert life.machine == pytest.approx(candidate.life.machine, rel=1e-4)
+        assert taken.carriages[0].laws == candidate.result.machine.carriages[0].laws
