@@ -112,7 +112,6 @@ class AnswerView:
         if len(self.chart.options["series"]) != len(series):
             redraw(self.chart, options)
         else:  # only what changed
-            self.chart.options.update(options)
             self.chart.run_chart_method("setOption", {"series": series, "xAxis": axis})
 
     def _zoomed(self, event: GenericEventArguments) -> None:

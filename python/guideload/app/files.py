@@ -43,11 +43,12 @@ class Folder:
 
     def write(self, name: str, text: str) -> None:
         """Write a text, whole or not at all. Raises OutsideFolder, OSError."""
-        guideload.html_report.save_page(text, self.path(name))
+        self.write_bytes(name, text.encode())
 
-    def write_bytes(self, path: Path, content: bytes) -> None:
-        """Write a new file, whole or not at all."""
-        draft = self.path(f".{path.name}.draft")
+    def write_bytes(self, name: str, content: bytes) -> None:
+        """As `write`."""
+        path = self.path(name)
+        draft = path.with_name(f".{path.name}.draft")
         draft.write_bytes(content)
         draft.replace(path)
 

@@ -30,9 +30,11 @@ class MotionView(Part):
     def __init__(self, hub: Hub, attempt: Refused) -> None:
         self.hub, self.session, self.attempt = hub, hub.session, attempt
         self.inspected: tuple[Any, guideload.Inspection] | None = None
+        self.drawn: object = None  # motion, quantity and inspection of the chart
         with ui.row().classes("items-center gap-2 w-full"):
-            self.kind = ui.toggle({"moves": "planned moves", "trace": "measured trace"}, value="moves")
-            self.kind.props("dense no-caps").on_value_change(lambda: self._show_kind())
+            kinds = {"moves": "planned moves", "trace": "measured trace"}
+            self.kind = ui.toggle(kinds, value="trace" if self.session.state.trace else "moves")
+            self.kind.props("dense no-caps").on_value_change(lambda: self._choose_kind())
             self.quantity = ui.select(list(UNITS), value="acceleration", label="chart of")
             self.quantity.props("dense outlined options-dense").classes("field")
             self.quantity.on_value_change(lambda: self._draw())
@@ -94,7 +96,11 @@ class MotionView(Part):
         measured = self.kind.value == "trace"
         self.moves.set_visibility(not measured)
         self.trace.set_visibility(measured)
-        if not measured and self.session.state.trace:
+
+    def _choose_kind(self) -> None:
+        """The planned moves are run as soon as they are chosen; a trace has yet to be named."""
+        self._show_kind()
+        if self.kind.value == "moves":
             self.session.change(replace(self.session.state, trace=""))
 
     def _choose(self, name: str) -> None:
@@ -136,6 +142,9 @@ class MotionView(Part):
         if answer is None or answer.motion is None:
             return
         motion, name = answer.motion, str(self.quantity.value)
+        if self.drawn == (motion, name, self.inspected):
+            return
+        self.drawn = motion, name, self.inspected
         values = getattr(motion, name)
         series: list[dict[str, Any]] = []
         if values is not None:

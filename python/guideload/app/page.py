@@ -7,6 +7,7 @@ from collections.abc import Callable
 from importlib.resources import files
 
 from nicegui import ui
+from nicegui.events import KeyEventArguments
 
 import guideload
 from guideload.app.answer_view import AnswerView
@@ -27,6 +28,7 @@ class Page(Part):
 
     def __init__(self, hub: Hub) -> None:
         self.hub, self.session = hub, hub.session
+        self.offering: object = None  # what the row of offers shows
 
     def build(self) -> None:
         """Make the elements; called when the browser opens the page."""
@@ -52,24 +54,37 @@ class Page(Part):
             self.undo = self._button("undo", "Undo", self.session.undo)
             self.redo = self._button("redo", "Redo", self.session.redo)
             self._button("save", "Save", self.save)
-        ui.keyboard(self._key, ignore=["textarea"])
+        ui.keyboard(self._key)
 
     def _build_views(self) -> None:
         with ui.tabs().props("dense no-caps align=left inline-label") as tabs:
             names = [ui.tab(name, icon=icon).mark(name) for name, icon in VIEWS.items()]
         with ui.tab_panels(tabs, value=names[0], animated=False, keep_alive=True).classes("w-full"):
-            self.parts: list[Part] = []
-            for name, make in zip(names, MADE, strict=True):
-                with ui.tab_panel(name):
-                    self.parts.append(make(self.hub, self.attempt))
+            self.parts: dict[str, Part] = {}
+            for tab, (name, make) in zip(names, zip(VIEWS, MADE, strict=True), strict=True):
+                with ui.tab_panel(tab):
+                    self.parts[name] = make(self.hub, self.attempt)
+        self.part = self.parts[
+            next(iter(VIEWS))
+        ]  # the one in view; the others are brought up to date when they are
+        tabs.on_value_change(lambda event: self._turn_to(event.value))
+
+    def _turn_to(self, name: str) -> None:
+        self.part = self.parts[name]
+        self.part.show_state()
+        self.part.show_answer()
 
     def _button(self, icon: str, words: str, action: Callable[[], object]) -> ui.button:
         return ui.button(words, icon=icon, on_click=lambda: self.attempt(action)).props(
             "flat dense no-caps color=white"
         )
 
-    def _key(self, event: object) -> None:
-        pass
+    def _key(self, event: KeyEventArguments) -> None:
+        """Ctrl-Z, Ctrl-Y and Ctrl-S, outside fields, where the browser has its own."""
+        actions = {"z": self.session.undo, "y": self.session.redo, "s": self.save}
+        action = actions.get(str(event.key.name).lower())
+        if event.action.keydown and event.modifiers.ctrl and action is not None:
+            self.attempt(action)
 
     def attempt(self, action: Callable[[], object]) -> None:
         """Do something that may be refused; the reason is shown."""
@@ -96,15 +111,13 @@ class Page(Part):
             self.undo.set_enabled(bool(session.past))
             self.redo.set_enabled(bool(session.future))
             self._show_offer()
-            for part in self.parts:
-                part.show_state()
+            self.part.show_state()
 
     def show_answer(self) -> None:
         """The answer, and what the views take from it."""
         with self.client:
             self.answer.show()
-            for part in self.parts:
-                part.show_answer()
+            self.part.show_answer()
 
     def show_progress(self, what: str) -> None:
         """What a long run does."""
@@ -113,8 +126,11 @@ class Page(Part):
 
     def _show_offer(self) -> None:
         """What an earlier server left unsaved, and files that another program changed."""
-        self.offer.clear()
         session = self.session
+        if (session.offered, session.notice) == self.offering:
+            return
+        self.offering = session.offered, session.notice
+        self.offer.clear()
         with self.offer:
             if session.offered is not None:
                 when = time.strftime("%d %b %H:%M:%S", time.localtime(session.offered[1]))

@@ -62,8 +62,9 @@ class MachineScene:
         self.scene = ui.scene(background_color="#fbfbfc", grid=False, fps=30, camera=CAMERA).classes("scene")
         self.scene.props('role=img aria-label="The machine in space"')
         keys = ["type", "object_name", "x", "y", "z"]
-        self.scene.on("drag", self._dragged, keys, throttle=EVERY, trailing_events=False)
-        self.scene.on("dragend", self._dragged, keys)
+        self.scene.on("drag", self._dragged, keys, throttle=EVERY)
+        for name in ("dragstart", "dragend"):
+            self.scene.on(name, self._dragged, keys)
         self.scene.on("init", lambda: ui.run_javascript(ON_RAIL % self.scene.id))
 
     def show(self, answer: Answer, instant: int) -> None:
@@ -147,9 +148,12 @@ class MachineScene:
 
     def _dragged(self, event: GenericEventArguments) -> None:
         place = tuple(float(event.args[axis]) for axis in "xyz")
-        name, ended = str(event.args["object_name"]), event.args["type"] == "dragend"
-        self.held = "" if ended else name
-        self.dragged(name, (place[0], place[1], place[2]), ended)
+        name, kind = str(event.args["object_name"]), event.args["type"]
+        if kind == "dragstart":
+            self.held = name
+        elif self.held:  # a last step may come after the end
+            self.held = "" if kind == "dragend" else name
+            self.dragged(name, (place[0], place[1], place[2]), kind == "dragend")
 
 
 def _box(machine: guideload.Machine) -> dict[str, Array]:

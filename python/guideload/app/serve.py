@@ -19,7 +19,7 @@ HOST = "127.0.0.1"
 LOOK = 1.0  # s between two looks at the files
 
 
-def serve(root: Path, machine_file: Path, port: int, browser: bool) -> None:
+def serve(root: Path, machine_file: Path, motion_file: Path | None, port: int, browser: bool) -> None:
     """Serve the page until Ctrl-C.
 
     Parameters
@@ -27,7 +27,9 @@ def serve(root: Path, machine_file: Path, port: int, browser: bool) -> None:
     root
         The folder below which files are read and written.
     machine_file
-        The machine file, which need not exist yet; moves.toml is beside it.
+        The machine file, which need not exist yet.
+    motion_file
+        A motion file, which need not exist yet, or a trace; None: moves.toml beside the machine file.
     port
         Of the page; 0: a free one.
     browser
@@ -40,7 +42,8 @@ def serve(root: Path, machine_file: Path, port: int, browser: bool) -> None:
     """
     folder = Folder(root)
     machine_name = folder.name(machine_file)
-    session = Session(folder, machine_name, folder.name(machine_file.parent / "moves.toml"))
+    motion_name = folder.name(motion_file or machine_file.parent / "moves.toml")
+    session = Session(folder, machine_name, motion_name)
     port, token = free_port(port), secrets.token_urlsafe(18)
     hub = Hub(session)
     app.add_middleware(Guard, port=port, token=token)

@@ -41,7 +41,12 @@ class Session:
     notice        what the user should know of files that changed; empty if nothing
     """
 
-    def __init__(self, folder: Folder, machine_name: str = "machine.toml", moves_name: str = "moves.toml"):
+    def __init__(
+        self, folder: Folder, machine_name: str = "machine.toml", motion_name: str = "moves.toml"
+    ) -> None:
+        """motion_name: of a motion file (.toml), or of a trace, beside which the moves are those of moves.toml."""
+        planned = motion_name.endswith(".toml")
+        moves_name = motion_name if planned else "moves.toml"
         self.folder, self.machine_name, self.moves_name = folder, machine_name, moves_name
         self.listeners: list[Callable[[], None]] = []
         self.past: list[State] = []
@@ -53,6 +58,7 @@ class Session:
         self.state = State(
             self.saved.machine or guideload.file_template("two-rails"),
             self.saved.moves or guideload.file_template("moves"),
+            "" if planned else motion_name,
         )
         self.offered = self._left_behind()
 
@@ -95,7 +101,7 @@ class Session:
             number += 1
             path = path.with_stem(f"{stem}-{number}")
         if not path.exists():
-            self.folder.write_bytes(path, content)
+            self.folder.write_bytes(str(path), content)
         return self.folder.name(path)
 
     def _with(self, part: str, text: str) -> State:

@@ -42,7 +42,10 @@ def chart_options(series: list[dict[str, Any]], title: str) -> dict[str, Any]:
         "tooltip": {"trigger": "axis"},
         "xAxis": {"type": "value", "min": "dataMin", "max": "dataMax"},
         "yAxis": {"type": "value", "scale": True},
-        "dataZoom": [{"type": "inside"}, {"type": "slider", "height": 18, "bottom": 6}],
+        "dataZoom": [
+            {"type": "inside"},
+            {"type": "slider", "height": 16, "bottom": 6, "showDataShadow": False},
+        ],
         "series": series,
     }
 
