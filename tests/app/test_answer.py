@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 pytest.importorskip("tomlkit", reason="the extra guideload[app] is not installed")
 
 import guideload
-from guideload.app.answer import Answer, Solver, judged
+from guideload.app.answer import Answer, Refusal, Solver, judged
 from guideload.app.envelope import BUCKETS, envelope
 from guideload.app.files import Folder
 from guideload.app.runner import SHORT, Runner
@@ -35,7 +35,17 @@ def session(tmp_path: Path) -> Session:
 
 def answered(session: Session) -> Answer:
     solver = Solver(session)
-    return solver.judged(solver.answer(session.state, lambda name: None), lambda name: None)
+    answer = solver.answer(session.state, lambda name: None)
+    assert isinstance(answer, Answer)
+    whole = solver.judged(answer, lambda name: None)
+    assert isinstance(whole, Answer)
+    return whole
+
+
+def refused(session: Session) -> Refusal:
+    answer = Solver(session).answer(session.state, lambda name: None)
+    assert isinstance(answer, Refusal)
+    return answer
 
 
 def test_the_figures_are_those_of_the_library(session: Session) -> None:
@@ -57,29 +67,29 @@ def test_the_figures_are_those_of_the_library(session: Session) -> None:
 
 def test_a_wrong_value_is_refused_in_the_words_of_the_command_line(session: Session) -> None:
     session.set("machine", {("body", "mass"): "12 kN", ("carriages", 1, "x"): "far"})
-    found = answered(session)
+    found = refused(session)
     assert {one.path for one in found.problems} == {("body", "mass"), ("carriages", 1, "x")}
-    with pytest.raises(guideload.ConfigError) as refused:
+    with pytest.raises(guideload.ConfigError) as error:
         guideload.Machine.from_text(session.state.machine)
-    assert "\n".join(one.text for one in found.problems) == str(refused.value)
+    assert "\n".join(one.text for one in found.problems) == str(error.value)
 
 
 def test_wrong_moves_and_traces_are_told_apart(session: Session) -> None:
     session.set("moves", {("moves", 0, "distance"): "1 kg"})
-    assert [(one.part, one.path) for one in answered(session).problems] == [
+    assert [(one.part, one.path) for one in refused(session).problems] == [
         ("moves", ("moves", 0, "distance"))
     ]
     (session.folder.root / "broken.csv").write_text("time,speed\n0,1\n0,x\n")
     session.change(replace(session.state, trace="broken.csv"))
-    assert answered(session).problems[0].part == "trace"
+    assert refused(session).problems[0].part == "trace"
     session.change(replace(session.state, trace="../there.csv"))
-    assert "expected a file below" in answered(session).problems[0].text
+    assert "expected a file below" in refused(session).problems[0].text
 
 
 def test_a_body_without_support_is_a_problem_of_the_machine(session: Session) -> None:
     for _ in range(3):
         session.drop("machine", "carriages", 0)
-    assert answered(session).problems[0].part == "machine"
+    assert refused(session).problems[0].part == "machine"
 
 
 @pytest.mark.parametrize(("margin", "level"), [(0.99, "bad"), (1.0, "near"), (1.19, "near"), (1.2, "good")])
@@ -111,16 +121,13 @@ class Slow(Solver):
         super().__init__(session)
         self.steps, self.finished, self.begun = steps, list[str](), 0
 
-    def answer(self, state: State, step: object) -> Answer:
+    def answer(self, state: State, step: object) -> Refusal:
         self.begun += 1
         for n in range(self.steps):
             step(f"part {n}")  # type: ignore[operator]
             time.sleep(0.02)
         self.finished.append(state.machine)
-        return Answer(state)
-
-    def judged(self, answer: Answer, step: object) -> Answer:
-        return answer
+        return Refusal(state, ())
 
 
 def run_while_changing(session: Session, steps: int, changes: int) -> tuple[Slow, list[str], list[str]]:

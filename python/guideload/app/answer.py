@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -43,31 +43,40 @@ class Figure:
 
 
 @dataclass(frozen=True, eq=False)
+class Refusal:
+    """A state that has no answer, and why."""
+
+    state: State
+    problems: tuple[Problem, ...]
+
+    @property
+    def verdict(self) -> tuple[Level, str]:
+        """The first reason, in the words of the command line."""
+        return "bad", self.problems[0].text
+
+
+@dataclass(frozen=True, eq=False)
 class Answer:
     """What a state comes to.
 
-    problems  if there are any, the rest is empty
     result    of the run; of a measured motion without its credible bands
     life      or why there is none
     report    of the run, as the command line prints it; None until the page is at rest for a moment
     """
 
     state: State
-    problems: tuple[Problem, ...] = ()
-    machine: guideload.Machine | None = None
-    motion: guideload.Motion | None = None
-    result: guideload.Result | None = None
-    life: guideload.Life | str = ""
-    margins: dict[str, float] = field(default_factory=dict)
-    drive: guideload.drive.DriveRequirements | None = None
+    machine: guideload.Machine
+    motion: guideload.Motion
+    result: guideload.Result
+    life: guideload.Life | str
+    margins: dict[str, float]
+    drive: guideload.drive.DriveRequirements
     report: guideload.reports.Report | None = None
     figures: tuple[Figure, ...] = ()
 
     @property
     def verdict(self) -> tuple[Level, str]:
         """The worst judgement, and its reason."""
-        if self.problems:
-            return "bad", self.problems[0].text
         worst = max(self.figures, key=lambda one: LEVELS.index(one.level))
         if worst.level == "bad":
             return "bad", f"Does not hold. {worst.name}: {worst.reason}"
@@ -89,14 +98,12 @@ class Answer:
     @property
     def loads(self) -> Any:
         """(time, carriage) resultant of Fy and Fz [N], or of a machine without carriages (time, link)."""
-        assert self.result is not None and self.machine is not None
         data = self.result.quantities
         return data["resultant"] if self.machine.carriages else np.abs(data["link_load"])
 
     @property
     def names(self) -> list[str]:
         """Names of the carriages, or links, of `loads`."""
-        assert self.machine is not None
         return [one.name for one in self.machine.carriages or self.machine.links]
 
 
@@ -108,7 +115,7 @@ class Solver:
         self.machine_name, self.moves_name = session.machine_name, session.moves_name
         self._motion: tuple[Any, guideload.Motion] | None = None
 
-    def answer(self, state: State, step: Step) -> Answer:
+    def answer(self, state: State, step: Step) -> Answer | Refusal:
         """Figures without the judgement of the run. step: is told what begins, and may raise to end the work."""
         part = "machine"
         try:
@@ -129,16 +136,14 @@ class Solver:
             margins = drive.margins if isinstance(life, str) else guideload.sizing.margins_of(life).ratios
         except guideload.ConfigError as error:
             found = [Problem(part, one.path, one.text(error.file)) for one in error.problems]
-            return Answer(state, tuple(found))
+            return Refusal(state, tuple(found))
         except guideload.GuideloadError as error:
-            return Answer(state, (Problem(part, (), str(error)),))
-        answer = Answer(state, (), machine, motion, result, life, dict(margins), drive)
+            return Refusal(state, (Problem(part, (), str(error)),))
+        answer = Answer(state, machine, motion, result, life, dict(margins), drive)
         return replace(answer, figures=tuple(_figures(answer)))
 
-    def judged(self, answer: Answer, step: Step) -> Answer:
+    def judged(self, answer: Answer, step: Step) -> Answer | Refusal:
         """The answer with the report of the run: its warnings, credible bands and the factor f_W."""
-        if answer.problems or answer.machine is None or answer.motion is None or answer.result is None:
-            return answer
         try:
             step("credible bands" if answer.motion.uncertainty else "judgement")
             known = answer.motion.uncertainty is None
@@ -147,7 +152,7 @@ class Solver:
             step("report")
             report = guideload.reports.result_report(result)
         except guideload.GuideloadError as error:
-            return Answer(answer.state, (Problem("machine", (), str(error)),))
+            return Refusal(answer.state, (Problem("machine", (), str(error)),))
         found = replace(answer, report=report)
         return replace(found, figures=tuple(_figures(found, result)))
 
@@ -204,9 +209,8 @@ def judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, 
 
 def _figures(answer: Answer, result: guideload.Result | None = None) -> Iterator[Figure]:
     """result: of the whole motion with its judgement, if it is known already."""
-    assert answer.result is not None and answer.drive is not None
     (instant, place), time, margins = answer.peak, answer.result.quantities["time"], answer.margins
-    kind = "carriage" if answer.machine and answer.machine.carriages else "link"
+    kind = "carriage" if answer.machine.carriages else "link"
     where = f"on {kind} {answer.names[place]} at {text(time[instant], 'time')} s"
     yield Figure("Largest load", f"{text(answer.loads[instant, place], 'load')} N", where)
     life = answer.life

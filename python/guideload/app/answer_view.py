@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
@@ -9,7 +11,16 @@ from nicegui.events import GenericEventArguments
 from guideload.app.answer import Answer, Figure
 from guideload.app.envelope import envelope
 from guideload.app.hub import Hub
-from guideload.app.words import COLORS, ICONS, carriage_color, chart_options, line, redraw, show_report
+from guideload.app.words import (
+    COLORS,
+    ICONS,
+    carriage_color,
+    chart_options,
+    line,
+    redraw,
+    show_report,
+    show_warnings,
+)
 
 TITLE = "Loads of the carriages: resultant of Fy and Fz [N] over time [s]"
 MARK = {"symbol": "triangle", "symbolRotate": 180, "symbolSize": 9, "symbolOffset": [0, -7]}
@@ -54,6 +65,7 @@ class AnswerView:
             whole.classes("self-start")
             with ui.expansion("Report: causes, life by place, modes, audit").classes("w-full") as self.more:
                 self.report = ui.column().classes("w-full gap-1")
+            self.cautions = ui.column().classes("w-full gap-1").mark("cautions")
         self.more.on_value_change(lambda: self.show_report())
 
     def show_progress(self, what: str) -> None:
@@ -68,7 +80,7 @@ class AnswerView:
         level, words = answer.verdict
         stale = (
             " The figures below are of the last state that could be computed."
-            if answer.problems and sound
+            if self.hub.problems and sound
             else ""
         )
         self.icon.name = ICONS[level]
@@ -84,7 +96,11 @@ class AnswerView:
         self.shown = sound
         if not judged_only:
             self._draw(sound)
-        if sound.report is not None and self.more.value:
+        if sound.report is not None:
+            self.cautions.clear()
+            with self.cautions:
+                ui.label(sound.report.verdict).classes("text-weight-medium")
+                show_warnings(sound.report)
             self.show_report()
 
     def show_report(self) -> None:
@@ -92,10 +108,9 @@ class AnswerView:
         self.report.clear()
         if self.more.value and self.shown is not None and self.shown.report is not None:
             with self.report:
-                show_report(self.shown.report)
+                show_report(replace(self.shown.report, warnings=[]))
 
     def _draw(self, answer: Answer) -> None:
-        assert answer.result is not None
         time = answer.result.quantities["time"]
         span = time[0] + (time[-1] - time[0]) * np.array(self.window) / 100.0
         instant, place = answer.peak

@@ -21,6 +21,8 @@ from guideload.app.words import chart_options, redraw, show_report, show_table
 
 QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
+DRIVEN = ["peak_resultant", "mean_load", "life"]
+BARS = 14  # of the tornado
 CHUNK, LOOK, BINS = 32, 0.5, 40  # machines between two looks at a study, seconds between them, bars
 # What a product gives, so that the file of the machine does not say it again.
 OF_PRODUCT = ("type", "length", "width", "rolling", "stiffness_pitch", "stiffness_yaw", "stiffness_roll")
@@ -45,10 +47,16 @@ class DecideView(Part):
             self.sized = ui.column().classes("w-full gap-1").mark("sizes")
         with ui.expansion("Limit: how fast, how heavy, how far out").classes("w-full"):
             with ui.row().classes("items-center gap-2"):
-                self.quantity = ui.select(QUANTITIES, value="pace", label="what grows").classes("field")
+                self.quantity = ui.select(QUANTITIES, value="pace", label="what grows").classes("field mid")
                 self.quantity.props("dense outlined options-dense")
                 self._button("Find the limit", self._limit)
             self.limited = ui.column().classes("w-full gap-1").mark("limits")
+        with ui.expansion("Drivers: which numbers of the machine drive a figure").classes("w-full"):
+            with ui.row().classes("items-center gap-2"):
+                self.driven = ui.select(DRIVEN, value=DRIVEN[0], label="figure").classes("field mid")
+                self.driven.props("dense outlined options-dense")
+                self._button("Find the drivers", self._drivers)
+            self.drivers = ui.column().classes("w-full gap-1").mark("drivers")
         with ui.expansion("Study: how the figures scatter").classes("w-full"):
             self._build_study()
         with ui.expansion("Variants: two machines side by side").classes("w-full"):
@@ -61,12 +69,12 @@ class DecideView(Part):
         with ui.row().classes("items-center gap-2"):
             self.samples = ui.number("machines", value=1000, min=8, max=100000, precision=0)
             self.mass = ui.number("mass +- [%]", value=10, min=0, max=90)
-            self.stiffness = ui.number("stiffness, sigma [%]", value=20, min=0, max=90)
+            self.stiffness = ui.number("stiffness +- [%]", value=20, min=0, max=90)
             for one in (self.samples, self.mass, self.stiffness):
-                one.props("dense outlined").classes("field narrow")
-            self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("field")
+                one.props("dense outlined").classes("field")
+            self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("field mid")
             self.figure.props("dense outlined options-dense")
-            self.least = ui.input("limit, e.g. 6 kN or 10000 km").props("dense outlined").classes("field")
+            self.least = ui.input("limit, e.g. 6 kN").props("dense outlined").classes("field")
             self._button("Run the study", self._study)
         self.progress = ui.label().classes("text-caption").props("role=status")
         self.histogram = (
@@ -99,7 +107,6 @@ class DecideView(Part):
 
     async def _size(self, answer: Answer) -> None:
         machine, motion, words = answer.machine, answer.motion, str(self.words.value or "").strip()
-        assert machine is not None and motion is not None
         catalogue, products = guideload.packaged_catalogue(), [words] if words else None
         found = await asyncio.to_thread(guideload.sizing.size, machine, motion, catalogue, products=products)
         self.sizing = found
@@ -144,7 +151,6 @@ class DecideView(Part):
     # ---- limit
 
     async def _limit(self, answer: Answer) -> None:
-        assert answer.machine is not None and answer.motion is not None
         quantity: Any = self.quantity.value
         motion: Any = answer.motion
         if quantity in QUANTITIES[3:] and not answer.state.trace:
@@ -155,10 +161,29 @@ class DecideView(Part):
             show_report(guideload.reports.limit_report(answer.machine, found, answer.machine.life))
             command("limit", f"--of {quantity}", self.session)
 
+    # ---- drivers
+
+    async def _drivers(self, answer: Answer) -> None:
+        """A tornado: the change of the figure by a small change of each number."""
+        figure = str(self.driven.value)
+        rank = guideload.sensitivity.rank_influences
+        found = await asyncio.to_thread(rank, answer.machine, answer.motion, figure)
+        names = [f"{one.name} + {step}" for one, step in zip(found.columns, found.steps, strict=True)]
+        changes = [float(f"{one:.4g}") for one in found.changes[:BARS]]
+        bars = {"type": "bar", "color": "#0072B2", "data": changes}
+        title = f"{figure.replace('_', ' ')} of carriage {found.carriage}: effect of a small change [{found.unit}]"
+        options = chart_options([bars], title)
+        options["yAxis"] = {"type": "category", "data": names[:BARS], "inverse": True}
+        options["xAxis"] = {"type": "value"}
+        del options["dataZoom"]
+        self.drivers.clear()
+        with self.drivers:
+            ui.echart(options).classes("tornado").props('aria-label="Tornado of the drivers"')
+            command("sensitivities", f"--of {figure}", self.session)
+
     # ---- study
 
     async def _study(self, answer: Answer) -> None:
-        assert answer.machine is not None and answer.motion is not None
         figure, limit = str(self.figure.value), str(self.least.value or "").strip()
         rated = figure != "peak_resultant_N"
         name = figure.rpartition("_")[0] if figure != "static_safety" else figure
@@ -229,7 +254,7 @@ class DecideView(Part):
         ui.notify("Kept as A: change the machine, then compare")
 
     async def _compare(self, answer: Answer) -> None:
-        if self.kept is None or self.kept.result is None or answer.result is None:
+        if self.kept is None:
             ui.notify("Keep a machine as A first")
             return
         results = {"A": self.kept.result, "now": answer.result}

@@ -61,8 +61,9 @@ class Form:
 
     def show(self) -> None:
         """The values of the session; fields are made anew only if keys or tables came or went."""
+        text = getattr(self.session.state, self.part)
         try:
-            values = document.values(getattr(self.session.state, self.part))
+            values = document.values(text)
         except guideload.GuideloadError:
             return  # the answer says it
         structure = [(path, list(table)) for path, table in self._tables(values)]
@@ -73,7 +74,7 @@ class Form:
             with self.box:
                 self._build(values)
         for path, field in self.fields.items():
-            shown = document.shown(_at(values, path))
+            shown = document.shown(document.value_at(text, path))
             if field.value != shown and (field.value or shown):
                 field.value = shown or (None if isinstance(field, ui.select) else "")
 
@@ -214,15 +215,6 @@ class Form:
     def _is_table(self, schema: dict[str, Any]) -> bool:
         inner = schema.get("items", schema)
         return isinstance(inner, dict) and ("$ref" in inner or "additionalProperties" in schema)
-
-
-def _at(values: Any, path: document.Path) -> Any:
-    for key in path:
-        try:
-            values = values[key]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return values
 
 
 def _example(schema: dict[str, Any]) -> Any:

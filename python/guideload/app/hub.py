@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import guideload
-from guideload.app.answer import Answer, Solver
+from guideload.app.answer import Answer, Problem, Refusal, Solver
 from guideload.app.runner import Runner
 from guideload.app.state import Session
 
@@ -24,14 +24,14 @@ class Part:
 class Hub:
     """Session and answers.
 
-    answer    of the newest state that was answered; with problems it has no figures
-    sound     the last answer without problems; None before there is one
+    answer    of the newest state that was answered, or why it has none
+    sound     the last answer that is none of these; None before there is one
     """
 
     def __init__(self, session: Session) -> None:
         self.session, self.solver = session, Solver(session)
         self.views: list[Part] = []
-        self.answer: Answer | None = None
+        self.answer: Answer | Refusal | None = None
         self.sound: Answer | None = None
         self.runner: Runner | None = None
         session.listeners.append(self._changed)
@@ -56,11 +56,16 @@ class Hub:
         if not answered and self.runner is not None:
             self.runner.request(self.session.state)
 
-    def _deliver(self, answer: Answer) -> None:
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """Why the newest state has no answer."""
+        return self.answer.problems if isinstance(self.answer, Refusal) else ()
+
+    def _deliver(self, answer: Answer | Refusal) -> None:
         self.answer = answer
-        if not answer.problems:
+        if isinstance(answer, Answer):
             self.sound = answer
-        if answer.problems or answer.report is not None:
+        if isinstance(answer, Refusal) or answer.report is not None:
             self.session.rest()
         for view in list(self.views):
             view.show_answer()

@@ -19,11 +19,9 @@ class KeepView(Part):
     def __init__(self, hub: Hub, attempt: Refused) -> None:
         self.hub, self.session, self.attempt = hub, hub.session, attempt
         with ui.row().classes("items-center gap-2"):
-            save = ui.button("Save machine and moves", icon="save", on_click=lambda: attempt(self._save))
             self.name = ui.input("report", value=REPORT).props("dense outlined").classes("field")
             self.write = ui.button("Write the report", icon="description", on_click=self._write)
-            for button in (save, self.write):
-                button.props("dense no-caps unelevated")
+            self.write.props("dense no-caps unelevated")
         self.done = ui.label().props("role=status").mark("kept")
         ui.label("The commands that repeat what the page shows, in its folder:")
         self.commands = ui.code(language="bash").classes("w-full")
@@ -37,16 +35,10 @@ class KeepView(Part):
         self.commands.content = "\n".join(lines)
         self.text.content = self.session.state.machine
 
-    def _save(self) -> None:
-        written = self.session.save()
-        self.done.text = (
-            f"Wrote {' and '.join(written)}." if written else "The files are as the page: nothing to write."
-        )
-
     async def _write(self) -> None:
         """The HTML report of the run, in a thread: its pictures take a second."""
         answer = self.hub.sound
-        if answer is None or answer is not self.hub.answer or answer.machine is None or answer.motion is None:
+        if answer is None or answer is not self.hub.answer:
             ui.notify("There is no answer yet, or the machine has a problem: see the answer at the right")
             return
         machine, motion = answer.machine, answer.motion

@@ -34,7 +34,7 @@ class MachineView(Part):
         self.drags = 0
         with ui.row().classes("items-center w-full gap-2"):
             self.kind = ui.select(KINDS, label="start from", on_change=lambda e: self._start(e.value))
-            self.kind.props("dense outlined options-dense").classes("field").mark("kind")
+            self.kind.props("dense outlined options-dense").classes("field mid").mark("kind")
             self.instant = ui.slider(min=0, max=1, step=1, on_change=lambda: self.show_answer())
             self.instant.props('aria-label="Instant of the loads"').classes("col")
             self.time = ui.label().classes("text-caption")
@@ -48,7 +48,7 @@ class MachineView(Part):
     def _build_steps(self) -> None:
         """Parts without a mouse: choose one, and step it along an axis."""
         with ui.row().classes("items-center w-full gap-1 no-wrap"):
-            self.part = ui.select([CENTER], value=CENTER, label="move").classes("field")
+            self.part = ui.select([CENTER], value=CENTER, label="move").classes("field mid")
             self.step = ui.select(STEPS, value=1e-2, label="by").classes("field narrow")
             for select in (self.part, self.step):
                 select.props("dense outlined options-dense")
@@ -68,10 +68,9 @@ class MachineView(Part):
 
     def show_answer(self) -> None:
         """The machine and its loads at the instant chosen."""
-        if self.hub.answer is not None:
-            self.form.show_problems(self.hub.answer.problems)
+        self.form.show_problems(self.hub.problems)
         answer = self.hub.sound
-        if answer is None or answer.machine is None or answer.result is None:
+        if answer is None:
             return
         time = answer.result.quantities["time"]
         self.instant.props["max"] = time.size - 1

@@ -11,7 +11,6 @@ from nicegui import ui
 from nicegui.events import UploadEventArguments
 
 import guideload
-from guideload.app.answer import Answer
 from guideload.app.envelope import envelope
 from guideload.app.form import Form, Refused
 from guideload.app.guard import LARGEST_BODY
@@ -81,11 +80,11 @@ class MotionView(Part):
 
     def show_answer(self) -> None:
         """The motion of the last answer."""
-        answer = self.hub.answer
+        problems, answer = self.hub.problems, self.hub.sound
+        self.form.show_problems(problems)
+        self.problem.text = next((one.text for one in problems if one.part == "trace"), "")
         if answer is None:
             return
-        self.form.show_problems(answer.problems)
-        self.problem.text = next((one.text for one in answer.problems if one.part == "trace"), "")
         self._draw()
         if answer.report is not None and answer.state.trace:
             ui.timer(0.0, self._inspect, once=True)
@@ -121,7 +120,7 @@ class MotionView(Part):
         answer = self.hub.sound
         if answer is None or not answer.state.trace:
             return
-        key = (answer.state.trace, answer.machine and answer.machine.drive)
+        key = (answer.state.trace, answer.machine.drive)
         if self.inspected is None or self.inspected[0] != key:
             file = self.session.folder.path(answer.state.trace)
             machine = answer.machine
@@ -138,8 +137,8 @@ class MotionView(Part):
             show_report(guideload.reports.encoder_report(self.inspected[1]))
 
     def _draw(self) -> None:
-        answer: Answer | None = self.hub.sound
-        if answer is None or answer.motion is None:
+        answer = self.hub.sound
+        if answer is None:
             return
         motion, name = answer.motion, str(self.quantity.value)
         if self.drawn == (motion, name, self.inspected):

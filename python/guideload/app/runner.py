@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
 
-from guideload.app.answer import Answer, Solver
+from guideload.app.answer import Answer, Refusal, Solver, Step
 from guideload.app.state import State
 
 SHORT = 0.1  # s: a run that takes longer shows its progress, and ends when the state changes
@@ -29,7 +29,7 @@ class Runner:
     """
 
     def __init__(
-        self, solver: Solver, deliver: Callable[[Answer], None], progress: Callable[[str], None]
+        self, solver: Solver, deliver: Callable[[Answer | Refusal], None], progress: Callable[[str], None]
     ) -> None:
         self.solver, self.deliver, self.progress = solver, deliver, progress
         self.state: State | None = None
@@ -37,7 +37,6 @@ class Runner:
         self.changed = asyncio.Event()
         self.thread = ThreadPoolExecutor(1, "guideload run")
         self.task: asyncio.Task[None] | None = None
-        self.runs = 0  # that were started, for tests
 
     def request(self, state: State) -> None:
         """Answer this state next; one that waits is forgotten."""
@@ -56,17 +55,16 @@ class Runner:
                 self.deliver(answer)
                 with suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self.changed.wait(), REST)
-                if serial == self.serial:
+                if serial == self.serial and isinstance(answer, Answer):
                     self.deliver(await self._run(partial(self.solver.judged, answer), serial, 0.0))
             if serial == self.serial:
                 return
 
     async def _run(
-        self, work: Callable[[Callable[[str], None]], Answer], serial: int, patience: float
-    ) -> Answer:
+        self, work: Callable[[Step], Answer | Refusal], serial: int, patience: float
+    ) -> Answer | Refusal:
         """Work in the thread; what is overtaken ends at its next step, once it takes longer than `patience`."""
         loop, start, told = asyncio.get_running_loop(), time.perf_counter(), False
-        self.runs += 1
 
         def step(name: str) -> None:
             nonlocal told

@@ -70,7 +70,6 @@ class MachineScene:
     def show(self, answer: Answer, instant: int) -> None:
         """The machine of an answer, with its loads at an instant."""
         machine = answer.machine
-        assert machine is not None
         box = _box(machine)
         seen = np.vstack([box["corners"], machine.carriage_centers, np.zeros(3)])
         size = float(np.linalg.norm(np.ptp(seen, axis=0)))
@@ -101,7 +100,6 @@ class MachineScene:
 
     def _place(self, answer: Answer, instant: int, box: dict[str, Array], size: float) -> None:
         machine, result = answer.machine, answer.result
-        assert machine is not None and result is not None
         ends = np.concatenate([box["corners"][:, 0], machine.carriage_centers[:, 0]])
         low, high = float(ends.min()) - 0.1 * size, float(ends.max()) + 0.1 * size
         for rail, part in zip(machine.rails, self.rails, strict=True):

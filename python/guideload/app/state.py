@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -149,8 +150,8 @@ class Session:
 
     def command(self, verb: str = "run", options: str = "--report report.html") -> str:
         """The command that repeats what the page shows, in its folder."""
-        words = [_quoted(name) for name in (self.machine_name, self.motion_name)]
-        return " ".join(["guideload", verb, *words, options]).rstrip()
+        names = shlex.join([self.machine_name, self.motion_name])
+        return f"guideload {verb} {names} {options}".rstrip()
 
     def save(self) -> list[str]:
         """Write machine and moves; returns the names of the files written."""
@@ -226,7 +227,3 @@ class Session:
             self.change(offered[0])
         else:
             self._tell()
-
-
-def _quoted(name: str) -> str:
-    return f'"{name}"' if " " in name else name

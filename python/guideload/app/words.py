@@ -70,19 +70,24 @@ def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
     chart.update()
 
 
-def show_report(report: guideload.reports.Report, leave_out: tuple[str, ...] = ()) -> None:
+def show_report(report: guideload.reports.Report) -> None:
     """A report as the command line prints it: answer, warnings, sections."""
     for sentence in report.answer:
         ui.label(sentence)
+    show_warnings(report)
+    for section in report.sections:
+        if section.parts:
+            with ui.expansion(section.title).classes("w-full").props("dense header-class=text-weight-medium"):
+                for part in section.parts:
+                    _show_part(part)
+
+
+def show_warnings(report: guideload.reports.Report) -> None:
+    """What speaks against a result, the worst first."""
     for warning in report.warnings:
         with ui.row().classes("items-start no-wrap gap-1"):
             ui.icon("warning", color=COLORS["near"]).props('aria-label="caution"')
             ui.label(warning).style(f"color: {COLORS['near']}")
-    for section in report.sections:
-        if section.parts and section.title not in leave_out:
-            with ui.expansion(section.title).classes("w-full").props("dense header-class=text-weight-medium"):
-                for part in section.parts:
-                    _show_part(part)
 
 
 def _show_part(part: guideload.reports.Part) -> None:
