@@ -87,7 +87,11 @@ class Answer:
                 "open",
                 "Nothing is required yet: name a product of the carriages, and a life to be reached",
             )
-        return "good", f"Holds. Smallest margin: {min(self.margins, key=lambda name: self.margins[name])}"
+        open_life = "" if "life" in self.margins else ". No life to be reached is given"
+        return (
+            "good",
+            f"Holds. Smallest margin: {min(self.margins, key=lambda name: self.margins[name])}{open_life}",
+        )
 
     @property
     def peak(self) -> tuple[int, int]:

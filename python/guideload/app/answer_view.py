@@ -79,7 +79,7 @@ class AnswerView:
             return
         level, words = answer.verdict
         stale = (
-            " The figures below are of the last state that could be computed."
+            ". The figures below are of the last state that could be computed."
             if self.hub.problems and sound
             else ""
         )

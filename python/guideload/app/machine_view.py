@@ -49,7 +49,7 @@ class MachineView(Part):
         """Parts without a mouse: choose one, and step it along an axis."""
         with ui.row().classes("items-center w-full gap-1 no-wrap"):
             self.part = ui.select([CENTER], value=CENTER, label="move").classes("field mid")
-            self.step = ui.select(STEPS, value=1e-2, label="by").classes("field narrow")
+            self.step = ui.select(STEPS, value=1e-2, label="by").classes("field")
             for select in (self.part, self.step):
                 select.props("dense outlined options-dense")
             self.buttons = {}

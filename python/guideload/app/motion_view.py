@@ -35,7 +35,7 @@ class MotionView(Part):
             self.kind = ui.toggle(kinds, value="trace" if self.session.state.trace else "moves")
             self.kind.props("dense no-caps").on_value_change(lambda: self._choose_kind())
             self.quantity = ui.select(list(UNITS), value="acceleration", label="chart of")
-            self.quantity.props("dense outlined options-dense").classes("field")
+            self.quantity.props("dense outlined options-dense").classes("field mid")
             self.quantity.on_value_change(lambda: self._draw())
             self.problem = (
                 ui.label().style(f"color: {COLORS['bad']}").props("role=alert").mark("motion problem")

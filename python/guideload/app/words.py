@@ -40,7 +40,7 @@ def chart_options(series: list[dict[str, Any]], title: str) -> dict[str, Any]:
         "grid": {"left": 8, "right": 20, "top": 46, "bottom": 34, "containLabel": True},
         "legend": {"top": 20, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
         "tooltip": {"trigger": "axis"},
-        "xAxis": {"type": "value", "min": "dataMin", "max": "dataMax"},
+        "xAxis": {"type": "value", "min": "dataMin", "max": "dataMax", "axisLabel": {"showMaxLabel": False}},
         "yAxis": {"type": "value", "scale": True},
         "dataZoom": [
             {"type": "inside"},
