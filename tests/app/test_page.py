@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed")
@@ -12,6 +13,7 @@ pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed
 from browser import browser, served, until
 
 import guideload
+from guideload.app.document import with_values
 
 pytestmark = pytest.mark.slow
 LOAD = ".figure .value"  # the first figure is the largest load
@@ -296,3 +298,106 @@ def test_a_file_that_another_program_changes_is_read_again(driver: Any, folder: 
         file.write_text(file.read_text().replace('"1250 kg"', '"1900 kg"'))
         changed(driver, before)
         assert field(driver, "machine-body-mass").get_attribute("value") == "1900 kg"
+
+
+# Text whose contrast with its background is below 4.5 (WCAG AA); disabled parts are exempt.
+PALE = """
+const channel = (c) => (c /= 255) <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+const light = (c) => 0.2126 * channel(c[0]) + 0.7152 * channel(c[1]) + 0.0722 * channel(c[2]);
+const numbers = (text) => (text.match(/[\\d.]+/g) || []).map(Number);
+const found = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+while (walker.nextNode()) {
+  const element = walker.currentNode.parentElement, style = getComputedStyle(element);
+  const seen = element.checkVisibility({checkOpacity: true, checkVisibilityCSS: true});
+  if (!walker.currentNode.data.trim() || !seen) continue;
+  if (element.closest('.disabled, [disabled], .q-notification, script, style')) continue;
+  const layers = [];
+  for (let one = element; one; one = one.parentElement) layers.unshift(numbers(getComputedStyle(one).backgroundColor));
+  const mixed = (under, [r, g, b, part = 1]) => [r, g, b].map((c, i) => part * c + (1 - part) * under[i]);
+  const back = layers.filter((one) => one.length).reduce(mixed, [255, 255, 255]);
+  const a = light(numbers(style.color)), b = light(back);
+  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  if (ratio < 4.5) found.push([walker.currentNode.data.trim().slice(0, 40), style.color, ratio.toFixed(2)]);
+}
+return found;
+"""
+CONTROLS = {"button", "textbox", "combobox", "checkbox", "slider", "tab", "spinbutton", "radio", "switch"}
+
+
+@pytest.mark.parametrize("view", ["Machine", "Motion", "Decide", "Keep"])
+def test_every_control_has_a_name_and_every_text_its_contrast(driver: Any, folder: Path, view: str) -> None:
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        opened(driver, view)
+        until(lambda: text(driver, "[role=tabpanel]"), view)
+        nodes = driver.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+        controls = [
+            one for one in nodes if one.get("role", {}).get("value") in CONTROLS and not one.get("ignored")
+        ]
+        nameless = [one["role"]["value"] for one in controls if not one.get("name", {}).get("value")]
+        assert len(controls) > 5 and not nameless
+        assert not driver.execute_script(PALE)
+
+
+def test_the_chart_keeps_the_peak_at_every_zoom(driver: Any, folder: Path) -> None:
+    drawn = """
+        const chart = getElement(+document.querySelector('.answer .history').id.slice(1)).chart;
+        return chart.getOption().series.map((one) => one.data);
+    """
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        result = guideload.simulate(
+            guideload.Machine.from_toml(folder / "machine.toml"),
+            guideload.Moves.from_toml(folder / "moves.toml").motion(),
+        )
+        time, loads = result.quantities["time"], result.quantities["resultant"]
+        until(lambda: len(driver.execute_script(drawn)) == 4, "the histories")
+        driver.execute_script(
+            "getElement(+document.querySelector('.answer .history').id.slice(1)).chart"
+            ".dispatchAction({type: 'dataZoom', start: 0, end: 2})"
+        )
+        inside = time <= time[0] + 0.02 * (time[-1] - time[0])
+
+        def fine() -> bool:
+            """The stretch in view has all its samples, and the whole its peaks."""
+            lines = [np.array(line) for line in driver.execute_script(drawn)]
+            return all(
+                (line[:, 0] <= time[inside][-1] + 1e-6).sum() == inside.sum()
+                and np.isclose(line[:, 1].max(), loads[:, i].max(), rtol=1e-4)
+                for i, line in enumerate(lines)
+            )
+
+        until(fine, "a finer stretch with all peaks")
+
+
+def test_limit_drivers_study_and_variants_say_what_the_library_says(driver: Any, folder: Path) -> None:
+    file = folder / "machine.toml"
+    products = {"product": "HGH35CA", "preload_class": "ZA"}
+    changes = {("carriages", i, key): value for i in range(4) for key, value in products.items()}
+    file.write_text(with_values(file.read_text(), changes | {("life", "life"): "10000 h"}))
+    machine = guideload.Machine.from_toml(file)
+    motion = guideload.Moves.from_toml(folder / "moves.toml").motion()
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        opened(driver, "Decide")
+        for title in ("Limit", "Drivers", "Study", "Variants"):
+            path = f"//div[@role='button'][contains(., '{title}: ')]"
+            until(lambda path=path: (driver.find_element("xpath", path).click(), True)[1], title)
+        press(driver, "Find the limit")
+        found = guideload.sizing.largest(machine, motion, "pace")
+        first = guideload.reports.limit_report(machine, found, machine.life).answer[0]
+        until(lambda: first in text(driver, ".views"), first)
+        press(driver, "Find the drivers")
+        until(
+            lambda: "sensitivities machine.toml moves.toml --of peak_resultant" in text(driver, ".views"),
+            "drivers",
+        )
+        press(driver, "Run the study")
+        until(lambda: "1000 of 1000 machines" in text(driver, ".views"), "all machines")
+        until(lambda: "Peak resultant, 99 % quantile" in text(driver, ".views"), "the report of the study")
+        press(driver, "Keep this machine as A")
+        press(driver, "Compare A with now")
+        until(lambda: "The machines are the same" in text(driver, ".views"), "the comparison")

@@ -17,7 +17,7 @@ from guideload.app import document
 from guideload.app.answer import Answer
 from guideload.app.form import Refused
 from guideload.app.hub import Hub, Part
-from guideload.app.words import chart_options, redraw, show_report, show_table
+from guideload.app.words import chart_options, redraw, show_commands, show_report, show_table
 
 QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
@@ -130,7 +130,7 @@ class DecideView(Part):
                     if isinstance(part, guideload.reports.Table):
                         table = show_table(part)
                         table.on("rowClick", lambda event: self._clicked(event, names))
-            command("size", f'--product "{words}"' if words else "", self.session)
+            show_commands(self.session.command("size", f'--product "{words}"' if words else ""))
 
     def _clicked(self, event: GenericEventArguments, names: list[str]) -> None:
         name = str(event.args[1]["0"])[2:]  # two characters mark the smallest, and those that do not hold
@@ -159,7 +159,7 @@ class DecideView(Part):
         self.limited.clear()
         with self.limited:
             show_report(guideload.reports.limit_report(answer.machine, found, answer.machine.life))
-            command("limit", f"--of {quantity}", self.session)
+            show_commands(self.session.command("limit", f"--of {quantity}"))
 
     # ---- drivers
 
@@ -179,7 +179,7 @@ class DecideView(Part):
         self.drivers.clear()
         with self.drivers:
             ui.echart(options).classes("tornado").props('aria-label="Tornado of the drivers"')
-            command("sensitivities", f"--of {figure}", self.session)
+            show_commands(self.session.command("sensitivities", f"--of {figure}"))
 
     # ---- study
 
@@ -285,8 +285,3 @@ def changes_of(candidate: guideload.sizing.Candidate, text: str) -> dict[documen
             if value is not None or document.value_at(text, path) is not None:
                 changes[path] = value
     return changes
-
-
-def command(verb: str, options: str, session: Any) -> None:
-    """The command that repeats what was computed."""
-    ui.code(session.command(verb, options), language="bash").classes("w-full")

@@ -9,6 +9,7 @@ from nicegui import ui
 import guideload
 from guideload.app.form import Refused
 from guideload.app.hub import Hub, Part
+from guideload.app.words import show_commands
 
 REPORT = "report.html"
 
@@ -24,16 +25,13 @@ class KeepView(Part):
             self.write.props("dense no-caps unelevated")
         self.done = ui.label().props("role=status").mark("kept")
         ui.label("The commands that repeat what the page shows, in its folder:")
-        self.commands = ui.code(language="bash").classes("w-full")
-        ui.label("Machine file, as the page has it:")
-        self.text = ui.code(language="toml").classes("w-full file-text")
+        self.commands = show_commands("")
 
     def show_state(self) -> None:
-        """Commands and text."""
+        """The commands."""
         folder = self.session.folder.root
         lines = [f'cd "{folder}"', self.session.command(), self.session.command("life", "")]
         self.commands.content = "\n".join(lines)
-        self.text.content = self.session.state.machine
 
     async def _write(self) -> None:
         """The HTML report of the run, in a thread: its pictures take a second."""

@@ -70,6 +70,13 @@ def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
     chart.update()
 
 
+def show_commands(commands: str) -> ui.code:
+    """Commands that repeat what the page shows, to copy."""
+    shown = ui.code(commands, language="bash").classes("w-full")
+    shown.copy_button.props('aria-label="Copy the commands"')
+    return shown
+
+
 def show_report(report: guideload.reports.Report) -> None:
     """A report as the command line prints it: answer, warnings, sections."""
     for sentence in report.answer:
