@@ -4,8 +4,8 @@
     --no-pictures   numbers only
 
 A block stands in a page between `<!-- begin: name -->` and `<!-- end: name -->`; the functions of `BLOCKS` write
-them. The pictures of benchmarks, `speed-accuracy.png`, `monte-carlo.png`, `monitor-lag.png` and
-`measured-*.png`, are written by tests/benchmarks.
+them. The pictures of benchmarks, `speed-accuracy.png`, `monte-carlo.png`, `monitor-lag.png`, `torture.png` and
+`measured-*.png`, are written by tests/benchmarks, and so are the tables between marks that name a script there.
 """
 
 from __future__ import annotations

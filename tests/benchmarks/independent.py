@@ -4,7 +4,7 @@ One builder makes Exudyn's model from the numbers of a `Machine`: rigid bodies w
 spring-damper for each end and row of a carriage, held coordinates by constraints, its own static solution as start.
 It shares no matrix, no law and no placement of links with guideload.
 
-All loads are computed at scale 1, 0.1 and 0.01: gravity, accelerations, forces, errors, profiles, clearance and preload
+All loads are computed at scale 1, 0.1 and 0.01: gravity, accelerations, forces, errors, profiles and clearance
 times the scale. guideload's loads are then exactly in proportion. What small rotations leave out shrinks with the
 square of the motion, so by ten relative to the loads; an error of the model would stay. Exudyn's steps are
 extrapolated from two lengths, and the difference of the two is given too.
@@ -94,12 +94,7 @@ def springs_of(machine: Machine) -> list[Spring]:
 
 
 def law_of(one: Any, suffix: str, share: float) -> Callable[[float], float] | float:
-    k, gap, preload = (getattr(one, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload"))
-    if preload:
-        n = {"ball": 1.5, "roller": 10.0 / 9.0}[one.rolling]
-        opening = 2.0 * n * preload / k
-        factor = share * preload / opening**n
-        return lambda d: float(factor * (max(opening + d, 0.0) ** n - max(opening - d, 0.0) ** n))
+    k, gap = (getattr(one, f"{key}{suffix}") for key in ("stiffness", "clearance"))
     if gap:
         return lambda d: float(share * k * (max(d - gap, 0.0) - max(-gap - d, 0.0)))
     return float(share * k)
@@ -111,7 +106,6 @@ class Finite:
 
     machine: Machine
     motion: Motion
-    travel: Motion | None = None  # of the one rider
     push: Array | None = None  # (time, 3) N at L: of the rack
     state: tuple[Array, Array] | None = None  # coordinates and velocities at the start; by default at rest
     kept: list[Any] = field(default_factory=list)  # user functions, which Exudyn does not hold
@@ -143,8 +137,6 @@ class Finite:
             wrench[:, :3] += self.push
         self.load(at_l, wrench[:, :3])
         self.load(at_l, wrench[:, 3:], item.LoadTorqueVector)
-        if self.travel is not None:
-            self.rider(body)
         forces = [self.spring(foot, body, spring) for spring in springs_of(machine)]
         kind = exu.OutputVariableType
         sensors = {
@@ -188,11 +180,7 @@ class Finite:
         integration.newton.relativeTolerance, integration.newton.absoluteTolerance = 1e-10, NEWTON
         integration.newton.useModifiedNewton = True  # derivatives of user functions are differences
         integration.verboseMode = 0
-        integration.generalizedAlpha.spectralRadius = 0.95
-        # Only the older method takes a joint with prescribed travel.
-        solver = (
-            exu.DynamicSolverType.GeneralizedAlpha if self.travel else exu.DynamicSolverType.TrapezoidalIndex2
-        )
+        solver = exu.DynamicSolverType.TrapezoidalIndex2
         system.SolveDynamic(settings, solverType=solver, showHints=False)
         stored = {
             name: np.stack(
@@ -347,29 +335,6 @@ class Finite:
 
         return moved
 
-    def rider(self, body: int) -> None:
-        """A second body on a joint with prescribed travel."""
-        (given,), travel, item, system = self.machine.riders, self.travel, self.item, self.system
-        assert travel is not None and travel.position is not None and travel.velocity is not None
-        from scipy.interpolate import CubicHermiteSpline
-
-        path = CubicHermiteSpline(travel.time - travel.time[0], travel.position[:, 0], travel.velocity[:, 0])
-        at, along = list(given.center_of_mass), np.array(given.direction) / np.linalg.norm(given.direction)
-        other = self.body(given, at)
-        self.weigh(other, given, at)
-        ends = (body, at), (other, [0.0] * 3)
-        markers = [
-            system.AddMarker(item.MarkerBodyRigid(bodyNumber=one, localPosition=place)) for one, place in ends
-        ]
-
-        def offset(mbs: Any, t: float, number: int, parameters: Any) -> list[float]:
-            s = path(0.0 if self.resting else t)
-            return [*(float(s) * along).tolist(), 0.0, 0.0, 0.0]
-
-        self.kept.append(offset)
-        joint = item.ObjectJointGeneric(markerNumbers=markers, offsetUserFunction=offset)
-        system.AddObject(joint)
-
     def sensor(self, kind: Any, **options: Any) -> int:
         return int(self.system.AddSensor(kind(storeInternal=True, writeToFile=False, **options)))
 
@@ -402,7 +367,6 @@ class Feature:
     name: str
     machine: Callable[[float], Machine]
     motion: Callable[[float], Motion] = move
-    rider: Callable[[float], Motion] | None = None
     quantity: str = "link_load"
     start: Callable[[float], Array] | None = None  # coordinates at rest, where Exudyn finds none
 
@@ -461,11 +425,6 @@ def grips(scale: float) -> Machine:
     return cart(scale, payloads=[{"name": "part", "times": [[0.15, 0.3]], **part}])
 
 
-def carries_slide(scale: float) -> Machine:
-    slide = {"mass": 150.0, "center_of_mass": [0.1, -0.4, -0.3], "inertia": (5.0 * np.eye(3)).tolist()}
-    return cart(scale, riders=[{"name": "slide", "direction": [0.0, 0.3, 1.0], **slide}])
-
-
 def pressed(scale: float) -> Motion:
     motion = move(scale)
     force = np.outer(np.sin(2.0 * np.pi * motion.time / END) ** 2, scale * np.array([500.0, 3000.0, -2000.0]))
@@ -473,7 +432,7 @@ def pressed(scale: float) -> Motion:
 
 
 def with_laws(**of: float) -> Callable[[float], Machine]:
-    """The cart with laws on all carriages, of which clearance and preload are scaled."""
+    """The cart with laws on all carriages, of which the clearance is scaled."""
 
     def machine(scale: float) -> Machine:
         lengths = {key: value * scale for key, value in of.items() if not key.startswith("compliance")}
@@ -483,8 +442,7 @@ def with_laws(**of: float) -> Callable[[float], Machine]:
             for axis in "yz"
             if key != "damping"
         }
-        rolling = {"rolling": "ball"} if "preload" in of else {}
-        return cart(scale, laws=both | rolling | {"damping": of.get("damping", 5e4)})
+        return cart(scale, laws=both | {"damping": of.get("damping", 5e4)})
 
     return machine
 
@@ -522,8 +480,6 @@ FEATURES = (
     Feature("compliance in series", with_laws(compliance=4e-9)),
     Feature("the same with a tenth of the damping of the carriages", with_laws(compliance=4e-9, damping=5e3)),
     Feature("play of 5 um", with_laws(clearance=5e-6), start=within_play),
-    Feature("preload of 1.2 kN", with_laws(preload=1200.0)),
-    Feature("a rider that moves", carries_slide, rider=lambda scale: move(scale, 5.0)),
     Feature("a payload gripped and released", grips),
     Feature("push of a rack", with_rack),
 )
@@ -532,13 +488,12 @@ FEATURES = (
 def finite(feature: Feature, scale: float, step: float) -> Array:
     """The quantity by Exudyn, at the stamps of the motion."""
     machine, motion = feature.machine(scale), feature.motion(scale)
-    travel = None if feature.rider is None else feature.rider(scale)
     if machine.payloads:
         return gripped(machine, motion, step)
     push = None
     state = None if feature.start is None else (feature.start(scale), np.zeros(6))
     for _ in range(4 if machine.drive else 1):  # each round leaves about a hundredth of the change
-        found = Finite(machine, motion, travel, push, state).run(step)
+        found = Finite(machine, motion, push, state).run(step)
         if machine.drive:
             force = np.abs(found["drive"].reshape(motion.time.size, -1)[:, 0])
             push = np.outer(machine.drive.push_per_force * force, machine.drive.push_direction or (0, 0, 0))
@@ -577,8 +532,7 @@ def mass_of(machine: Machine) -> Any:
 
 def ours(feature: Feature, scale: float) -> Array:
     machine, motion = feature.machine(scale), feature.motion(scale)
-    riders = None if feature.rider is None else {machine.riders[0].name: feature.rider(scale)}
-    result = simulate(machine, motion, riders=riders, rtol=1e-9, times=motion.time, start="rest")
+    result = simulate(machine, motion, rtol=1e-9, times=motion.time, start="rest")
     return result.quantities[feature.quantity]
 
 

@@ -28,7 +28,7 @@ REFUSED = {
     ("late contact", "rk45"): "below 1e-9 of the interval between samples",
     ("late contact", "implicit"): "below 1e-9 of the interval between samples",
 }
-# Its budget of work is that of the modes at rest, a tenth of those behind the edge.
+# Its budget of work is that of the modes at rest, which are slower than those behind the edge.
 REFUSED |= {("creeps over an edge", method): "gave up at" for method in ("exact", "exponential", "auto")}
 
 
