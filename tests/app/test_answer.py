@@ -74,6 +74,18 @@ def test_a_wrong_value_is_refused_in_the_words_of_the_command_line(session: Sess
     assert "\n".join(one.text for one in found.problems) == str(error.value)
 
 
+def test_files_that_a_machine_in_a_folder_names_are_beside_it(tmp_path: Path) -> None:
+    text = guideload.file_template("one-rail").replace(
+        'name = "rail"', 'name = "rail"\nstraightness_file = "profile.csv"'
+    )
+    (tmp_path / "axis").mkdir()
+    (tmp_path / "axis" / "machine.toml").write_text(text)
+    session = Session(Folder(tmp_path), "axis/machine.toml", "axis/moves.toml")
+    assert "axis/machine.toml, row" in refused(session).problems[0].text
+    (tmp_path / "axis" / "profile.csv").write_text("x [mm],dy [um],dz [um]\n-9000,0,0\n0,9,0\n9000,0,0\n")
+    assert answered(session).machine.rails[0].straightness is not None
+
+
 def test_wrong_moves_and_traces_are_told_apart(session: Session) -> None:
     session.set("moves", {("moves", 0, "distance"): "1 kg"})
     assert [(one.part, one.path) for one in refused(session).problems] == [

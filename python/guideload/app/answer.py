@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -139,7 +138,9 @@ class Solver:
             drive = guideload.drive.drive_requirements(result)
             margins = drive.margins if isinstance(life, str) else guideload.sizing.margins_of(life).ratios
         except guideload.ConfigError as error:
-            found = [Problem(part, one.path, one.text(error.file)) for one in error.problems]
+            own = error.file == str(self.folder.path(self.machine_name))
+            name = self.machine_name if own else error.file
+            found = [Problem(part, one.path, one.text(name)) for one in error.problems]
             return Refusal(state, tuple(found))
         except guideload.GuideloadError as error:
             return Refusal(state, (Problem(part, (), str(error)),))
@@ -164,9 +165,7 @@ class Solver:
         """The machine of a state, whose links support it. Raises GuideloadError."""
         file = self.folder.path(self.machine_name)
         self.folder.require_inside(document.values(state.machine), file)
-        machine = guideload.Machine.from_text(state.machine, Path(self.machine_name).name)
-        if machine.catalogue or any(rail.straightness_file for rail in machine.rails):
-            machine = guideload.Machine.from_text(state.machine, file)
+        machine = guideload.Machine.from_text(state.machine, file)
         _ = machine.scene
         return machine
 
