@@ -86,6 +86,15 @@ def test_files_that_a_machine_in_a_folder_names_are_beside_it(tmp_path: Path) ->
     assert answered(session).machine.rails[0].straightness is not None
 
 
+def test_a_rider_that_moves_is_refused_rather_than_left_at_rest(session: Session) -> None:
+    tensor = [[0.5, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 0.3]]
+    rider = {"name": "slide", "mass": "25 kg", "center_of_mass": [0.0, 0.3, 0.0], "inertia": tensor}
+    session.add("machine", "riders", rider | {"direction": [0, 0, 1]})
+    assert answered(session).machine.riders[0].motion is None
+    session.set("machine", {("riders", 0, "motion"): "slide.toml"})
+    assert "the page moves no riders" in refused(session).problems[0].text
+
+
 def test_wrong_moves_and_traces_are_told_apart(session: Session) -> None:
     session.set("moves", {("moves", 0, "distance"): "1 kg"})
     assert [(one.part, one.path) for one in refused(session).problems] == [

@@ -166,6 +166,8 @@ class Solver:
         file = self.folder.path(self.machine_name)
         self.folder.require_inside(document.values(state.machine), file)
         machine = guideload.Machine.from_text(state.machine, file)
+        if any(rider.motion for rider in machine.riders):
+            raise guideload.GuideloadError("riders: the page moves no riders; guideload run does")
         _ = machine.scene
         return machine
 
