@@ -28,8 +28,6 @@ REFUSED = {
     ("late contact", "rk45"): "below 1e-9 of the interval between samples",
     ("late contact", "implicit"): "below 1e-9 of the interval between samples",
 }
-# Its budget of work is that of the modes at rest, which are slower than those behind the edge.
-REFUSED |= {("creeps over an edge", method): "gave up at" for method in ("exact", "exponential", "auto")}
 
 
 @pytest.mark.parametrize("method", get_args(Method))

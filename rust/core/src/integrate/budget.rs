@@ -6,7 +6,7 @@ use super::control::Control;
 use super::method::Method;
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::Excitation;
-use crate::numeric::float::pow;
+use crate::numeric::float::{pow, sqrt};
 use crate::output::Record;
 use crate::system::{State, System, finite};
 
@@ -47,6 +47,19 @@ fn fastest(system: &System, damped: bool) -> f64 {
     fastest
 }
 
+/// Largest frequency of the body on a single nonlinear link of nominal stiffness, rad/s: behind an edge it may vibrate faster than at rest.
+fn fastest_on_a_link(system: &System) -> f64 {
+    let mut fastest = 0.0;
+    for row in system.rows() {
+        let law = row.link.law();
+        if !law.is_linear() {
+            let mobility: f64 = row.rate.iter().map(|x| x * x).sum();
+            fastest = f64::max(fastest, sqrt(law.nominal() * mobility));
+        }
+    }
+    fastest
+}
+
 /// Watches the work of a run.
 #[derive(Clone, Copy)]
 pub(super) struct Budget {
@@ -79,7 +92,10 @@ impl Budget {
             (Control::Adaptive { rtol }, Some(order)) => {
                 (WORK_PER_RADIAN * radians * pow(rtol, -1.0 / f64::from(order + 1)), MOST_WORK)
             }
-            (Control::Adaptive { .. }, None) => (WORK_PER_RADIAN * radians, MOST_WORK),
+            (Control::Adaptive { .. }, None) => {
+                let radians = f64::max(radians, duration * fastest_on_a_link(system));
+                (WORK_PER_RADIAN * radians, MOST_WORK)
+            }
         };
         let nonlinear = system.links().filter(|link| !link.law().is_linear()).count();
         let time_of_unit = 1.0 + nonlinear as f64 / LINKS_PER_UNIT;
