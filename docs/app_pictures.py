@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests" / "helpers"), str(ROOT / "tests" / "app")]
 
 from browser import browser, served, until  # noqa: E402
-from test_page import changed, fill, load, opened, press, text  # noqa: E402
+from test_app_page import changed, fill, load, opened, press, text  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 REST = 1.5  # s until the page is judged and drawn

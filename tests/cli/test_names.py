@@ -95,7 +95,7 @@ def test_a_picture_that_fails_costs_neither_numbers_nor_the_other_pictures(
         raise ValueError("no \x1b[31mfont")
 
     trace = write_trace(tmp_path / "trace.csv", 1200, 0.5)
-    monkeypatch.setattr(plots, "moments", fail)
+    monkeypatch.setattr("guideload.plots.run.moments", fail)
     ended = guideload("run", MACHINE, trace, "-o", tmp_path / "out", code=PICTURE_MISSING)
     assert names(tmp_path / "out") == {"loads.nc", "report.txt", *PICTURES} - {"moments.png"}
     assert ended.stderr == (

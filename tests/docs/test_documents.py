@@ -182,11 +182,13 @@ def test_every_picture_is_shown_and_made_by_a_script() -> None:
     }
     script = (ROOT / "tests" / "benchmarks" / "measured.py").read_text(encoding="utf-8")
     cases = re.findall(r'^    "([\w-]+)": \(', script, re.MULTILINE)
-    of_benchmarks = {"speed-accuracy", "monte-carlo", "monitor-lag", *(f"measured-{case}" for case in cases)}
+    of_benchmarks = {"speed-accuracy", "monte-carlo", "monitor-lag", "torture"}
+    of_benchmarks |= {f"measured-{case}" for case in cases}
+    of_page = re.findall(r'take\(driver, "(\w+)"\)', (ROOT / "docs" / "app_pictures.py").read_text("utf-8"))
     assert (
         shown
         == {path.stem for path in pictures.IMAGES.glob("*.png")}
-        == pictures.PICTURES.keys() | of_benchmarks
+        == pictures.PICTURES.keys() | of_benchmarks | {f"app-{name}" for name in of_page}
     )
 
 

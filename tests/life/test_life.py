@@ -144,6 +144,10 @@ def test_hours_and_years_follow_from_the_plan(result: Result) -> None:
     always = life_of(result)
     assert always.hours(always.distance) * 3600 == pytest.approx(np.ptp(result.quantities["time"]), rel=1e-14)
     assert always.years(1.0) == always.hours(1.0) / 8766  # continuous operation
+    lasts = np.ptp(result.quantities["time"])
+    for cycles, said in ((3599.0 / lasts, False), (3601.0 / lasts, True)):
+        notes = life_of(result, LifeConditions(cycles_per_hour=cycles)).notes
+        assert any("leaves" in note and "for the motion" in note for note in notes) is said
     assert not life_of(result, LifeConditions(life="1e9 km")).holds
     assert not life_of(result, LifeConditions(safety=1e3)).holds
     assert always.holds

@@ -157,3 +157,14 @@ def test_channels_of_equal_clocks_are_one_log(file: Path) -> None:
         file,
         {"Force": None, "Carriage": None},
     )
+
+
+@pytest.mark.parametrize("unit", ["[ms]", "ms"])
+def test_a_unit_below_the_name_of_the_time_counts(tmp_path: Path, unit: str) -> None:
+    """Names in two rows: the first names the time, the second has its unit beside names of quantities."""
+    rows = [f"{k};{0.01 * k:.4f};{0.01 * k:.4f}".replace(".", ",") for k in range(60)]
+    head = ["Zeit;Achse X;Achse X", f"{unit};Istposition [mm];Sollposition [mm]"]
+    path = tmp_path / "plc.csv"
+    path.write_text("\n".join([*head, *rows]), encoding="utf-8")
+    trace = read_trace(path, column="Istposition [mm]")
+    assert trace.time[-1] == pytest.approx(0.059)

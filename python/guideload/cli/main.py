@@ -99,7 +99,7 @@ def main(ctx: click.Context) -> None:
 
 LONGEST = 61  # characters of a one-line text, so that its line ends before column 80
 GROUPS: dict[str, tuple[click.Command, ...]] = {
-    "Describe a machine": (demo, app, init, check, modes, catalogue, schema),
+    "Describe a machine": (demo, init, check, app, modes, catalogue, schema),
     "Compute loads and life": (run, life, duty, long_run, study, probability, response),
     "Decide": (size, limit, compare, sensitivities),
     "Measure": (encoder, identify, monitor),

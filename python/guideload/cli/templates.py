@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined
 from guideload.cli.inputs import EXAMPLES
@@ -19,7 +18,6 @@ FILES = {  # packaged, by kind
 }
 
 
-@checked
 def file_template(kind: str) -> str:
     """The text of a file to start from.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.base.number_text import fixed, kilometres
+from guideload.base.number_text import fixed, kilometres, number
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import Repetition
 from guideload.life.bands import LifeBand, life_bands
@@ -83,6 +83,7 @@ class Life:
             *limit_notes(record.result.machine, self.carriages, record.travel, position),
             *load_notes(record, self.carriages),
             *self._note_on_preload(),
+            *self._note_on_cycles(),
         )
 
     @cached_property
@@ -91,6 +92,15 @@ class Life:
         if self.conditions.preload_in_life or not any(one.preload for one in self.carriages):
             return None
         return life_of(self.record.result, self.conditions.model_copy(update={"preload_in_life": True}))
+
+    def _note_on_cycles(self) -> Iterator[str]:
+        lasts, cycles = float(np.ptp(self.record.travel.time)), self.conditions.cycles_per_hour
+        if cycles is not None and lasts > (1.0 + 1e-9) * self.repetition.duration:
+            yield (
+                f"cycles_per_hour = {number(cycles)} leaves {number(self.repetition.duration)} s for the motion, which "
+                f"lasts {number(lasts)} s: hours and years of life are not those of this motion; check cycles_per_hour, "
+                "and that its time is in s and its speed in m/s"
+            )
 
     def _note_on_preload(self) -> Iterator[str]:
         if (counted := self.with_preload) is not None:

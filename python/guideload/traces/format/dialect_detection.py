@@ -166,6 +166,9 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
         names = head[named].cells
         for row in head[:named]:
             if (merged := _merged_names(names, row.cells)) != names:
+                # A unit may stand below the name that replaces it.
+                beside = zip(merged, names, strict=True)
+                spare = tuple(known_unit(was) if name != was else "" for name, was in beside)
                 names = merged
                 notes.append(f"names of quantities from row {row.line + 1}")
         for row in head[named + 1 :]:

@@ -59,8 +59,10 @@ def with_repeated_times(table: Table, written: Sequence[str]) -> Table:
     """
     first, names = next(iter(written), ""), table.names
     times = [i for i, name in enumerate(written) if name == first]
+    if table.clocks or len(times) < 2:
+        return table
     unit = table.header(names[0]).unit
-    if table.clocks or len(times) < 2 or not Header.of(first, unit).is_time:
+    if not Header.of(first, unit).is_time:
         return table
     clocks = {
         name: names[max(time for time in times if time < i)] for i, name in enumerate(names) if i not in times
