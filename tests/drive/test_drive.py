@@ -220,3 +220,10 @@ def test_what_cannot_be_known_is_refused() -> None:
     held = free.model_copy(update={"links": (link("rack", stiffness=1e8),), "drive": Drive(**RACK)})
     with pytest.raises(ArgumentError, match="x is free"):
         simulate(held, motion())
+
+
+def test_the_rms_of_huge_and_of_no_forces_is_finite() -> None:
+    time = np.array([0.0, 1.0, 3.0])
+    assert rms(time, np.zeros(3)) == 0.0
+    assert rms(time, 1e200 * np.array([3.0, 3.0, 3.0])) == pytest.approx(3e200, rel=1e-14)
+    assert rms(time, np.array([0.0, 3.0, 0.0])) == pytest.approx(np.sqrt(3.0), rel=1e-14)

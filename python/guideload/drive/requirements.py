@@ -218,10 +218,13 @@ def share_of_push(result: Result, needed: DriveRequirements) -> Array:
 def rms(time: Array, values: Array) -> float:
     """Root of the mean square over time of values that are linear between the instants."""
     steps = np.diff(time)
-    duration = float(steps.sum())
+    duration, size = float(steps.sum()), float(np.abs(values).max(initial=0.0))
+    if size == 0.0:
+        return 0.0
+    values = values / size  # the squares stay within the range of numbers
     if duration == 0.0:
-        return float(np.sqrt(np.mean(values**2)))
+        return size * float(np.sqrt(np.mean(values**2)))
     left, right = values[:-1], values[1:]
     # A sum in pairs: it rounds less than a scalar product, whose threads wait for each other.
     squares = (steps * (left * left + left * right + right * right)).sum()
-    return float(np.sqrt(squares / (3.0 * duration)))
+    return size * float(np.sqrt(squares / (3.0 * duration)))

@@ -98,7 +98,7 @@ class Life:
         if cycles is not None and lasts > (1.0 + 1e-9) * self.repetition.duration:
             yield (
                 f"cycles_per_hour = {number(cycles)} leaves {number(self.repetition.duration)} s for the motion, which "
-                f"lasts {number(lasts)} s: hours and years of life are not those of this motion; check cycles_per_hour, "
+                f"lasts {number(lasts)} s: hours and years of life are not those of this motion; check cycles_per_hour "
                 "and that its time is in s and its speed in m/s"
             )
 
