@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from guideload.traces.inspection import Inspection
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+MACHINE_KINDS = ("one-rail", "gantry", "vertical")  # of short machine files, in examples/kinds
 
 
 def read_machine(machine_file: Path, free: str | None = None) -> Machine:

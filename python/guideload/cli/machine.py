@@ -13,10 +13,9 @@ from guideload.base.atomic import atomic_write
 from guideload.base.number_text import joined
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import read_machine, read_optional_motion
+from guideload.cli.inputs import MACHINE_KINDS, read_machine, read_optional_motion
 from guideload.cli.outputs import unwritable
 from guideload.cli.reporting import Shown, draws_report
-from guideload.cli.templates import KINDS, file_template
 from guideload.cli.terminal import print_text
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--kind",
     "machine_kind",
-    type=click.Choice(("two-rails", *KINDS)),
+    type=click.Choice(("two-rails", *MACHINE_KINDS)),
     help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
 )
 def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
@@ -41,6 +40,8 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 
     PATH is the name of the file, or a folder.
     """
+    from guideload.cli.templates import file_template  # loads numpy, which the help does not need
+
     kind = next((name for name, wanted in files.items() if wanted), None)
     given = [f"--{name}" for name, wanted in (*files.items(), ("kind", machine_kind)) if wanted]
     if len(given) > 1:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined
-from guideload.cli.inputs import EXAMPLES
+from guideload.cli.inputs import EXAMPLES, MACHINE_KINDS
 
-KINDS = ("one-rail", "gantry", "vertical")  # of short machine files, in examples/kinds
 FILES = {  # packaged, by kind
     "two-rails": "machine.toml",
-    **{kind: f"kinds/{kind}.toml" for kind in KINDS},
+    **{kind: f"kinds/{kind}.toml" for kind in MACHINE_KINDS},
     "manipulator": "manipulator.toml",
     "trace": "manipulator.csv",
     "moves": "moves.toml",
@@ -18,6 +18,7 @@ FILES = {  # packaged, by kind
 }
 
 
+@checked
 def file_template(kind: str) -> str:
     """The text of a file to start from.
 
