@@ -154,3 +154,11 @@ def test_no_name_leads_out_of_the_folder(tmp_path: Path) -> None:
 
 def test_the_command_repeats_what_the_page_shows(session: Session) -> None:
     assert session.command() == "guideload run machine.toml moves.toml --report report.html"
+
+
+def test_a_file_that_cannot_be_written_leaves_no_draft(session: Session) -> None:
+    folder = session.folder
+    (folder.root / "taken.toml").mkdir()
+    with pytest.raises(OSError):
+        folder.write("taken.toml", "name = 'x'")
+    assert not list(folder.root.glob(".taken*"))

@@ -48,9 +48,12 @@ class Folder:
     def write_bytes(self, name: str, content: bytes) -> None:
         """As `write`."""
         path = self.path(name)
-        draft = path.with_name(f".{path.name}.draft")
-        draft.write_bytes(content)
-        draft.replace(path)
+        draft = path.with_name(f".{path.name}.page")
+        try:
+            draft.write_bytes(content)
+            draft.replace(path)
+        finally:  # of a full disk nothing stays
+            draft.unlink(missing_ok=True)
 
     def require_inside(self, values: dict[str, Any], file: Path) -> None:
         """Raise OutsideFolder if a file that the values of a machine file name is outside the folder."""

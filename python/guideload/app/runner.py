@@ -64,19 +64,19 @@ class Runner:
         self, work: Callable[[Step], Answer | Refusal], serial: int, patience: float
     ) -> Answer | Refusal:
         """Work in the thread; what is overtaken ends at its next step, once it takes longer than `patience`."""
-        loop, start, told = asyncio.get_running_loop(), time.perf_counter(), False
+        loop, start, is_long = asyncio.get_running_loop(), time.perf_counter(), False
 
         def step(name: str) -> None:
-            nonlocal told
+            nonlocal is_long
             elapsed = time.perf_counter() - start
             if serial != self.serial and elapsed > patience:
                 raise Overtaken
             if elapsed > SHORT:
-                told = True
+                is_long = True
                 loop.call_soon_threadsafe(self.progress, name)
 
         try:
             return await loop.run_in_executor(self.thread, work, step)
         finally:
-            if told:
+            if is_long:
                 self.progress("")

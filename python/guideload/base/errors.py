@@ -158,11 +158,10 @@ class ConfigError(GuideloadError):
         self.row = first.row
 
     def __str__(self) -> str:
-        told = [{problem.hint for problem in self.problems[:i]} for i in range(len(self.problems))]
-        lines = [
-            (replace(problem, hint="") if problem.hint in before else problem).text(self.file)
-            for problem, before in zip(self.problems, told, strict=True)
-        ]
+        lines, hints = [], set[str]()
+        for problem in self.problems:  # each hint once
+            lines.append((replace(problem, hint="") if problem.hint in hints else problem).text(self.file))
+            hints.add(problem.hint)
         if self.others:
             lines.append(f"and {self.others} more problem{'s' if self.others > 1 else ''}")
         return visible("\n".join(lines))

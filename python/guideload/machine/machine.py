@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, cast, get_args
+from typing import Any, ClassVar, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +20,13 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel
 from guideload.base.errors import (
     ArgumentError,
-    ConfigError,
-    KeyPath,
     SceneError,
     ValueRefused,
     shown,
 )
-from guideload.base.toml import Place, located, parse_toml, read_toml
+from guideload.base.file_model import FileModel
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
@@ -52,8 +48,11 @@ Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
 
 
-class Machine(ConfigModel):
+class Machine(FileModel):
     """A machine: body, drive, rails, carriages and links. Raises ConfigError with all problems at once."""
+
+    FILE: ClassVar = "machine.toml"
+    WRITTEN_BY: ClassVar = "`guideload init` writes one"
 
     name: Name = Field(default="machine", description="a title for tables and pictures")
     free: tuple[Dof, ...] = Field(
@@ -112,43 +111,8 @@ class Machine(ConfigModel):
     )
 
     @classmethod
-    @checked
-    def from_toml(cls, file: str | PathLike[str]) -> Machine:
-        """The machine described in a TOML file. Raises ConfigError naming file, row, key and value."""
-        return cls._from_values(*read_toml(file), file)
-
-    @classmethod
-    @checked
-    def from_text(cls, text: str, file: str | PathLike[str] = "machine.toml") -> Machine:
-        """The machine of the text of a machine file, before it is saved.
-
-        Parameters
-        ----------
-        text
-            The content of the file.
-        file
-            Its name, for messages; names of files in the text are relative to its folder.
-
-        Returns
-        -------
-        Machine
-            As `from_toml` reads it from the saved file.
-
-        Raises
-        ------
-        ConfigError
-            Naming file, row, key and value.
-        """
-        return cls._from_values(*parse_toml(text.encode(), file), file)
-
-    @classmethod
-    def _from_values(
-        cls, values: dict[str, Any], places: dict[KeyPath, Place], file: str | PathLike[str]
-    ) -> Machine:
-        try:
-            return cls(**with_catalogue(with_straightness(values, Path(file).parent), Path(file)))
-        except ConfigError as error:
-            raise located(error, str(file), places) from None
+    def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:
+        return cls(**with_catalogue(with_straightness(values, file.parent), file))
 
     @checked
     def with_free(self, free: Iterable[str]) -> Machine:

@@ -7,18 +7,17 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, partial
-from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, PlainValidator, PrivateAttr, model_validator
 
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ABSENT, ArgumentError, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.file_model import FileModel
 from guideload.base.number_text import counted, digits
 from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
-from guideload.base.toml import Place, located, parse_toml, read_toml
 from guideload.motion.motion import Motion
 from guideload.motion.phase_forces import PhaseForce
 from guideload.motion.profiles import (
@@ -98,12 +97,15 @@ class Move(MoveLimits):
         return self
 
 
-class Moves(ConfigModel):
+class Moves(FileModel):
     """A planned motion along x, known exactly: moves one after the other. Raises ConfigError with all problems at once.
 
     The motion begins and ends at rest. Its acceleration is linear between its stamps, without approximation for the
     profiles "jerk limited" and "trapezoid"; others are drawn with straight lines, and a note states the deviation.
     """
+
+    FILE: ClassVar = "moves.toml"
+    WRITTEN_BY: ClassVar = "`guideload init --moves` writes one"
 
     limits: MoveLimits = Field(default=MoveLimits(), description="of all moves that do not give their own")
     start: Annotated[float, in_range(POSITION)] = Field(
@@ -120,47 +122,12 @@ class Moves(ConfigModel):
     _source: str = PrivateAttr("planned moves")
 
     @classmethod
-    @checked
-    def from_toml(cls, file: str | PathLike[str]) -> Moves:
-        """The moves of a motion file. Raises ConfigError naming file, row, key and value."""
-        return cls._from_values(*read_toml(file, source="`guideload init --moves` writes one"), file)
-
-    @classmethod
-    @checked
-    def from_text(cls, text: str, file: str | PathLike[str] = "moves.toml") -> Moves:
-        """The moves of the text of a motion file, before it is saved.
-
-        Parameters
-        ----------
-        text
-            The content of the file.
-        file
-            Its name, for messages and as source of the motion.
-
-        Returns
-        -------
-        Moves
-            As `from_toml` reads them from the saved file.
-
-        Raises
-        ------
-        ConfigError
-            Naming file, row, key and value.
-        """
-        return cls._from_values(*parse_toml(text.encode(), file), file)
-
-    @classmethod
-    def _from_values(
-        cls, values: dict[str, Any], places: dict[KeyPath, Place], file: str | PathLike[str]
-    ) -> Moves:
-        try:
-            if "moves" not in values:
-                hint = "`guideload init --moves` writes a motion file"
-                raise _refusal(("moves",), "[[moves]] tables, as a motion file has", None, hint)
-            moves = cls(**values)
-        except ConfigError as error:
-            raise located(error, str(file), places) from None
-        moves._source = Path(file).name
+    def _of_file(cls, values: dict[str, Any], file: Path) -> Moves:
+        if "moves" not in values:
+            hint = "`guideload init --moves` writes a motion file"
+            raise _refusal(("moves",), "[[moves]] tables, as a motion file has", None, hint)
+        moves = cls(**values)
+        moves._source = file.name
         return moves
 
     @classmethod

@@ -167,8 +167,8 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
         for row in head[:named]:
             if (merged := _merged_names(names, row.cells)) != names:
                 # A unit may stand below the name that replaces it.
-                beside = zip(merged, names, strict=True)
-                spare = tuple(known_unit(was) if name != was else "" for name, was in beside)
+                pairs = zip(merged, names, strict=True)
+                spare = tuple(known_unit(was) if name != was else "" for name, was in pairs)
                 names = merged
                 notes.append(f"names of quantities from row {row.line + 1}")
         for row in head[named + 1 :]:

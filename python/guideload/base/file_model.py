@@ -1,0 +1,69 @@
+"""Models that one TOML file describes."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from guideload.base.arguments import checked
+from guideload.base.config import ConfigModel
+from guideload.base.errors import ConfigError, KeyPath
+from guideload.base.toml import Place, located, parse_toml, read_toml
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class FileModel(ConfigModel):
+    """Base of models that are read from a file, or from its text before it is saved.
+
+    FILE: usual name of the file. WRITTEN_BY: where such a file comes from, for the message if there is none.
+    """
+
+    FILE: ClassVar[str]
+    WRITTEN_BY: ClassVar[str]
+
+    @classmethod
+    @checked
+    def from_toml(cls, file: str | PathLike[str]) -> Self:
+        """What a TOML file describes. Raises ConfigError naming file, row, key and value."""
+        return cls._located(*read_toml(file, cls.WRITTEN_BY), file)
+
+    @classmethod
+    @checked
+    def from_text(cls, text: str, file: str | PathLike[str] | None = None) -> Self:
+        """What the text of a file describes, before it is saved.
+
+        Parameters
+        ----------
+        text
+            The content of the file.
+        file
+            Its name, for messages, by default the usual one; names of files in the text are relative to its folder.
+
+        Returns
+        -------
+        As `from_toml` reads it from the saved file.
+
+        Raises
+        ------
+        ConfigError
+            Naming file, row, key and value.
+        """
+        file = cls.FILE if file is None else file
+        return cls._located(*parse_toml(text.encode(), file), file)
+
+    @classmethod
+    def _located(
+        cls, values: dict[str, Any], places: dict[KeyPath, Place], file: str | PathLike[str]
+    ) -> Self:
+        try:
+            return cls._of_file(values, Path(file))
+        except ConfigError as error:
+            raise located(error, str(file), places) from None
+
+    @classmethod
+    def _of_file(cls, values: dict[str, Any], file: Path) -> Self:
+        """The model of the values of a file. Raises ConfigError."""
+        raise NotImplementedError
