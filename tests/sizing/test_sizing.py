@@ -315,6 +315,14 @@ def test_products_are_chosen_by_name_maker_or_size(text: list[str], names: list[
             size(cart(), MOTION, CATALOGUE, products=[words])
 
 
+def test_a_name_with_blanks_is_found_and_a_wrong_one_has_a_neighbour() -> None:
+    catalogue = Catalogue(products=[product(name, 1e5) for name in ("HGH20CA", "HGH25CA")])
+    found = size(cart(), MOTION, catalogue, products=["hgh 20 ca"], conditions=WANTED)
+    assert [one.product.name for one in found.candidates] == ["HGH20CA"]
+    with pytest.raises(ArgumentError, match="did you mean HGH25CA"):
+        size(cart(), MOTION, catalogue, products=["HHG25CA"])
+
+
 def test_a_row_tells_ratings_mass_and_where_the_stiffness_comes_from() -> None:
     catalogue = Catalogue(
         products=[product("own", 1e4), product("new", 2e4, mass=0.5, preload_classes=classes(1e8))]

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -188,20 +189,28 @@ def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
     found: dict[str, Product] = {}
     for text in texts:
         named = {one.name: one for one in catalogue.products if one.name == text}
-        words = [re.compile(rf"(?<!\d){re.escape(word)}(?!\d)", re.IGNORECASE) for word in text.split()]
+        words = [re.compile(_as_part(word), re.IGNORECASE) for word in text.split()]
         every = {
             one.name: one
             for one in catalogue.products
             if all(w.search(f"{one.maker} {one.name}") for w in words)
         }
         if not (named or (words and every)):
-            known = first_names([one.name for one in catalogue.products])
+            names = [one.name for one in catalogue.products]
+            near = get_close_matches(text, [*names, *{one.maker for one in catalogue.products}], n=1)
+            hint = f"did you mean {near[0]}?" if near else f"it has {first_names(names)}"
             raise ArgumentError(
                 f"products: {text!r} is neither a name in the catalogue nor words of maker and name, as in 'HIWIN 25'; "
-                f"it has {known}"
+                f"{hint}"
             )
         found |= named or every
     return list(found.values())
+
+
+def _as_part(word: str) -> str:
+    """The pattern of a word as a part of a name, in which its numbers are whole."""
+    before, after = r"(?<!\d)" if word[0].isdigit() else "", r"(?!\d)" if word[-1].isdigit() else ""
+    return f"{before}{re.escape(word)}{after}"
 
 
 def _classes(product: Product) -> list[str | None]:
