@@ -28,7 +28,7 @@ from guideload import (
 )
 from guideload.audit.plausibility import longest_move, machine_warnings, motion_warnings
 from guideload.base.warnings import LIMITS, WarningText, verdict
-from guideload.cli.machine import KINDS
+from guideload.cli.inputs import MACHINE_KINDS
 from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
 from guideload.reports.trace import encoder_report
@@ -208,7 +208,7 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number(key: str) -> None:
 # ---- no false alarms
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["two-rails", *MACHINE_KINDS])
 def test_machines_of_init_have_no_warnings(kind: str) -> None:
     given = Machine.from_toml(EXAMPLES / "kinds" / f"{kind}.toml")
     assert not machine_report(given).warnings

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from command_line import guideload
 
-from guideload.cli.inputs import EXAMPLES
-from guideload.cli.machine import KINDS
+from guideload.cli.inputs import EXAMPLES, MACHINE_KINDS
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.moves import Moves
@@ -22,7 +21,7 @@ def written(tmp_path: Path, kind: str) -> Machine:
     return Machine.from_toml(path)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["two-rails", *MACHINE_KINDS])
 def test_each_kind_is_a_machine_that_moves(tmp_path: Path, kind: str) -> None:
     machine = written(tmp_path, kind)
     assert Modes.of(machine).damping_ratio.max() < 0.12
