@@ -41,7 +41,7 @@ from guideload.sizing.size import with_product
 TIME = GENTLE.times(500.0)
 PLACE, SPEED, ACCELERATION = GENTLE.motion(TIME)
 MOTION = Motion.along_x(TIME, ACCELERATION, velocity=SPEED, position=PLACE)
-WANTED = LifeConditions(life=2e6, safety=3.0)
+WANTED = LifeConditions(life="2000 km", safety=3.0)
 MOMENTS = {"roll": 500.0, "pitch": 400.0, "yaw": 400.0}
 
 
@@ -201,7 +201,7 @@ def test_what_cannot_be_sized_is_refused() -> None:
         size(cart(), MOTION, CATALOGUE, products=["huge"])
     machine = with_product(cart(), CATALOGUE["small"], "Z0")
     with pytest.raises(RunError, match="is not reached even without payload"):
-        largest(machine, MOTION, "payload", conditions=LifeConditions(life=1e12))
+        largest(machine, MOTION, "payload", conditions=LifeConditions(life="1e9 km"))
     with pytest.raises(ArgumentError, match="quantity"):
         largest(machine, MOTION, "price")  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match="speed: expected planned moves"):
@@ -210,7 +210,7 @@ def test_what_cannot_be_sized_is_refused() -> None:
     with pytest.raises(ArgumentError, match="jerk: no move has this limit"):
         largest(machine, trapezoid, "jerk")
     with pytest.raises(RunError, match="at 0.015625 of the speed"):
-        largest(machine, trapezoid, "speed", conditions=LifeConditions(life=1e12))
+        largest(machine, trapezoid, "speed", conditions=LifeConditions(life="1e9 km"))
     endless = largest(machine, replace(MOTION), "pace", conditions=LifeConditions(safety=1e-6))
     assert math.isinf(endless.value)
 
