@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, PlainSerializer, PlainValidator
+from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
@@ -21,6 +21,7 @@ Target = Annotated[
     LifeTarget,
     PlainValidator(life_target),
     PlainSerializer(str, return_type=str),
+    WithJsonSchema({"type": "string"}),
 ]
 Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 
