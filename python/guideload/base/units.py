@@ -100,8 +100,10 @@ def quantity(value: object, unit: str) -> float:
             raise ValueRefused(expected, value, f"a number and its unit in at most {LONGEST} characters")
         match = NUMBER.fullmatch(value)
         if match is None:
+            comma = re.fullmatch(r"\s*([+-]?\d+),(\d+\s*[^\d\s.,][^.,]*)", value)
+            example = f"{comma[1]}.{comma[2].strip()}" if comma else f"1.5 {unit}"
             raise ValueRefused(
-                expected, value, f'write a number with a decimal point, then its unit: "1.5 {unit}"'
+                expected, value, f'write a number with a decimal point, then its unit: "{example}"'
             )
         number, written = match.groups()
         if not written and unit != "1":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import input_warnings
+from guideload.audit.plausibility import input_warnings, machine_warnings
 from guideload.base.number_text import between, counted, digits, fixed, number
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
@@ -170,14 +170,20 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
             f"The motion there: {_reached(limit.motion)}. Tried: {between(*limit.tried)} {unit}.",
             *_pace_lines(limit, conditions),
         ],
-        warnings=_limit_warnings(limit, conditions),
+        warnings=_limit_warnings(machine, limit, conditions),
     )
 
 
-def _limit_warnings(limit: Limit, conditions: LifeConditions) -> list[str]:
-    """Of machine and motion at the answer."""
+def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) -> list[str]:
+    """Of the machine as given, and others of machine and motion at the answer."""
+    given = machine_warnings(machine)
+    told = {one.key for one in given}
+
+    def with_others(found: list[str]) -> list[str]:
+        return [*given, *(one for one in found if getattr(one, "key", "") not in told)]
+
     if limit.quantity in ("payload", "overhang"):
-        return input_warnings(limit.machine, limit.motion)
+        return with_others(input_warnings(limit.machine, limit.motion))
     motion = replace(limit.motion, source=f"at this {limit.quantity}")
     notes, lasts = [], float(np.ptp(motion.time))
     if conditions.repetition(1.0, lasts).duration < lasts * (1.0 - 1e-9):
@@ -185,7 +191,7 @@ def _limit_warnings(limit: Limit, conditions: LifeConditions) -> list[str]:
             f"Note: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
             f"lasts at this {limit.quantity}, {digits(lasts, 4)} s: take fewer cycles."
         )
-    return [*input_warnings(limit.machine, motion, FAR), *notes]
+    return with_others([*input_warnings(limit.machine, motion, FAR), *notes])
 
 
 def _pace_lines(limit: Limit, conditions: LifeConditions) -> Iterator[str]:
