@@ -185,7 +185,8 @@ def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) 
     if limit.quantity in ("payload", "overhang"):
         return with_others(input_warnings(limit.machine, limit.motion))
     motion = replace(limit.motion, source=f"at this {limit.quantity}")
-    notes, lasts = [], float(np.ptp(motion.time))
+    notes: list[str] = []
+    lasts = float(np.ptp(motion.time))
     if conditions.repetition(1.0, lasts).duration < lasts * (1.0 - 1e-9):
         notes.append(
             f"Note: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
