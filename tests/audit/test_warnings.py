@@ -29,6 +29,7 @@ from guideload import (
 from guideload.audit.plausibility import longest_move, machine_warnings, motion_warnings
 from guideload.base.warnings import LIMITS, WarningText, verdict
 from guideload.cli.inputs import MACHINE_KINDS
+from guideload.cli.templates import FILES
 from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
 from guideload.reports.trace import encoder_report
@@ -119,6 +120,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         "carriages[0].x is 90 m, beyond 20 m: is it in mm?",
     ),
     "distance in lengths": (lambda: machine_warnings(scaled(length=1e-3)), "beyond 500 times the length"),
+    "overlap": (
+        lambda: machine_warnings(machine(length=3.0)),
+        "mm apart, their length is 3000 mm: is x that of the centre",
+    ),
     "load at rest": (
         lambda: machine_warnings(rated(6e4)),
         "at rest, more than its static load rating C0 of 60 kN",
@@ -181,6 +186,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         lambda: run(rated(rated_torque=1e-3), lives.moved(Move(1.0, 2.0, 50.0))),
         "the motor overheats",
     ),
+    "motor speed": (
+        lambda: run(rated().model_copy(update={"drive": Drive(screw_lead="2 mm")})),
+        "rpm, beyond 10 000 rpm: is the travel per turn right",
+    ),
     "life": (lambda: run(rated(10.0), lives.moved(Move(1.0, 2.0, 50.0))), "beyond 1 000 000 h"),
 }
 
@@ -210,7 +219,7 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number(key: str) -> None:
 
 @pytest.mark.parametrize("kind", MACHINE_KINDS)
 def test_machines_of_init_have_no_warnings(kind: str) -> None:
-    given = Machine.from_toml(EXAMPLES / "kinds" / f"{kind}.toml")
+    given = Machine.from_toml(EXAMPLES / FILES[kind])
     assert not machine_report(given).warnings
     assert not result_report(simulate(given, Moves.from_toml(EXAMPLES / "moves.toml").motion())).warnings
 
@@ -271,6 +280,31 @@ def test_a_cart_that_is_held_or_reported_at_rest_is_not_slow() -> None:
     assert "acceleration" not in keys([*motion_warnings(held), *motion_warnings(constant)])
     rest = simulate(machine(), MOVES.motion(), times=[0.0, 1e-9]).audit.warnings
     assert "acceleration" not in keys(rest)
+
+
+def test_carriages_side_by_side_do_not_overlap_and_nearer_ones_do() -> None:
+    """Of one rail only: each has a neighbour beside it on the other. The length is that of the product."""
+    given = lives.cart()
+    first, second = (one for one in given.carriages if one.rail == given.carriages[0].rail)
+    product = given.products[0].model_copy(update={"carriage_length": 0.08})
+
+    def found(apart: float) -> set[str]:
+        moved = second.model_copy(update={"x": first.x + apart})
+        carriages = [moved if one is second else one for one in given.carriages]
+        changes = {"carriages": carriages, "products": (product,)}
+        return keys(machine_warnings(given.model_copy(update=changes)))
+
+    assert "overlap" not in found(0.08) | found(-0.08)
+    assert "overlap" in found(0.0799) & found(-0.0799) & found(0.0)
+
+
+def test_damping_of_roll_on_one_rail_is_explained_not_asked_about() -> None:
+    kind = Machine.from_toml(EXAMPLES / "kinds" / "one-rail.toml")
+    carriages = [one.model_copy(update={"damping_y": 0.5 * one.damping_y}) for one in kind.carriages]
+    (text,) = machine_warnings(kind.model_copy(update={"carriages": carriages}))
+    assert "roll on one rail, which the rows at width/2 damp with damping_y" in text and "?" not in text
+    (other,) = machine_warnings(scaled(damping_y=0.1, damping_z=0.1))
+    assert "roll on one rail" not in other
 
 
 def test_a_warning_keeps_its_key_in_a_copy() -> None:

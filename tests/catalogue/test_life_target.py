@@ -36,8 +36,18 @@ def test_a_target_is_read_back_from_its_text(text: str) -> None:
     assert life_target(str(conditions.life)) == conditions.life == life_target(conditions.life)
 
 
-def test_a_number_alone_is_in_metres_and_words_are_short() -> None:
-    assert LifeConditions(life=2e7).life == LifeTarget(2e7, "m") == life_target("20000 km")
+@pytest.mark.parametrize("value", [2000, 2e3, "2000"])
+def test_a_number_alone_is_refused_with_each_unit_that_it_may_have(value: object) -> None:
+    with pytest.raises(ConfigError) as refused:
+        LifeConditions(life=value)
+    for unit in ("km", "h", "years", "cycles"):
+        number = f"{value} {unit}"
+        assert f'"{number}"' in str(refused.value)
+        assert life_target(number).value > 0.0
+
+
+def test_words_are_short() -> None:
+    assert LifeConditions(life="20000 km").life == LifeTarget(2e7, "m") == life_target("20000 km")
     words = [life_target(text).text for text in ("20000 km", "10000 h", "1 year", "5e6 cycles")]
     assert [word.replace("\N{NARROW NO-BREAK SPACE}", " ") for word in words] == [
         "20 000 km", "10 000 h", "1 year", "5 000 000 cycles",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import guideload
+from command_line import guideload, refused
 
 from guideload.cli.inputs import EXAMPLES, MACHINE_KINDS
 from guideload.machine.machine import Machine
@@ -31,6 +31,18 @@ def test_each_kind_is_a_machine_that_moves(tmp_path: Path, kind: str) -> None:
     carried = result.quantities["static_force"].sum(axis=0)
     carried[0] -= result.quantities["static_reaction"][0]  # of held x: the drive
     assert carried == pytest.approx(weight, rel=1e-9, abs=1e-6)
+
+
+def test_a_motion_file_for_a_kind_has_its_own_command_which_the_refusal_names(tmp_path: Path) -> None:
+    """What the message says to run writes both files, and they fit each other."""
+    told = refused("init", "--moves", "--kind", "vertical")
+    assert "run `guideload init --moves` and `guideload init --kind vertical`" in told
+    for options in (["--moves"], ["--kind", "vertical"]):
+        guideload("init", tmp_path, *options)
+    assert (
+        "cart from 0 to 1.2 m"
+        in guideload("check", tmp_path / "machine.toml", tmp_path / "moves.toml").stdout
+    )
 
 
 def test_two_rails_is_the_default(tmp_path: Path) -> None:

@@ -78,6 +78,7 @@ def test_the_file_that_init_writes_is_valid(
         ),
         ("machine", {"rails": [{"name": "1", "position": [0, 0, 0]}]}),
         ("machine", {"life": {"rule": "best"}}),
+        ("machine", {"life": {"life": 20000}}),
         ("catalogue", {"products": [{"name": "p"}]}),
         ("study", {"sample": 10}),
         ("study", {"samples": 1.5}),

@@ -173,7 +173,7 @@ def test_a_life_that_fatigue_will_not_end_is_said_so(result: Result) -> None:
     assert light.hours(light.machine) > 1e5 > heavy.hours(heavy.machine)
     assert text in life_report(light, band=False).answer[0]
     assert text not in life_report(heavy, band=False).answer[0]
-    missed = life_of(result, LifeConditions(load_factor=1e-2, life=2 * light.machine))
+    missed = life_of(result, LifeConditions(load_factor=1e-2, life=f"{2 * light.machine!r} m"))
     assert text not in life_report(missed, band=False).answer[0]
 
 

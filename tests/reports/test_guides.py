@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import guideload, refused
+from hypothesis import given
+from hypothesis import strategies as st
 from lives import PRODUCT, cart, moved
 from moves import GENTLE
 
@@ -16,7 +18,7 @@ from guideload.base.errors import ConfigError
 from guideload.drive import drive_requirements
 from guideload.life.life import life_of
 from guideload.machine.drive import Friction
-from guideload.reports.guides import guides_section, rail_lengths
+from guideload.reports.guides import STEP, guides_section, rail_lengths, to_order
 from guideload.reports.life import life_report
 from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
@@ -41,10 +43,33 @@ def test_every_carriage_stays_on_the_rail() -> None:
         ends = place[:, None, None] + centers[:, None] + np.array([-0.045, 0.045])
         assert sum(found[rail.name][1:]) == pytest.approx(np.ptp(ends), rel=1e-14)
     text = " ".join(guides_section(result).parts[0])
-    assert "90 mm of a carriage" in text
+    assert "90 mm of a carriage; order 3600 mm, rounded up to the next 10 mm" in text
     unknown = simulate(with_product(carriage_length=None), MOTION)
     assert all(np.isnan(one.carriage) for one in rail_lengths(unknown))
     assert "m and the length of a carriage: " in " ".join(guides_section(unknown).parts[0])
+
+
+@given(st.integers(1, 4000), st.floats(0.0, 1.0))
+def test_a_rail_to_order_is_the_least_whole_step_that_is_long_enough(steps: int, part: float) -> None:
+    """A length of whole steps, however its sum was rounded, is not made longer."""
+    length = STEP * (steps - part)
+    assert length <= to_order(length) * (1 + 1e-6) and to_order(length) < length + STEP
+    exact = to_order(steps * STEP * (1 + 1e-15))
+    assert round(exact / STEP) == steps
+
+
+def test_what_is_rigid_is_said_and_what_is_given_is_named() -> None:
+    plain = cart()
+    first = plain.carriages[0]
+    soft = [first.model_copy(update={"compliance_y": 1e-9}), *plain.carriages[1:]]
+    base = {"compliance": (1e-9 * np.eye(6)).tolist()}
+    for machine, words in (
+        (plain, "The structure, table and base, is rigid in this model"),
+        (plain.model_copy(update={"carriages": soft}), "the structure at carriage 1a (compliance); all else"),
+        (plain.model_copy(update={"base": base}), "Elastic are the guides and the base ([base]); all else"),
+    ):
+        for report in (machine_report(machine), result_report(simulate(machine, MOTION))):
+            assert words in " ".join(report.text().split())
 
 
 def test_the_mass_of_the_carriages_is_that_of_all_of_a_product() -> None:
@@ -78,6 +103,7 @@ def test_seals_of_products_need_no_velocity() -> None:
     assert not drive_requirements(simulate(with_product(seal_force=SEAL), motion)).friction.any()
 
 
+TO_SIGN = f"Checked by: {'_' * 20} Date: {'_' * 20}"
 HEAD = """
 [report]
 project = "Gantry <12>"
@@ -92,7 +118,8 @@ def test_the_head_is_in_every_report_as_text_and_html() -> None:
     machine = cart(report={"project": "Gantry <12>", "date": date(2026, 3, 31)})
     result = simulate(machine, MOTION)
     for report in (result_report(result), machine_report(machine), life_report(life_of(result), band=False)):
-        assert report.text().startswith("Project: Gantry <12>\nDate: 2026-03-31\n\n")
+        assert report.text().startswith(f"Project: Gantry <12>\nDate: 2026-03-31\n{TO_SIGN}\n\n")
+        assert f"<p>{TO_SIGN}</p>" in html_report.report_page(report)
         assert "<p>Project: Gantry &lt;12&gt;</p>" in html_report.report_page(report)
     assert machine_report(cart()).text().startswith("machine: linear")
     assert Machine.model_validate_json(machine.model_dump_json()) == machine
@@ -108,6 +135,8 @@ def test_the_head_comes_from_the_machine_file(tmp_path: Path) -> None:
     assert shown.startswith(
         "Project: Gantry <12>\nCustomer: A & B\nDrawing: 4711 rev. B\nAuthor: N. N.\nDate: 2026-03-31\n"
     )
+    file.write_text(text + '[report]\nchecked_by = "M. M."\n', encoding="utf-8")
+    assert guideload("check", file).stdout.startswith(TO_SIGN.replace("by: ", "by: M. M. "))
     file.write_text(text + '[report]\ndate = "today"\n', encoding="utf-8")
     assert guideload("check", file).stdout.startswith(f"Date: {date.today().isoformat()}\n")
     file.write_text(text + "[report]\nproject = 12\n", encoding="utf-8")

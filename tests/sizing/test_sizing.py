@@ -27,12 +27,15 @@ from guideload import (
     life_of,
     simulate,
 )
+from guideload.audit.plausibility import input_warnings
+from guideload.base.number_text import digits
+from guideload.base.warnings import WarningText
 from guideload.cli.inputs import EXAMPLES
 from guideload.drive import drive_requirements
 from guideload.machine.drive import Drive
 from guideload.machine.modes import Modes
 from guideload.reports.report import Table
-from guideload.reports.sizing import sizing_report
+from guideload.reports.sizing import limit_report, sizing_report
 from guideload.sizing import largest, size
 from guideload.sizing.limits import at_pace, with_payload
 from guideload.sizing.requirements import margins_of
@@ -41,7 +44,7 @@ from guideload.sizing.size import with_product
 TIME = GENTLE.times(500.0)
 PLACE, SPEED, ACCELERATION = GENTLE.motion(TIME)
 MOTION = Motion.along_x(TIME, ACCELERATION, velocity=SPEED, position=PLACE)
-WANTED = LifeConditions(life=2e6, safety=3.0)
+WANTED = LifeConditions(life="2000 km", safety=3.0)
 MOMENTS = {"roll": 500.0, "pitch": 400.0, "yaw": 400.0}
 
 
@@ -97,6 +100,20 @@ def test_ranked_by_the_rating_for_one_distance(sized: object) -> None:
     first = sized.smallest  # type: ignore[attr-defined]
     assert first.holds and not any(one.holds for one in sized.candidates if one.size < first.size)  # type: ignore[attr-defined]
     assert list(sized.table().index) == names  # type: ignore[attr-defined]
+
+
+def test_the_next_smaller_product_is_named_with_its_best_class(sized: Any) -> None:
+    """Of the products in the table that are smaller, the largest, and of its classes the one that comes nearest."""
+    wanted = 1.01 * max(one.life.weakest.static.safety for one in sized.candidates if one.life is not None)
+    largest_one = product("largest", 9e4, static_moments={key: 50 * value for key, value in MOMENTS.items()})
+    catalogue = Catalogue(products=[*CATALOGUE.products, largest_one])
+    found = size(cart(), MOTION, catalogue, conditions=LifeConditions(safety=wanted))
+    assert found.smallest is not None and found.smallest.name == "largest"
+    near = {one.name: one.margins.smallest for one in found.candidates if one.name.startswith("large Z")}
+    name = max(near, key=near.__getitem__)
+    (answer,) = sizing_report(cart(), found).answer
+    assert f"The next smaller one does not: {name}, the best of its preload classes" in answer
+    assert "Stiffness is not required of any" in answer
 
 
 def test_a_product_without_law_keeps_that_of_the_machine() -> None:
@@ -201,7 +218,7 @@ def test_what_cannot_be_sized_is_refused() -> None:
         size(cart(), MOTION, CATALOGUE, products=["huge"])
     machine = with_product(cart(), CATALOGUE["small"], "Z0")
     with pytest.raises(RunError, match="is not reached even without payload"):
-        largest(machine, MOTION, "payload", conditions=LifeConditions(life=1e12))
+        largest(machine, MOTION, "payload", conditions=LifeConditions(life="1e9 km"))
     with pytest.raises(ArgumentError, match="quantity"):
         largest(machine, MOTION, "price")  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match="speed: expected planned moves"):
@@ -210,9 +227,61 @@ def test_what_cannot_be_sized_is_refused() -> None:
     with pytest.raises(ArgumentError, match="jerk: no move has this limit"):
         largest(machine, trapezoid, "jerk")
     with pytest.raises(RunError, match="at 0.015625 of the speed"):
-        largest(machine, trapezoid, "speed", conditions=LifeConditions(life=1e12))
+        largest(machine, trapezoid, "speed", conditions=LifeConditions(life="1e9 km"))
     endless = largest(machine, replace(MOTION), "pace", conditions=LifeConditions(safety=1e-6))
     assert math.isinf(endless.value)
+
+
+def test_an_answer_that_nobody_can_build_is_told() -> None:
+    """At the answer, not at the motion that was given; with the limit that is missing, not with a unit."""
+    machine = with_product(cart(), CATALOGUE["small"], "Z0")
+    conditions = LifeConditions(safety=1e-6)
+    found = largest(machine, MOTION, "pace", conditions=conditions)
+    told = limit_report(machine, found, conditions).warnings
+    speed = np.abs(found.motion.velocity).max()  # type: ignore[arg-type]
+    assert speed > 10.0 > np.abs(MOTION.velocity).max()  # type: ignore[arg-type]
+    assert any(f"at this pace: the cart reaches {digits(speed)} m/s" in text for text in told)
+    assert all("max_speed" in text and " mm" not in text for text in told if "at this pace" in text)
+    assert not any("at this pace" in text for text in input_warnings(machine, MOTION))
+
+
+def test_a_payload_is_judged_with_the_machine_that_carries_it() -> None:
+    """Without a requirement that ends it before, 1024 times the mass sags and vibrates as no machine does."""
+    machine, conditions = with_product(cart(), CATALOGUE["small"], "Z0"), LifeConditions(safety=1e-6)
+    found = largest(machine, MOTION, "payload", conditions=conditions)
+    assert found.machine.body.mass == pytest.approx(machine.body.mass + found.tried[1], rel=1e-12)
+    keys = {
+        one.key for one in limit_report(machine, found, conditions).warnings if isinstance(one, WarningText)
+    }
+    assert {"sag", "load at rest"} <= keys
+
+
+def test_hours_at_stated_cycles_do_not_follow_the_pace_and_others_do() -> None:
+    """Stated cycles per hour stay at each pace, and the report says so, and where the motion does not fit."""
+    machine = with_product(cart(), CATALOGUE["large"], "Z0")
+    duration = float(np.ptp(TIME))
+    for cycles, fits in ((None, True), (100.0, True), (3600.0 / duration * 100.0, False)):
+        conditions = LifeConditions(safety=3.0, cycles_per_hour=cycles)
+        found = largest(machine, MOTION, "pace", conditions=conditions)
+        report = limit_report(machine, found, conditions)
+        lasts = float(np.ptp(found.motion.time))
+        assert lasts == pytest.approx(duration / found.value, rel=1e-9)
+        said = [text for text in report.answer if "is kept at every pace" in text]
+        assert len(said) == (cycles is not None)
+        assert all(f"it lasts {digits(lasts, 4)} s there" in text for text in said)
+        assert any("leaves less time than the motion lasts" in text for text in report.warnings) != fits
+
+
+def test_a_limit_of_moves_is_told_with_what_the_moves_reach() -> None:
+    """A short stroke never reaches the speed that its limit allows."""
+    machine, conditions = with_product(cart(), CATALOGUE["large"], "Z0"), LifeConditions(safety=1e-6)
+    moves = Moves(moves=[Move(distance=0.1, speed=0.2, acceleration=1, profile="trapezoid")], rate=64)
+    answer = limit_report(
+        machine, largest(machine, moves, "speed", conditions=conditions), conditions
+    ).answer[0]
+    assert (
+        f"reach only {digits(math.sqrt(0.1))} m/s" in answer
+    )  # sqrt(a d): half the way speeding up, half braking
 
 
 @pytest.mark.parametrize(

@@ -217,7 +217,7 @@ def test_incomplete_and_unknown_keys_are_refused(keys: dict[str, Any], words: st
         (
             "mode",
             dict(distribution="triangular", low=1, high=2),
-            "a mode from 1 to 2, got 200.*machine's value",
+            "a mode from 1 to 2, got 200.*machine's value if none is given: give one",
         ),
         ("at_least", dict(distribution="uniform", plus_minus=1, at_least=5, at_most=4), "at_least < at_most"),
         ("at_least", dict(distribution="normal", sigma=1, at_least=300), "only 0 of the distribution"),
@@ -238,8 +238,14 @@ def test_percent_of_nothing_and_mixed_amounts_for_several_places_are_refused() -
     for mixed in (
         dict(distribution="normal", mean="110 %", sigma="1 mm"),
         dict(distribution="normal", sigma="1 mm", at_most="0.3 m"),
-        dict(distribution="triangular", low="1 mm", high="0.3 m"),
         dict(distribution="sample", values=["110 %", "0.3 m"]),
     ):
         with pytest.raises(KeyRefused, match="a single value.*got 2.*each"):
             marginal("m", (0.1, 0.2), **mixed)
+    ends = dict(distribution="triangular", low="1 mm", high="0.3 m")
+    with pytest.raises(
+        KeyRefused, match="most likely value, because the 2 values have no common one"
+    ) as caught:
+        marginal("m", (0.1, 0.2), **ends)
+    assert caught.value.key == "mode"
+    assert marginal("m", (0.1, 0.2), **ends, mode="2 mm").form == "value"

@@ -92,6 +92,25 @@ def test_life_and_safety_of_samples_are_those_of_single_runs(
         assert result.column("static_safety")[i] == pytest.approx(life.weakest.static.safety, rel=rel)
 
 
+@pytest.mark.parametrize("counts", [True, False])
+def test_a_preload_of_a_class_is_said_not_to_scatter(counts: bool) -> None:
+    """Where it counts, of the carriages whose preload does not vary, with the upper end of the class."""
+    classes = [{"name": "A", "stiffness": "400 N/um", "preload": "900 N"}]
+    plain = with_product(cart(life=LifeConditions(preload_in_life=counts)), preload_classes=classes)
+    own = with_carriages(plain, lambda one: PRELOADED if one.name in ("1a", "1b") else {})
+    cases = {"carriages[1a].preload_y": [5e3, 8e3], "carriages[1a].preload_z": [5e3, 8e3]}
+    study = Study(machine=own, motion=MOTION, cases=cases, method="implicit")
+    for notes, words in (
+        (studied(plain).metadata.life_notes, "has 900 N (carriage 1a, 1b, 2a and 2b), the upper end"),
+        (
+            run_study(study).metadata.life_notes,
+            "has 8 kN (carriage 1b) and 900 N (carriage 2a and 2b), the upper",
+        ),
+    ):
+        said = [note for note in notes if "the preload does not scatter" in note]
+        assert len(said) == counts and all(words in note for note in said)
+
+
 def test_a_preload_that_varies_counts_with_its_value() -> None:
     machine = with_product(cart())
     machine = with_carriages(machine, lambda one: PRELOADED)

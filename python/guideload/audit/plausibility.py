@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,14 @@ SI = "Numbers without unit are SI; other values need a unit, as in"
 def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[WarningText]:
     """The warnings of a machine at rest; `modes`: those of the machine, computed if None."""
     modes = Modes.of(machine) if modes is None else modes
-    found = _distances(machine), _rest(machine), _modes(machine, modes), _weight(machine), _estimates(machine)
+    found = (
+        _distances(machine),
+        _overlaps(machine),
+        _rest(machine),
+        _modes(machine, modes),
+        _weight(machine),
+        _estimates(machine),
+    )
     return [*rest_warnings(free_at_rest(machine)), *(warning for each in found for warning in each)]
 
 
@@ -106,6 +114,30 @@ def _distances(machine: Machine) -> Iterator[WarningText]:
             return
 
 
+def _overlaps(machine: Machine) -> Iterator[WarningText]:
+    """On carriages of one rail that are nearer than their lengths allow; with the nearest pair."""
+    lengths = [
+        (None if product is None else product.carriage_length) or one.length or 0.0
+        for one, product in zip(machine.carriages, machine.product_of_carriage, strict=True)
+    ]
+    pairs = []
+    for i, j in combinations(range(len(lengths)), 2):
+        needed = 0.5 * (lengths[i] + lengths[j])
+        apart = abs(machine.carriages[i].x - machine.carriages[j].x)
+        if machine.carriages[i].rail == machine.carriages[j].rail and apart < needed * (1.0 - 1e-9):
+            pairs.append((apart - needed, apart, needed, i, j))
+    if pairs:
+        _, apart, needed, i, j = min(pairs)
+        one, other = machine.carriages[i], machine.carriages[j]
+        others = f", and {counted(len(pairs) - 1, 'other pair')} too" if len(pairs) > 1 else ""
+        yield WarningText(
+            "overlap",
+            f"Note: carriages {one.name} and {other.name} overlap on rail {one.rail}{others}: their centres are "
+            f"{digits(1e3 * apart, 4)} mm apart, their length is {digits(1e3 * needed, 4)} mm: is x that of the centre "
+            "of each carriage, and the rail the right one?",
+        )
+
+
 def _rest(machine: Machine) -> Iterator[WarningText]:
     """On sag and on loads of the carriages at rest."""
     mass = f"body.mass = {number(machine.whole_body.mass)} kg"
@@ -149,9 +181,16 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             1.0,
             "Hz",
             "is at",
-            'is stiffness in N/m, as in "350 N/um", and mass in kg',
+            'is stiffness in N/m, as in "350 N/um", and mass in kg?',
         ),
-        ("damping", modes.damping_ratio, 100.0, "%", "is damped by", 'is damping in N s/m, as in "8 kN s/m"'),
+        (
+            "damping",
+            modes.damping_ratio,
+            100.0,
+            "%",
+            "is damped by",
+            'is damping in N s/m, as in "8 kN s/m"?',
+        ),
     ):
         limit = LIMITS[key]
         odd = [i for i, value in enumerate(values) if not limit.holds(float(value))]
@@ -159,10 +198,16 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             middle = np.sqrt(limit.least * limit.most)
             worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
             others = f", and {counted(len(odd) - 1, 'other mode')} too" if len(odd) > 1 else ""
+            if key == "damping" and values[worst] < limit.least and _rolls(machine, modes.shape[worst]):
+                question = (
+                    "it is roll on one rail, which the rows at width/2 damp with damping_y, and viscous damping gives "
+                    "low modes less than high ones. It rings longer here than with the 2 % usual of guides; raise "
+                    "damping_y only if a measurement says so."
+                )
             yield WarningText(
                 key,
                 f"Note: mode {worst + 1} {what} {digits(scale * values[worst])} {unit}, outside "
-                f"{number(scale * limit.least)} to {number(scale * limit.most)} {unit}{others}: {question}?",
+                f"{number(scale * limit.least)} to {number(scale * limit.most)} {unit}{others}: {question}",
             )
     sided = [float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided"]
     if not LIMITS["clearance"].holds(clearance := max(sided, default=0.0)):
@@ -170,6 +215,11 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             "clearance",
             f'Note: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? {SI} "5 um".',
         )
+
+
+def _rolls(machine: Machine, shape: Array) -> bool:
+    """Whether a mode is mostly roll about the only line of carriages."""
+    return machine.in_one_line and moving_dofs(machine, shape)[:1] == ["rx"]
 
 
 def _weight(machine: Machine) -> Iterator[WarningText]:
@@ -225,29 +275,39 @@ def static_loads(machine: Machine) -> Array:
 # ---- motion
 
 
-def input_warnings(machine: Machine, motion: Motion | None) -> list[str]:
+def input_warnings(machine: Machine, motion: Motion | None, question: str = "") -> list[str]:
     """The warnings of what a computation starts from: of motion and machine, and of both together.
 
-    The audit of a run has them too. Commands that show no audit begin their report with these.
+    The audit of a run has them too. Commands that show no audit begin their report with these. question: see
+    `plausible_motion`.
     """
-    return [*([] if motion is None else motion_warnings(motion, machine)), *machine_warnings(machine)]
+    found = [] if motion is None else motion_warnings(motion, machine, question)
+    return [*found, *machine_warnings(machine)]
 
 
-def motion_warnings(motion: Motion, machine: Machine | None = None) -> list[WarningText | str]:
+def motion_warnings(
+    motion: Motion, machine: Machine | None = None, question: str = ""
+) -> list[WarningText | str]:
     """The warnings of a motion by itself, from its figures and its reading, and of what it may hide from a machine."""
     figures = plausible_motion(
-        motion.time, motion.acceleration, motion.velocity, motion.position, motion.source
+        motion.time, motion.acceleration, motion.velocity, motion.position, motion.source, question
     )
     resolution = None if machine is None else TraceResolution.of_motion(machine, motion)
     return [*figures, *motion.warnings, *resolution_warnings(resolution)]
 
 
 def plausible_motion(
-    time: Array, acceleration: Array, velocity: Array | None, position: Array | None, source: str
+    time: Array,
+    acceleration: Array,
+    velocity: Array | None,
+    position: Array | None,
+    source: str,
+    question: str = "",
 ) -> Iterator[WarningText]:
     """On speed, acceleration, travel and duration of moves.
 
     time: (n,) s. acceleration, velocity, position: (n, 3) m/s2, m/s, m, of the cart. source: where they come from.
+    question: at the end of each sentence, in place of those about the units of what was read.
     """
     speed = 0.0 if velocity is None else float(np.abs(velocity).max())
     travel = 0.0 if position is None else float(np.ptp(position, axis=0).max())
@@ -270,8 +330,8 @@ def plausible_motion(
         below = value < limit.least
         if value and not limit.holds(value) and not (below and travel < STILL):
             beyond = f"below {number(limit.least)}" if below else f"beyond {number(limit.most)}"
-            question = slow if below or key == "time of a move" else quick
-            yield WarningText(key, f"Note: {where}{words}, {beyond} {limit.unit}: {question}")
+            asked = question or (slow if below or key == "time of a move" else quick)
+            yield WarningText(key, f"Note: {where}{words}, {beyond} {limit.unit}: {asked}")
 
 
 def longest_move(time: Array, velocity: Array) -> float:

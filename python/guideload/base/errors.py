@@ -174,7 +174,8 @@ class UnreadableConfig(ConfigError, ReadError):
 def problem_at(place: KeyPath, refused: ValueRefused) -> Problem:
     """The problem of a refused value at its key."""
     place = (*place, refused.key) if isinstance(refused, KeyRefused) else place
-    return Problem(place, refused.value, refused.expected, refused.hint, None, shown(refused.value))
+    written = ABSENT if refused.value is None else shown(refused.value)
+    return Problem(place, refused.value, refused.expected, refused.hint, None, written)
 
 
 def refused_at(place: KeyPath, expected: str, value: object, hint: str = "") -> ConfigError:

@@ -84,6 +84,8 @@ FACTOR = re.compile(rf"([*/]?)\s*{_NAME}\s*")
 # Symbols of all units, and the units with prefix that drawings and catalogues use.
 SYMBOLS = [row.split()[0] for row in TABLE.strip().splitlines()]
 SYMBOLS += ["kg", "mm", "um", "cm", "kN", "ms", "mrad", "kHz"]
+# Beside the SI unit, in hints for a number without unit: the unit that is more likely meant.
+ON_DRAWINGS = {"m": "mm", "N": "kN", "N/m": "N/um", "N s/m": "kN s/m", "m/N": "um/kN", "s": "ms"}
 SIGNS = str.maketrans({"·": "*", "⋅": "*", "²": "^2", "³": "^3"})
 
 
@@ -98,12 +100,15 @@ def quantity(value: object, unit: str) -> float:
             raise ValueRefused(expected, value, f"a number and its unit in at most {LONGEST} characters")
         match = NUMBER.fullmatch(value)
         if match is None:
+            comma = re.fullmatch(r"\s*([+-]?\d+),(\d+\s*[^\d\s.,][^.,]*)", value)
+            example = f"{comma[1]}.{comma[2].strip()}" if comma else f"1.5 {unit}"
             raise ValueRefused(
-                expected, value, f'write a number with a decimal point, then its unit: "1.5 {unit}"'
+                expected, value, f'write a number with a decimal point, then its unit: "{example}"'
             )
         number, written = match.groups()
         if not written and unit != "1":
-            raise ValueRefused(expected, value, f'add the unit, as in "{number} {unit}"')
+            either = " or ".join(f'"{number} {one}"' for one in (ON_DRAWINGS.get(unit), unit) if one)
+            raise ValueRefused(expected, value, f"add the unit, as in {either}")
         try:
             return float(Fraction(number) * _ratio(written or "1", unit))
         except ValueRefused as error:

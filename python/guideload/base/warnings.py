@@ -46,6 +46,7 @@ LIMITS = {
         "a length in mm read as m is 1000 times as long",
         most=500.0,
     ),
+    "overlap": Limit("carriages of one rail that overlap", "two bodies cannot be in one place"),
     "load at rest": Limit(
         "load of a carriage at rest, over C0", "permanent deformation begins at C0", most=1.0
     ),
@@ -117,8 +118,11 @@ LIMITS = {
         "vibration that samples may miss, over the peak", "catalogues are no better", most=0.03
     ),
     "motor": Limit(
-        "use of the motor's torque, speed or rated torque", "the motor cannot make the motion", most=1.0
+        "use of the motor's torque, speed or rated torque, and of the limits of screw and drive",
+        "they cannot make the motion",
+        most=1.0,
     ),
+    "motor speed": Limit("speed of the motor", "servo motors end at 3000 to 8000 rpm", most=10e3, unit="rpm"),
     "life": Limit(
         "life at the stated duty", "shorter: worn out in a day; longer: a century of work", 10.0, 1e6, "h"
     ),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, PlainSerializer, PlainValidator
+from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
 
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import CYCLES, DISTANCE, FACTOR, YEARLY
+from guideload.base.ranges import CYCLES, FACTOR, YEARLY
 from guideload.catalogue.life_target import HOUR, LifeTarget, Repetition, life_target
 
 RuleName = Literal["sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson"]
@@ -20,8 +19,9 @@ LEAST_SAFETY: dict[Application, float] = {"normal": 1.0, "vibration and shock": 
 
 Target = Annotated[
     LifeTarget,
-    PlainValidator(partial(life_target, unit="m", above=0.0, within=DISTANCE)),
+    PlainValidator(life_target),
     PlainSerializer(str, return_type=str),
+    WithJsonSchema({"type": "string"}),
 ]
 Factor = Annotated[float, in_range(FACTOR, above=0.0)]
 

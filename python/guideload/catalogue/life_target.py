@@ -6,16 +6,16 @@ import math
 from dataclasses import dataclass
 
 from guideload.base.config import number
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import ValueRefused, shown
 from guideload.base.number_text import number as number_text
-from guideload.base.ranges import CYCLES, DISTANCE, TIME, YEARS, Range
+from guideload.base.ranges import CYCLES, DISTANCE, TIME, YEARS
 from guideload.base.units import NUMBER, quantity
 
 HOUR = 3600.0  # s
 CONTINUOUS = 8766.0  # hours of a year of continuous operation, of 365.25 days
 EXPECTED = "a life in km, h, years or cycles"
 WORDS = {"cycle": "cycles", "cycles": "cycles", "year": "years", "years": "years"}
-RANGES = {"s": TIME, "cycles": CYCLES, "years": YEARS}
+RANGES = {"m": DISTANCE, "s": TIME, "cycles": CYCLES, "years": YEARS}
 
 
 @dataclass(frozen=True)
@@ -41,36 +41,27 @@ class LifeTarget:
         return f"{self.value!r} {self.unit}"
 
 
-def life_target(value: object, unit: str = "m", above: float = 0.0, within: Range = DISTANCE) -> LifeTarget:
+def life_target(value: object) -> LifeTarget:
     """A life to be reached, of a file, an option or code: "20000 km", "10000 h", "10 years" or "5e6 cycles".
 
-    Parameters
-    ----------
-    value : number, str or LifeTarget
-        A number alone is in `unit`.
-    unit, within : str, Range
-        Unit and range of a number alone.
-    above : float
-        The life must be larger.
-
-    Raises
-    ------
-    ValueRefused
-        For another quantity, no unit, and a value outside its range.
+    Raises ValueRefused for another quantity, a number without unit, and a value outside its range.
     """
     if isinstance(value, LifeTarget):
         return value
-    if isinstance(value, str) and (match := NUMBER.fullmatch(value)):
-        text, written = match.groups()
-        if word := WORDS.get(written):
-            return LifeTarget(number(text, "1", above=above, within=RANGES[word]), word)
-    for one in ("m", "s") if isinstance(value, str) else (unit,):
+    match = NUMBER.fullmatch(value if isinstance(value, str) else shown(value))
+    text, written = match.groups() if match else ("", "")
+    if word := WORDS.get(written):
+        return LifeTarget(number(text, "1", above=0.0, within=RANGES[word]), word)
+    for unit in ("m", "s") if written else ():
         try:
-            quantity(value, one)
+            quantity(value, unit)
         except ValueRefused:
             continue
-        return LifeTarget(number(value, one, above=above, within=RANGES.get(one, within)), one)
-    raise ValueRefused(EXPECTED, value, 'e.g. "20000 km", "10000 h", "10 years" or "5e6 cycles"')
+        return LifeTarget(number(value, unit, above=0.0, within=RANGES[unit]), unit)
+    choices = [f'"{one}"' for one in ("20000 km", "10000 h", "10 years", "5e6 cycles")]
+    if match and not written:
+        choices = [f'"{text} {unit}"' for unit in ("km", "h", "years", "cycles")]
+    raise ValueRefused(EXPECTED, value, f"write {', '.join(choices[:-1])} or {choices[-1]}")
 
 
 @dataclass(frozen=True)

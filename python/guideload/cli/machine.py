@@ -43,9 +43,11 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
     from guideload.cli.templates import file_template  # loads numpy, which the help does not need
 
     kind = next((name for name, wanted in files.items() if wanted), None)
-    given = [f"--{name}" for name, wanted in (*files.items(), ("kind", machine_kind)) if wanted]
+    given = [f"--{name}" for name, wanted in files.items() if wanted]
+    given += [f"--kind {machine_kind}"] if machine_kind else []
     if len(given) > 1:
-        raise InputError(f"{joined(given)} write different files: give one of them")
+        commands = joined(f"`guideload init {one}`" for one in given)
+        raise InputError(f"{joined(given)} write different files: run {commands}")
     name = f"{kind or 'machine'}.toml"
     path = path or Path(name)
     if path.is_dir():

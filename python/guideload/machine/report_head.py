@@ -10,6 +10,8 @@ from pydantic import BeforeValidator, Field
 from guideload.base.config import ConfigModel
 from guideload.machine.components import Name
 
+SIGN = "_" * 20  # where to sign on paper
+
 
 def _day(value: object) -> object:
     """A date as text; that of the day on which the file is read for "today"."""
@@ -23,12 +25,17 @@ class ReportHead(ConfigModel):
     customer: Name | None = Field(default=None, description="for whom the machine is built")
     drawing: Name | None = Field(default=None, description="number of the drawing, with its revision")
     author: Name | None = Field(default=None, description="who computed it")
+    checked_by: Name | None = Field(
+        default=None, description="who checks it; the head has a line to sign in any case"
+    )
     date: Annotated[Name, BeforeValidator(_day)] | None = Field(
         default=None, description='a day, e.g. 2026-03-31; "today" is that of the run'
     )
 
     @property
     def lines(self) -> list[str]:
-        """A line for each key that is given: `Project: Gantry 12`."""
-        given = ((key, getattr(self, key)) for key in type(self).model_fields)
-        return [f"{key.capitalize()}: {value}" for key, value in given if value is not None]
+        """A line for each key that is given: `Project: Gantry 12`; then one to sign. None without any key."""
+        given = self.model_dump(exclude_none=True, exclude={"checked_by"})
+        lines = [f"{key.capitalize()}: {value}" for key, value in given.items()]
+        checked = "" if self.checked_by is None else f"{self.checked_by} "
+        return [*lines, f"Checked by: {checked}{SIGN} Date: {SIGN}"] if lines or checked else []

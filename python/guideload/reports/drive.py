@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import KINDS, digits, fixed, joined, load_in_table, percent, seconds, signed
+from guideload.base.number_text import (
+    KINDS,
+    digits,
+    fixed,
+    joined,
+    load_in_table,
+    number,
+    percent,
+    seconds,
+    signed,
+)
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.drive.requirements import (
     DriveRequirements,
@@ -27,9 +37,22 @@ RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 
 
 def drive_warnings(result: Result) -> list[str]:
-    """Warnings of a motor that cannot make the motion."""
-    motor = drive_requirements(result).motor
-    return [] if motor is None else [*_motor_warnings(motor)]
+    """Warnings of a motor, screw or drive that cannot make the motion."""
+    needed = drive_requirements(result)
+    motor = [] if needed.motor is None else [*_motor_warnings(needed.motor)]
+    beyond = [
+        WarningText("motor", f"Note: the {name} reaches {percent(1.0 / margin)} of its limit.")
+        for name, margin in _of_the_drive(needed)
+        if margin < 1.0
+    ]
+    return [*motor, *beyond]
+
+
+def _of_the_drive(needed: DriveRequirements) -> Iterator[tuple[str, float]]:
+    """Limit over figure of screw and drive, as far as they are given."""
+    for name in ("speed of the screw", "drive force"):
+        if (margin := needed.margins.get(name)) is not None:
+            yield name, margin
 
 
 def drive_parts(result: Result) -> list[Part]:
@@ -84,9 +107,9 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
         yield f"The seals of the products take {digits(seals.sum())} N together; seal in [friction] replaces it."
     if needed.motor is not None:
         yield from _motor_sentences(needed.motor)
-    for name in ("speed of the screw", "drive force"):
-        if (margin := needed.margins.get(name)) is not None:
-            yield f"{'Note: the' if margin < 1.0 else 'The'} {name} reaches {percent(1.0 / margin)} of its limit."
+    for name, margin in _of_the_drive(needed):
+        if margin >= 1.0:
+            yield f"The {name} reaches {percent(1.0 / margin)} of its limit."
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)
         names = (carriage.name for carriage in result.machine.carriages)
@@ -112,6 +135,13 @@ def _motor_sentences(motor: Motor) -> Iterator[str]:
 
 
 def _motor_warnings(motor: Motor) -> Iterator[WarningText]:
+    fastest, most = RPM * float(np.abs(motor.speed).max()), LIMITS["motor speed"].most
+    if fastest > most:
+        yield WarningText(
+            "motor speed",
+            f"Note: the motor reaches {fixed(fastest)} rpm, beyond {number(most)} rpm: is the travel per turn right "
+            "(screw_lead, pinion_diameter, gear_ratio), and the speed in m/s?",
+        )
     use = np.zeros(1) if motor.use is None else motor.use
     at = int(use.argmax())
     place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,6 +14,12 @@ from guideload.reports.report import Section
 
 if TYPE_CHECKING:
     from guideload.simulation.result import Result
+
+
+STEP = 0.01  # m, to which lengths of rails are rounded up
+ROUNDED = (
+    "rounded up to the next 10 mm; reserve of the stroke, end stops and the pitch of the holes come on top"
+)
 
 
 class RailLength(NamedTuple):
@@ -38,6 +45,11 @@ def rail_lengths(result: Result) -> Iterator[RailLength]:
             yield RailLength(rail.name, float(np.ptp(position[:, 0])), float(span), float(longest))
 
 
+def to_order(length: float) -> float:
+    """A rail length [m] rounded up to the next whole `STEP`; what rounding of doubles adds does not count."""
+    return STEP * math.ceil(length / STEP - 1e-6)
+
+
 def guides_section(result: Result) -> Section:
     """Carriages by product with their mass, and the least length of each rail."""
     lines = []
@@ -49,10 +61,12 @@ def guides_section(result: Result) -> Section:
         lines.append(f"{counted(count, 'carriage')} {product.name}{mass}")
     for rail, stroke, span, carriage in rail_lengths(result):
         known = not np.isnan(carriage)
-        least = digits(stroke + span + (carriage if known else 0.0), 4)
+        needed = stroke + span + (carriage if known else 0.0)
+        rest = "" if known else " and the length of a carriage"
+        order = f"; order {number(1e3 * to_order(needed))} mm, {ROUNDED}" if known else ""
         last = f", {digits(1e3 * carriage)} mm of a carriage" if known else ""
         lines.append(
-            f"rail {rail}: at least {least} m{'' if known else ' and the length of a carriage'}: {digits(stroke, 4)} m "
-            f"of stroke, {digits(span, 4)} m from the first to the last carriage{last}"
+            f"rail {rail}: at least {digits(needed, 4)} m{rest}: {digits(stroke, 4)} m of stroke, "
+            f"{digits(span, 4)} m from the first to the last carriage{last}{order}"
         )
     return Section("Rails and carriages", lines)

@@ -45,7 +45,11 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
         "machine",
         answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
         warnings=[*input_warnings(machine, motion), *rows],
-        sections=[*machine_sections(machine), _static_section(machine)],
+        sections=[
+            *machine_sections(machine),
+            _static_section(machine),
+            Section("Structure", *structure_lines(machine)),
+        ],
     )
 
 
@@ -110,7 +114,23 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
         Column("damped", damped, "Hz", "4 digits"),
         Column("moves mostly in", dofs),
     )
-    return Section("Natural modes", table, *nominal_lines(machine, "frequencies"))
+    return Section("Natural modes", table, *nominal_lines(machine, "frequencies"), *structure_lines(machine))
+
+
+def structure_lines(machine: Machine) -> list[str]:
+    """How far the stiffness of the structure around the guides is in the model."""
+    compliant = [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
+    given = [] if machine.base is None else ["the base ([base])"]
+    given += [f"the structure at carriage {joined(compliant)} (compliance)"] if compliant else []
+    if given:
+        return [
+            f"Elastic are the guides and {joined(given)}; all else, as table and body, is rigid in this model."
+        ]
+    return [
+        "The structure, table and base, is rigid in this model: only the guides give way. On an elastic structure "
+        "natural frequencies are lower and displacements larger; [base], and compliance_y and compliance_z of "
+        "carriages, state it."
+    ]
 
 
 def _modes_range(modes: Modes) -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import input_warnings
+from guideload.audit.plausibility import input_warnings, machine_warnings
 from guideload.base.number_text import between, counted, digits, fixed, number
+from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Definitions, Report, Section, Table, Value
@@ -29,15 +31,18 @@ DEFINITIONS = (
     "gives ratings, length, width and stiffness, as far as its record has or implies them; damping is scaled so that "
     "damping ratios stay, and the mass stays. Carriages: their mass together."
 )
-UNITS = {
-    "pace": "times the given pace",
-    "payload": "kg more",
-    "overhang": "m more",
-    "speed": "m/s as the limit of the speed",
-    "acceleration": "m/s2 as the limit of the acceleration",
-    "deceleration": "m/s2 as the limit of the deceleration",
-    "jerk": "m/s3 as the limit of the jerk",
+# The value of a quantity in the answer, and its unit.
+WORDS = {
+    "pace": ("{} times the given pace", "times the given pace"),
+    "payload": ("{} kg more", "kg more"),
+    "overhang": ("{} m more", "m more"),
+    "speed": ("a speed limit of {} m/s", "m/s"),
+    "acceleration": ("an acceleration limit of {} m/s2", "m/s2"),
+    "deceleration": ("a deceleration limit of {} m/s2", "m/s2"),
+    "jerk": ("a jerk limit of {} m/s3", "m/s3"),
 }
+OF_MOVES = ("speed", "acceleration", "deceleration", "jerk")
+FAR = "is a limit of product or drive missing (max_speed, max_acceleration, torque_curve, max_force, critical_speed)?"
 
 
 def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> Report:
@@ -113,13 +118,17 @@ def _answer(machine: Machine, sizing: Sizing) -> str:
         return f"{machine.name}: none of {counted(len(sizing.candidates), 'candidate')} reaches {wanted}."
     assert found.margins is not None
     held = f"{machine.name}: the smallest product that reaches {wanted} is {found.name}: {_words(found.margins)}."
-    smaller = [one for one in sizing.candidates if one.size < found.size and one.margins is not None]
-    return held if not smaller else f"{held} The next smaller one does not: {_next(smaller[-1])}."
-
-
-def _next(one: Candidate) -> str:
-    assert one.margins is not None
-    return f"{one.name}: {_words(one.margins)}"
+    ran = [(one.size, one.margins, one.name) for one in sizing.candidates if one.margins is not None]
+    size = max((size for size, *_ in ran if size < found.size), default=None)
+    next_smaller = [(margins, name) for one, margins, name in ran if one == size]
+    if next_smaller:
+        margins, name = max(next_smaller, key=lambda one: one[0].smallest)
+        among = ", the best of its preload classes" if len(next_smaller) > 1 else ""
+        held += f" The next smaller one does not: {name}{among}: {_words(margins)}."
+    return (
+        f"{held} Stiffness is not required of any: a smaller product and a lighter preload are softer. Compare mode 1, "
+        f"{digits(found.first_mode)} Hz here, and run the machine with the product for the motion of its points."
+    )
 
 
 def _words(margins: Margins) -> str:
@@ -136,16 +145,21 @@ def requirements(conditions: LifeConditions) -> str:
 
 def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> Report:
     """The largest value of a quantity, and what would fail beyond it."""
-    wanted = requirements(conditions)
-    low, high = limit.tried
-    unit = UNITS[limit.quantity]
+    wanted, (value, unit) = requirements(conditions), WORDS[limit.quantity]
     if limit.value == float("inf"):
         text = f"{machine.name}: the requirement ({wanted}) is met at every {limit.quantity} that was tried."
     else:
         text = (
-            f"{machine.name}: the requirement ({wanted}) is met up to {digits(limit.value, 4)} "
-            f"{unit}. Beyond it {limit.margins.first_to_fail} fails first."
+            f"{machine.name}: the requirement ({wanted}) is met up to {value.format(digits(limit.value, 4))}. "
+            f"Beyond it {limit.margins.first_to_fail} fails first."
         )
+    if limit.quantity in OF_MOVES:
+        text += " It is the largest of the moves, whose limits are scaled alike."
+        if limit.quantity in ("speed", "acceleration"):
+            history = limit.motion.velocity if limit.quantity == "speed" else limit.motion.acceleration
+            most = min(limit.value, limit.tried[1])
+            if history is not None and (reached := float(np.abs(history).max())) < 0.99 * most:
+                text += f" The moves reach only {digits(reached)} {unit}: stroke and other limits end it."
     figures = ", ".join(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
     return Report.of(
         machine,
@@ -153,10 +167,44 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
         answer=[
             text,
             f"Figures over requirements there: {figures}.",
-            f"The motion there: {_reached(limit.motion)}. Tried: {between(low, high)} {unit.partition(' as ')[0]}.",
+            f"The motion there: {_reached(limit.motion)}. Tried: {between(*limit.tried)} {unit}.",
+            *_pace_lines(limit, conditions),
         ],
-        warnings=input_warnings(machine, limit.motion),
+        warnings=_limit_warnings(machine, limit, conditions),
     )
+
+
+def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) -> list[str]:
+    """Of the machine as given, and others of machine and motion at the answer."""
+    given = machine_warnings(machine)
+    told = {one.key for one in given}
+
+    def with_others(found: list[str]) -> list[str]:
+        return [*given, *(one for one in found if getattr(one, "key", "") not in told)]
+
+    if limit.quantity in ("payload", "overhang"):
+        return with_others(input_warnings(limit.machine, limit.motion))
+    motion = replace(limit.motion, source=f"at this {limit.quantity}")
+    notes: list[str] = []
+    lasts = float(np.ptp(motion.time))
+    if conditions.repetition(1.0, lasts).duration < lasts * (1.0 - 1e-9):
+        notes.append(
+            f"Note: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
+            f"lasts at this {limit.quantity}, {digits(lasts, 4)} s: take fewer cycles."
+        )
+    return with_others([*input_warnings(limit.machine, motion, FAR), *notes])
+
+
+def _pace_lines(limit: Limit, conditions: LifeConditions) -> Iterator[str]:
+    """What a stated number of cycles per hour means for the life at another pace."""
+    cycles = conditions.cycles_per_hour
+    if cycles is not None and limit.quantity not in ("payload", "overhang"):
+        yield (
+            f"cycles_per_hour = {number(cycles)} is kept at every {limit.quantity}: hours and years of life are those "
+            f"of a motion every {digits(HOUR / cycles, 4)} s, and it lasts {digits(np.ptp(limit.motion.time), 4)} s "
+            "there. A faster motion that is repeated more often wears out sooner; without cycles_per_hour the motion "
+            "repeats without a pause."
+        )
 
 
 def _reached(motion: Motion) -> str:

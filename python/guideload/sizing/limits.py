@@ -41,6 +41,7 @@ class Limit:
     margins   at this value, or at the largest tried
     tried     smallest and largest value that was tried
     motion    at this value, or at the largest tried
+    machine   at this value, or at the largest tried
     """
 
     quantity: Quantity
@@ -48,6 +49,7 @@ class Limit:
     margins: Margins
     tried: tuple[float, float]
     motion: Motion
+    machine: Machine
 
 
 @checked
@@ -86,12 +88,13 @@ def largest(
 
     from scipy.optimize import brentq  # takes 0.2 s to import, and `size` does without
 
-    runs: dict[float, tuple[Margins, Motion]] = {}
+    runs: dict[float, tuple[Margins, Motion, Machine]] = {}
 
     def margins(value: float) -> Margins:
         if value not in runs:
             changed, moved = vary(value)
-            runs[value] = margins_of(life_of(simulate(changed, moved), conditions or machine.life)), moved
+            life = life_of(simulate(changed, moved), conditions or machine.life)
+            runs[value] = margins_of(life), moved, changed
         return runs[value][0]
 
     low, high = _bracket(margins, unit, quantity)
@@ -104,8 +107,8 @@ def largest(
         )
         value = value if margins(value).hold else value - 2.0 * ACCURACY * high
         margins(value)
-    found, moved = runs[value if math.isfinite(high) else low]
-    return Limit(quantity, value, found, (min(runs), max(runs)), moved)
+    found, moved, changed = runs[value if math.isfinite(high) else low]
+    return Limit(quantity, value, found, (min(runs), max(runs)), moved, changed)
 
 
 def _vector(

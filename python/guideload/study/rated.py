@@ -11,7 +11,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import LifeError
-from guideload.base.number_text import joined
+from guideload.base.number_text import joined, load_in_sentence
 from guideload.life.arrangement import SIDE_BY_SIDE
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
 from guideload.life.limits import limit_notes
@@ -61,7 +61,24 @@ def rated_study(
     found = limit_notes(machine, criteria, travel, motion.position)
     unloaded = np.zeros((motion.time.size, 6))
     path = integrals(travel, unloaded, criteria[0].rule, criteria[0].rating.exponent)[1]
-    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in found), travel=float(path.sum()))
+    notes = (*found, *_preload_notes(criteria, factors))
+    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in notes), travel=float(path.sum()))
+
+
+def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> Iterator[str]:
+    """On the preloads that count and are the same in every sample."""
+    varied = [target for factor in factors for target in factor.targets if ".preload_" in target]
+    same: dict[float, list[str]] = {}
+    for one in criteria:
+        own = f"carriages[{one.name}].", f'carriages["{one.name}"].'
+        if one.rule.preload and not any(target.startswith(own) for target in varied):
+            same.setdefault(one.rule.preload, []).append(one.name)
+    if same:
+        forces = joined(f"{load_in_sentence(force)} (carriage {joined(of)})" for force, of in same.items())
+        yield (
+            f"the preload does not scatter: every sample has {forces}, the upper end of the preload class or what the "
+            "machine file states. Life and static safety of single carriages differ with theirs"
+        )
 
 
 def _require_possible(

@@ -186,7 +186,11 @@ class VariedParameter(ParameterPaths):
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # The default mode is the value of each parameter, and a bound without a location refers to nothing.
         without_mode = isinstance(self, TriangularSpec) and "low" in amounts and "mode" not in amounts
-        if True in kinds or without_mode or not (located or amounts.keys() <= set(WIDTHS)):
+        if without_mode and True not in kinds:
+            hint = 'give the mode, or a draw per value: each = "value", or low and high in percent'
+            expected = f"the most likely value, because the {len(nominal)} values have no common one"
+            raise KeyRefused("mode", expected, None, hint)
+        if True in kinds or not (located or amounts.keys() <= set(WIDTHS)):
             expected = "a single value where some amounts are in percent or left out and others have a unit"
             hint = 'give all amounts in percent, or all with a unit, or a draw per value: each = "value"'
             raise KeyRefused("path", expected, len(nominal), hint)
@@ -259,7 +263,8 @@ class _IntervalSpec(VariedParameter):
         given = {key for key in ("low", "high", "plus_minus") if getattr(self, key) is not None}
         if given not in ({"plus_minus"}, {"low", "high"}):
             table = self.model_dump(exclude_unset=True, mode="json")
-            raise ValueRefused("either plus_minus, or low and high", table)
+            hint = 'e.g. plus_minus = "10 %", around the machine\'s value'
+            raise ValueRefused("either plus_minus, or low and high", table, hint)
         return self
 
     def _ends(self, numbers: Numbers, nominal: float) -> tuple[float, float]:
@@ -295,8 +300,12 @@ class TriangularSpec(_IntervalSpec):
         low, high = self._ends(numbers, nominal)
         mode = numbers.get("mode", nominal)
         if not low <= mode <= high:
-            hint = "" if "mode" in numbers else "the machine's value is the mode if none is given"
-            raise KeyRefused("mode", f"a mode from {low:g} to {high:g}", mode, hint)
+            hint = (
+                ""
+                if "mode" in numbers
+                else "it is the machine's value if none is given: give one, or move the ends"
+            )
+            raise KeyRefused("mode", f"a mode from {self.low} to {self.high}", mode, hint)
         return distributions.Triangular(low, mode, high)
 
 
