@@ -182,29 +182,6 @@ def test_times_at_a_jump_and_a_single_time_and_none() -> None:
     assert simulate(machine, motion, times=[0.05, 0.05]).data.sizes["time"] == 2
 
 
-# ---- a pulse after rest
-
-
-@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
-@pytest.mark.parametrize("stamps", ["1 kHz", "one interval of rest"])
-def test_a_pulse_after_rest_is_never_missed(method: str, stamps: str) -> None:
-    motion = ref.pulse()
-    if stamps != "1 kHz":  # 5 s without a sample, the pulse, 2 s without a sample
-        keep = (motion.time >= 5.0) & (motion.time <= 5.05)
-        keep[[0, -1]] = True
-        motion = Motion(motion.time[keep], motion.acceleration[keep])
-    machine = machine_of("cart")
-    part = ref.piece(ref.pulse(), 4990, 5060)
-    force = ref.reference(machine, part).carriage
-    expected = np.abs(force - force[0]).max(axis=(0, 1))
-    loads = simulate(machine, motion, method, rtol=1e-4).carriage_loads
-    found = np.abs(loads - loads[0]).max(axis=(0, 1))
-    assert np.all(expected[1:3] > 10.0)  # N: the pulse is there
-    assert found == pytest.approx(expected, rel=0.02, abs=1e-9)
-    extremes = peak_loads(machine, motion, method, rtol=1e-4)
-    assert np.all((extremes.time_of_largest[:, 1] > 4.99) & (extremes.time_of_largest[:, 1] < 5.1))
-
-
 # ---- the same numbers with and without histories
 
 MIXED: dict[str, Any] = {"preload_y": 1200.0, "rolling": "ball", "clearance_z": 3e-6}
