@@ -1,8 +1,8 @@
 """Everything that must hold, on a machine with nothing but Rust and Python: `python3 tests/run.py [--quick]`.
 
 Makes a virtual environment in .venv, builds and installs the package there, and runs formatting, lints, Rust tests, the
-build without std and allocator, type checks, Python tests, and the documentation. What needs Rust alone runs beside.
-Ends at the first failure.
+build without std and allocator, type checks, Python tests, and the documentation. What the Python tests do not wait for
+runs beside them. Ends at the first failure.
 
 --quick: for the developer's loop, after one whole run. The compiled module is built without optimisation across crates
 into the source tree, which the tests import; unit tests of the core, and Python tests that are not marked slow.
@@ -41,34 +41,22 @@ def main() -> None:
         sys.exit("--quick needs the environment that `python3 tests/run.py` makes: run that once")
     if not PYTHON.exists():
         step("virtual environment", lambda: venv.create(ENVIRONMENT, with_pip=True))
-    with ThreadPoolExecutor(1) as beside:
-        rust = beside.submit(rust_lints_and_tests, quick)
+    # Neighbours share fixtures.
+    tests = (str(PYTHON), "-m", "pytest", "-q", "-n", "auto", "--dist", "worksteal")
+    with ThreadPoolExecutor(2) as beside:
+        others = [beside.submit(rust_lints_and_tests, quick)]
         if quick:
-            python_lints()
             build_module()
         else:
             run("build and install", str(PYTHON), "-m", "pip", "install", "--quiet", ".[test,docs]")
-            python_lints()
-            run("licences and known vulnerabilities", str(PYTHON), "tests/advisories.py")
-        run("Python types", str(PYTHON), "-m", "mypy")
-        rust.result()
-    tests = (
-        str(PYTHON),
-        "-m",
-        "pytest",
-        "-q",
-        "-n",
-        "auto",
-        "--dist",
-        "worksteal",
-    )  # neighbours share fixtures
-    if quick:
-        run("quick Python tests", *tests, "-m", "not slow", PYTHONPATH=str(ROOT / "python"))
-    else:
-        with ThreadPoolExecutor(1) as beside:
-            others = beside.submit(controllers_and_documentation)
+        python_lints()
+        others.append(beside.submit(types_controllers_and_documentation, quick))
+        if quick:
+            run("quick Python tests", *tests, "-m", "not slow", PYTHONPATH=str(ROOT / "python"))
+        else:
             run("Python tests", *tests)
-            others.result()
+        for other in others:
+            other.result()
     print("\nall passed")
 
 
@@ -91,18 +79,8 @@ def rust_lints_and_tests(quick: bool) -> None:
     if quick:
         run("Rust unit tests and layers", "cargo", "test", "-p", "guideload", "--lib", "--test", "layers")
         return
-    run("Rust tests", "cargo", "test", "-p", "guideload")
-    run(
-        "Rust tests, monitor",
-        "cargo",
-        "test",
-        "-p",
-        "guideload-life",
-        "-p",
-        "guideload-monitor",
-        "--features",
-        "guideload-monitor/prepare",
-    )
+    crates = ("-p", "guideload", "-p", "guideload-life", "-p", "guideload-monitor")
+    run("Rust tests", "cargo", "test", *crates, "--features", "guideload-monitor/prepare")
     if sys.platform == "linux":
         run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)
         program = EMBEDDED / "target" / "release" / "guideload-embedded"
@@ -113,8 +91,12 @@ def rust_lints_and_tests(quick: bool) -> None:
             run("no std, no allocator: sizes", "size", str(program))
 
 
-def controllers_and_documentation() -> None:
-    """What needs the installed package, but neither all cores nor the Python tests."""
+def types_controllers_and_documentation(quick: bool) -> None:
+    """What needs the package, but neither all cores nor the Python tests."""
+    run("Python types", str(PYTHON), "-m", "mypy")
+    if quick:
+        return
+    run("licences and known vulnerabilities", str(PYTHON), "tests/advisories.py")
     run("load monitor on controllers", str(PYTHON), "tests/firmware.py")
     site = ["-W", "--keep-going", "-q", "-b", "html", "docs", "docs/_build/html"]
     run("documentation, warnings as errors", str(PYTHON), "-m", "sphinx", *site)
@@ -164,30 +146,37 @@ def quiet(*command: str) -> bool:
 def run(name: str, *command: str, cwd: Path = ROOT, **environment: str) -> None:
     """A step that is a command, with these environment variables.
 
-    In a thread beside the main one its output is printed when it ends, else at once.
+    In a thread beside the main one its output is printed when it ends, else at once. In the main thread it is ended if
+    another step fails.
     """
     beside = threading.current_thread() is not threading.main_thread()
-    pipe = subprocess.PIPE if beside else None
 
     def call() -> None:
-        done = subprocess.run(
+        process = subprocess.Popen(
             command,
             cwd=cwd,
             env=os.environ | environment,
-            stdout=pipe,
+            stdout=subprocess.PIPE if beside else None,
             stderr=subprocess.STDOUT if beside else None,
         )
         if beside:
-            say(f"\n==> {name}\n{done.stdout.decode(errors='replace').rstrip()}")
-        if done.returncode:
+            output, _ = process.communicate()
+            say(f"\n==> {name}\n{output.decode(errors='replace').rstrip()}")
+        while process.poll() is None:
+            if FAILED.wait(0.2):
+                process.terminate()
+                process.wait()
+        if process.returncode:
+            if not FAILED.is_set():
+                say(f"\n{name} failed with exit code {process.returncode}: {' '.join(command)}")
             FAILED.set()
-            sys.exit(f"\n{name} failed with exit code {done.returncode}: {' '.join(command)}")
+            sys.exit(1)
 
     step(name, call, says_name=not beside)
 
 
 def step(name: str, action: Callable[[], object], says_name: bool = True) -> None:
-    """Do one step, with its name before and its time after it; none after a failure in the other thread."""
+    """Do one step, with its name before and its time after it; none after a failure in another thread."""
     if FAILED.is_set():
         sys.exit(1)
     if says_name:

@@ -1,7 +1,6 @@
 """Speed against error, guideload beside its peers: `python tests/benchmarks/chart.py`.
 
     --quick            every second setting, fewer rounds; all of it takes about 7 minutes
-    --markdown         tables for docs/benchmarks.md
     --picture FILE     the chart
 
 Six scenes (scenes.py): the yardstick's cart, linear, on its clean and on its noisy trace; with 5 um of
@@ -61,7 +60,6 @@ def main() -> None:
     """Measure all, print all."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="every second setting, fewer rounds")
-    parser.add_argument("--markdown", action="store_true", help="tables for docs/benchmarks.md")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="where to write the chart")
     asked = parser.parse_args()
     silence_libraries()
@@ -69,9 +67,7 @@ def main() -> None:
     pulse = pulse_errors(at_rest_then_pulse())
     for scene in scenes:
         print_scene(scene)
-    print_pulse(pulse)
-    if asked.markdown:
-        print_markdown(scenes, pulse)
+    print_markdown(scenes, pulse)
     print(made_on())
     missing = sorted({peer.package for peer in roster(cart()) if not installed(peer.package)})
     if missing:
@@ -106,15 +102,6 @@ def print_scene(scene: Measured) -> None:
     print()
 
 
-def print_pulse(table: dict[str, list[float]]) -> None:
-    """Who misses the pulse when left to its tolerance."""
-    print("A 20 ms pulse after 5 s of rest, steps left to the tolerance: error of the dynamic part")
-    print(f"{'':30}" + "".join(f"{f'rtol {rtol:.0e}':>14}" for rtol in PULSE_TOLERANCES))
-    for name, errors in table.items():
-        print(f"{name:30}" + "".join(f"{pulse_text(error):>14}" for error in errors))
-    print()
-
-
 def pulse_text(error: float) -> str:
     if not np.isfinite(error):
         return "failed"
@@ -122,7 +109,7 @@ def pulse_text(error: float) -> str:
 
 
 def print_markdown(scenes: list[Measured], pulse: dict[str, list[float]]) -> None:
-    """Per scene the time that each needs for an accuracy; then the pulse."""
+    """The time that each needs for an accuracy, per scene; then who misses a pulse of 20 ms after rest."""
     for scene in scenes:
         print(f"**{scene.case.title}** (truth: {scene.case.truth.how})\n")
         print(row("ms for a load error of at most", *(f"{error:.0e}" for error in ACCURACIES)))

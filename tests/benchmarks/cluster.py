@@ -3,19 +3,16 @@
     --chunk SAMPLES    of a file and a task; by default that of run_study
     --folder FOLDER    of the samples, 160 bytes each; by default a temporary one
     --keep             do not remove the samples
-    --picture FILE     the chart: samples per second over the workers, memory over the share of the samples done
 
 A scheduler and workers, each a process of its own with one thread and at most 1 GiB, run the packaged study with the
 peak resultant of each carriage; workers write the samples. The table gives samples per second, the efficiency against
 one worker, processor time (which other programs on this machine disturb less) of workers per sample and of scheduler
 and starting process per task, and the largest memory of each, with the growth of the scheduler over the second half.
-Then pandas, Polars and DuckDB read the samples in place, if installed.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import shutil
 import subprocess
@@ -23,7 +20,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,7 +33,6 @@ from guideload import Study, run_study
 from guideload.cli.inputs import EXAMPLES
 
 MEBIBYTE = 2**20
-COLUMN = "max_resultant_N[2b]"
 
 
 @dataclass
@@ -148,60 +144,6 @@ def measured(samples: int, workers: int, folder: Path, chunk: int | None) -> Mea
     return Measured(rate, np.array(memory.rows), (scheduler_time, worker_time, own_time), tasks)
 
 
-def read(folder: Path) -> None:
-    """Read one column of all samples in place, by each program that is installed."""
-    files = f"{folder / 'samples'}/*.parquet"
-    readers: dict[str, Callable[[], float]] = {
-        "pandas": lambda: (
-            importlib.import_module("pandas").read_parquet(folder / "samples", columns=[COLUMN])[COLUMN].max()
-        ),
-        "polars": lambda: (
-            importlib.import_module("polars").scan_parquet(files).select(COLUMN).max().collect().item()
-        ),
-        "duckdb": lambda: (
-            importlib.import_module("duckdb")
-            .sql(f"""select max("{COLUMN}") from '{files}'""")
-            .fetchall()[0][0]
-        ),
-    }
-    for name, reader in readers.items():
-        try:
-            importlib.import_module(name)
-        except ImportError:
-            print(f"{name}: not installed")
-            continue
-        begun = time.perf_counter()
-        largest = reader()
-        print(f"{name}: largest {COLUMN} {largest:.3f}, in {time.perf_counter() - begun:.2f} s")
-
-
-def chart(runs: dict[int, Measured], samples: int, file: Path) -> None:
-    import matplotlib.pyplot as plt
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.6), layout="constrained")
-    counts = list(runs)
-    rates = [1e-3 * runs[count].rate for count in counts]
-    left.plot(counts, rates, "o-", label="measured")
-    left.plot(
-        counts, [rates[0] * count / counts[0] for count in counts], "--", color="0.5", label="in proportion"
-    )
-    left.set(
-        xlabel="workers",
-        ylabel="1000 samples/s",
-        xticks=counts,
-        ylim=(0, None),
-        title=f"{samples:.0e} samples",
-    )
-    rows = runs[counts[-1]].rows
-    for i, name in enumerate(("scheduler", "largest worker", "process of the study")):
-        right.plot(100 * rows[:, 0], rows[:, i + 1], label=name)
-    right.set(xlabel="samples done [%]", ylabel="memory [MiB]", ylim=(0, None), title=f"{counts[-1]} workers")
-    for ax in (left, right):
-        ax.legend(frameon=False)
-        ax.spines[["top", "right"]].set_visible(False)
-    figure.savefig(file, dpi=120)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description="A study on a Dask cluster of this machine.")
     parser.add_argument("--samples", type=float, default=1e6)
@@ -209,7 +151,6 @@ def main() -> None:
     parser.add_argument("--chunk", type=int)
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--keep", action="store_true")
-    parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     samples, runs = int(options.samples), {}
     print("| workers | samples/s | efficiency | CPU of workers, us/sample | of scheduler, ms/task ", end="")
@@ -231,9 +172,6 @@ def main() -> None:
             f"| {late.max() - late.min():.1f} | {largest} | {size:.0f} |",
             flush=True,
         )
-    read(folder)
-    if options.picture:
-        chart(runs, samples, options.picture)
     if not options.keep:
         shutil.rmtree(home)
 

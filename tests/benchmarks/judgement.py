@@ -2,12 +2,12 @@
 
     python tests/benchmarks/judgement.py [MACHINES] [FIRST_SEED]
 
-Each seed is one machine with four carriages, linear, with play, preloaded or mixed, and a motion of samples that are
-fine or coarse against its modes. Its loads are computed in one of the WAYS, by method auto, rk45 or implicit, at rtol
-1e-3 to 1e-8. Truth is exact or, with preload, implicit at 1e-12; it is trusted where another method agrees with it to
-1e-7 of the load scale. A result is right if its error is at most what the audit says to be explained, wrong if it is
-more than twice that, or if its numbers were changed. Results read from a file with other instants than the samples
-("read") are solved again from the motion that is stored beside them.
+Each seed is one of the damped_mixtures, whose links are linear, have play, are preloaded or mixed. Its loads are
+computed in one of the WAYS, by method auto, rk45 or implicit, at rtol 1e-3 to 1e-8. Truth is exact or, with preload,
+implicit at 1e-12; it is trusted where another method agrees with it to 1e-7 of the load scale. A result is right if its
+error is at most what the audit says to be explained, wrong if it is more than twice that, or if its numbers were
+changed. Results read from a file with other instants than the samples ("read") are solved again from the motion that is
+stored beside them.
 """
 
 from __future__ import annotations
@@ -15,69 +15,29 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
-from guideload import Body, Carriage, GuideloadError, Machine, Motion, Rail, Result, simulate
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
+
+import damped_mixtures
+from damped_mixtures import TRUSTED
+
+from guideload import GuideloadError, Machine, Motion, Result, simulate
 from guideload.audit.second_look import explained_error
 
-KINDS = ("linear", "play", "preloaded", "mixed")
+KINDS = {
+    "linear": ("linear",),
+    "play": ("sides", "play", "curve"),
+    "preloaded": ("preload",),
+    "mixed": damped_mixtures.KINDS,
+}
 # As computed (twice as often), at given instants, the same as read from a file, with a
 # fixed step, with a looser tolerance than it claims, with numbers changed afterwards.
 WAYS = ("plain", "plain", "times", "read", "step", "claim", "changed")
 RTOLS = (1e-3, 1e-4, 1e-6, 1e-8)
-TRUSTED = 1e-7  # of the load scale
 MOST_STEPS = 2e5  # of rk45, at its limit of stability
-
-
-def machine_of(rng: np.random.Generator, kind: str) -> Machine:
-    """A random machine: mass 0.1 to 1e4 kg, damping ratio about 0.01 to 3, stiffness spread up to 1e4."""
-    mass, size = 10 ** rng.uniform(-1, 4), 10 ** rng.uniform(-1, 0)
-    frequency, ratio, spread = 10 ** rng.uniform(0.8, 2.3), 10 ** rng.uniform(-2, 0.5), rng.uniform(0, 4)
-    turn = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-    inertia = turn @ np.diag(mass * size**2 * rng.uniform(0.3, 0.5, 3)) @ turn.T
-    rails = [Rail(name=str(i), position=(0.0, z * size)) for i, z in enumerate((-1.0, 1.0))]
-    carriages = []
-    for i in range(4):
-        keys: dict[str, object] = {}
-        for axis in "yz":
-            stiffness = mass * (2 * np.pi * frequency) ** 2 / 4 * 10 ** rng.uniform(-spread / 2, spread / 2)
-            keys |= _law(rng, kind, axis, stiffness, mass * 9.81 / 4)
-            keys[f"damping_{axis}"] = 2 * ratio * np.sqrt(stiffness * mass / 4)
-        if "preload_y" in keys or "preload_z" in keys:
-            keys["rolling"] = ("ball", "roller")[rng.integers(2)]
-        if kind != "linear" and "clearance_y" in keys and "clearance_z" in keys:
-            keys["damping_in_contact"] = bool(rng.integers(2))
-        x, length = (1 - 2 * (i % 2)) * size * rng.uniform(0.7, 1.3), size * rng.uniform(0.1, 0.5)
-        carriages.append(Carriage(name=str(i), rail=str(i // 2), x=x, length=length, **keys))
-    center = tuple(size * rng.uniform(-0.3, 0.3, 3))
-    body = Body(mass=mass, center_of_mass=center, inertia=(0.5 * (inertia + inertia.T)).tolist())
-    return Machine(body=body, rails=rails, carriages=carriages)
-
-
-def _law(rng: np.random.Generator, kind: str, axis: str, stiffness: float, load: float) -> dict[str, object]:
-    """Keys of the elastic law of a carriage along an axis."""
-    travel = load / stiffness * 10 ** rng.uniform(-2, 0.5)
-    if kind == "mixed":
-        kind = ("linear", "play", "preloaded")[rng.integers(3)]
-    keys: dict[str, object] = {f"stiffness_{axis}": stiffness}
-    if kind == "preloaded":
-        keys[f"preload_{axis}"] = load * 10 ** rng.uniform(-1.5, 1)
-    elif kind == "play" and rng.random() < 0.3:
-        keys[f"stiffness_{axis}"] = {"positive": stiffness, "negative": stiffness * 10 ** rng.uniform(-2, 0)}
-    elif kind == "play":
-        keys[f"clearance_{axis}"] = travel
-    return keys
-
-
-def motion_of(rng: np.random.Generator, machine: Machine) -> Motion:
-    """A random motion, smooth or rough, 20 to 400 samples that are 0.02 to 3 times as long as the fastest period."""
-    fastest = float(np.abs(machine.scene.modes()[0]).max()) / (2 * np.pi)
-    step, count = 10 ** rng.uniform(-1.7, 0.5) / fastest, int(10 ** rng.uniform(1.3, 2.6))
-    rough = rng.standard_normal(count)
-    pull = np.cumsum(rough) / np.sqrt(count) if rng.random() < 0.5 else rough
-    pull[0] = 0.0
-    return Motion.along_x(np.arange(count) * step, 10 ** rng.uniform(-1, 1) * pull)
 
 
 def truth_of(machine: Machine, motion: Motion, times: np.ndarray | None) -> np.ndarray | None:
@@ -89,7 +49,8 @@ def truth_of(machine: Machine, motion: Motion, times: np.ndarray | None) -> np.n
     if 10 * np.abs(scene.modes()[3]).max() * np.ptp(motion.time) > MOST_STEPS:
         ways[1] = ("implicit", 1e-11)
     for method, rtol in ways:
-        found = scene.solve(motion.time, motion.acceleration, method=method, rtol=rtol, times=times)
+        inputs = motion.time, motion.acceleration, motion.wrench
+        found = scene.solve(*inputs, method=method, rtol=rtol, times=times)
         loads.append(found.link_loads("total"))
     gap = np.abs(loads[0] - loads[1]).max() / found.load_scale
     return loads[0] if gap <= TRUSTED else None
@@ -102,7 +63,7 @@ def result_of(rng: np.random.Generator, machine: Machine, motion: Motion) -> tup
     rtol, way = float(rng.choice(RTOLS)), WAYS[rng.integers(len(WAYS))]
     if way in ("times", "read"):
         fineness = 1 if way == "times" else 10
-        times = np.sort(rng.uniform(0.0, motion.time[-1], fineness * motion.time.size))
+        times = np.sort(rng.uniform(motion.time[0], motion.time[-1], fineness * motion.time.size))
         found = simulate(machine, motion, method, rtol=rtol, times=times)
         if way == "times":
             return way, found
@@ -111,7 +72,7 @@ def result_of(rng: np.random.Generator, machine: Machine, motion: Motion) -> tup
             return "read", _changed(loose, lambda data: None, rtol=1e-7)
         return way, _changed(found, lambda data: None)
     if way == "step":
-        step = 10 ** rng.uniform(-1.5, 0) * float(motion.time[1])
+        step = 10 ** rng.uniform(-1.5, 0) * float(np.median(np.diff(motion.time)))
         return way, simulate(machine, motion, "implicit", step=step)
     if way == "claim":
         return way, _changed(simulate(machine, motion, "implicit", rtol=0.1), lambda data: None, rtol=1e-7)
@@ -136,10 +97,9 @@ def _changed(result: Result, change: Callable[[dict[str, np.ndarray]], None], **
 def judge(seed: int) -> tuple[str, str, str, str]:
     """Kind and way of a seed, whether its result is right, and the judgement of the audit."""
     rng = np.random.default_rng(seed)
-    kind = KINDS[seed % 4]
+    kind = list(KINDS)[seed % len(KINDS)]
     try:
-        machine = machine_of(rng, kind)
-        motion = motion_of(rng, machine)
+        machine, motion = damped_mixtures.scene(seed, KINDS[kind])
         way, result = result_of(rng, machine, motion)
     except GuideloadError as error:
         return kind, "", "refused", str(error)

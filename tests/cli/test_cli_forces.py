@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import MACHINE, guideload, refused, write_trace
+from golden_pages import POINT
 
 from guideload import Machine, Motion, Result, Study, read_forces, simulate
 from guideload.cli.inputs import EXAMPLES, read_motion
 
-POINT = '[[points]]\nname = "tool"\nat = ["100 mm", "-800 mm", "200 mm"]\naxes = [[0, 0, 1], [1, 0, 0]]\n'
 MOVE = "distance=0.4 m, speed=1 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.5 s"
 
 

@@ -7,19 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import MACHINE, guideload, write_trace
+from golden_pages import RIDER
 
 from guideload import Machine, Moves, Result, simulate
 from guideload.cli.inputs import read_motion
 
-RIDER = """
-[[riders]]
-name = "slide"
-mass = "100 kg"
-center_of_mass = ["0 mm", "300 mm", "0 mm"]
-inertia = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-direction = [0, 0, 1]
-motion = "slide.toml"
-"""
 MOVE = """[[moves]]
 distance = "{} mm"
 speed = "1 m/s"
@@ -34,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "machines").mkdir()
     text = Path(MACHINE).read_text(encoding="utf-8")
     (tmp_path / "machines" / "machine.toml").write_text(f"{text}\n{RIDER}", encoding="utf-8")
-    (tmp_path / "machines" / "slide.toml").write_text(MOVE.format(40), encoding="utf-8")
+    (tmp_path / "machines" / "moves.toml").write_text(MOVE.format(40), encoding="utf-8")
     (tmp_path / "other.toml").write_text(MOVE.format(80), encoding="utf-8")
     write_trace(tmp_path / "trace.csv", 900, 0.2)
     monkeypatch.chdir(tmp_path)
@@ -43,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     ("given", "file"),
-    [([], "machines/slide.toml"), (["--rider", "slide=other.toml"], "other.toml")],
+    [([], "machines/moves.toml"), (["--rider", "slide=other.toml"], "other.toml")],
 )
 def test_the_motion_of_a_rider(given: list[str], file: str) -> None:
     """The file beside the machine file; one of the command line in place of it; both as in Python."""

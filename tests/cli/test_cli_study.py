@@ -11,10 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from click.testing import CliRunner, Result
+from command_line import guideload, names, refused
 
 from guideload.cli.inputs import EXAMPLES
-from guideload.cli.main import main
 from guideload.cli.outputs import LIFE_PICTURES, MANIFEST, STUDY_PICTURES
 from guideload.study import execution
 from guideload.study.result import StudyResult
@@ -55,23 +54,6 @@ def file(tmp_path: Path) -> Path:
     return folder / "study.toml"
 
 
-def guideload(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments], catch_exceptions=False)
-
-
-def refused(*arguments: object) -> str:
-    """The message of a call that must be refused: on standard error alone, without a traceback."""
-    ended = guideload(*arguments)
-    assert ended.exit_code == 2, ended.output
-    assert ended.stdout == ""
-    assert "Traceback" not in ended.stderr
-    return ended.stderr
-
-
-def names(folder: Path) -> set[str]:
-    return {path.name for path in folder.iterdir()}
-
-
 def contents(folder: Path) -> dict[str, bytes]:
     parts = FolderStore.open(folder)
     return {name: parts.column(name).tobytes() for name in parts.columns}
@@ -93,9 +75,8 @@ def stops_at(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
 def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "neue" / "Studie"
     ended = guideload("study", file, "-o", out)
-    assert ended.exit_code == 0, ended.output
     written = {"study.json", "samples", "histories.nc", "summary.json", "report.txt"}
-    assert names(out) == {*written, MANIFEST, *STUDY_PICTURES}
+    assert names(out) == {*written, *STUDY_PICTURES} and (out / MANIFEST).is_file()
     written = (out / "report.txt").read_text(encoding="utf-8")
     assert written.strip() in ended.stdout
     assert ended.stderr == ""
@@ -106,14 +87,14 @@ def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) ->
 
 def test_options_are_those_of_the_file_unless_given(file: Path, tmp_path: Path) -> None:
     run = ("study", file, "--no-pictures", "-o")
-    assert guideload(*run, tmp_path / "a", "--samples", 50, "--seed", 7, "--threads", 1).exit_code == 0
+    guideload(*run, tmp_path / "a", "--samples", 50, "--seed", 7, "--threads", 1)
     file.write_text(STUDY.replace("= 200", "= 50").replace("seed = 1", "seed = 7"))
-    assert guideload(*run, tmp_path / "b", "--threads", 3).exit_code == 0
+    guideload(*run, tmp_path / "b", "--threads", 3)
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
     assert not any(name.endswith(".png") for name in names(tmp_path / "a"))
     file.write_text(STUDY.replace("samples = 200\nseed = 1\n", ""))
     assert "samples: " in refused(*run, tmp_path / "c")
-    assert guideload(*run, tmp_path / "c", "--samples", 50, "--seed", 7).exit_code == 0
+    guideload(*run, tmp_path / "c", "--samples", 50, "--seed", 7)
     assert contents(tmp_path / "a") == contents(tmp_path / "c")
 
 
@@ -126,7 +107,7 @@ def test_a_study_is_read_once(file: Path, tmp_path: Path, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(Study, "__init__", counted)
     run = ("study", file, "-o", tmp_path / "out", "--no-pictures", "--samples", 50, "--seed", 7)
-    assert guideload(*run).exit_code == 0
+    guideload(*run)
     assert len(made) == 1
 
 
@@ -135,19 +116,18 @@ def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, out = tmp_path / "whole", tmp_path / "neue Studie"
-    assert guideload("study", file, "-o", whole, "--no-pictures").exit_code == 0
+    guideload("study", file, "-o", whole, "--no-pictures")
     run = ("study", file, "-o", out, "--samples", 200)
     with monkeypatch.context() as patched:
         stops_at(patched, 100)
-        ended = guideload(*run)
-    assert ended.exit_code == 130
+        ended = guideload(*run, code=130)
     done = StudyResult.load(out).finished
     assert 64 <= done < 200
     assert f"Interrupted: {done} of 200 runs are done. To resume: guideload study " in ended.stderr
     assert (out / "report.txt").read_text(encoding="utf-8").strip() in ended.stdout
     assert set(STUDY_PICTURES) < names(out)
     again = shlex.split(ended.stderr.partition("To resume: guideload ")[2])
-    assert guideload(*again).exit_code == 0
+    guideload(*again)
     assert contents(out) == contents(whole)
     assert set(STUDY_PICTURES) < names(out)
 
@@ -155,19 +135,17 @@ def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
 def test_ctrl_c_before_the_first_sample(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         stops_at(patched, 0)
-        ended = guideload("study", file, "-o", tmp_path / "out")
-    assert ended.exit_code == 130
+        ended = guideload("study", file, "-o", tmp_path / "out", code=130)
     assert "0 of 200 runs are done" in ended.stderr
-    assert guideload("study", file, "-o", tmp_path / "out", "--resume", "--no-pictures").exit_code == 0
+    guideload("study", file, "-o", tmp_path / "out", "--resume", "--no-pictures")
     with monkeypatch.context() as patched:
         from_toml = "guideload.study.study.Study.from_toml"
         patched.setattr(from_toml, lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
-        ended = guideload("study", file, "-o", tmp_path / "other")
-        assert (ended.exit_code, ended.stderr) == (130, "Interrupted.\n")
+        assert guideload("study", file, "-o", tmp_path / "other", code=130).stderr == "Interrupted.\n"
         options = ["-o", str(tmp_path / "out"), "--report", str(tmp_path / "study.html"), "--resume"]
-        ended = guideload("study", file, *options)
+        ended = guideload("study", file, *options, code=130)
         again = shlex.join(["guideload", "study", str(file), *options])
-        assert (ended.exit_code, ended.stderr) == (130, f"Interrupted. To resume: {again}\n")
+        assert ended.stderr == f"Interrupted. To resume: {again}\n"
 
 
 def test_a_seed_that_was_drawn_is_recorded_and_found_again(
@@ -177,36 +155,35 @@ def test_a_seed_that_was_drawn_is_recorded_and_found_again(
     run = ("study", file, "--no-pictures", "-o")
     with monkeypatch.context() as patched:
         stops_at(patched, 100)
-        assert guideload(*run, tmp_path / "a").exit_code == 130
-    assert guideload(*run, tmp_path / "a", "--resume").exit_code == 0
+        guideload(*run, tmp_path / "a", code=130)
+    guideload(*run, tmp_path / "a", "--resume")
     seed = json.loads((tmp_path / "a" / "study.json").read_text(encoding="utf-8"))["seed"]
-    assert guideload(*run, tmp_path / "b", "--seed", seed).exit_code == 0
+    guideload(*run, tmp_path / "b", "--seed", seed)
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
 
 
 def test_resume_repairs_and_says_so(file: Path, tmp_path: Path) -> None:
     run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
-    assert guideload(*run, "--resume").exit_code == 0  # nothing there yet
+    guideload(*run, "--resume")  # nothing there yet
     before = contents(tmp_path / "out")
     (part,) = chunks_in(tmp_path / "out")
     part.write_bytes(part.read_bytes()[:-50])
     ended = guideload(*run, "--resume")
-    assert ended.exit_code == 0
     assert f"{part} was damaged" in ended.stderr
     assert contents(tmp_path / "out") == before
 
 
 def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
-    assert guideload(*run).exit_code == 0
+    guideload(*run)
     before = contents(tmp_path / "out")
     assert "--resume resumes it, --overwrite replaces it" in refused(*run)
     assert "seed: 1 there, 2 here" in refused(*run, "--resume", "--seed", 2)
     assert "study of 200 runs" in refused(*run, "--resume", "--samples", 20)
     assert "give one" in refused(*run, "--resume", "--overwrite")
     assert contents(tmp_path / "out") == before
-    assert guideload(*run, "--resume", "--samples", 256).exit_code == 0
-    assert guideload(*run, "--overwrite", "--seed", 2).exit_code == 0
+    guideload(*run, "--resume", "--samples", 256)
+    guideload(*run, "--overwrite", "--seed", 2)
     assert StudyResult.load(tmp_path / "out").metadata.seed == 2
 
 
@@ -223,12 +200,12 @@ def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tm
     out = tmp_path / "out"
     run = ("study", file, "--no-pictures", "-o", out)
     rate(file, "[life]\nreliability = 0.95\n")
-    assert guideload(*run).exit_code == 0
+    guideload(*run)
     before, strict = contents(out), StudyResult.load(out)
     assert strict.metadata.limits == {"peak_resultant_N": 0.5, "static_safety": 1.0}
     rate(file, '[life]\nreliability = 0.9\nlife = "200 km"\nsafety = 2.5\n')
     file.write_text(STUDY.replace('"0.5 N"', '"0.25 N"'))
-    assert guideload(*run, "--resume").exit_code == 0
+    guideload(*run, "--resume")
     usual = StudyResult.load(out)
     limits = {"peak_resultant_N": 0.25, "static_safety": 2.5, "life_km": 200.0}
     assert usual.metadata.limits == limits
@@ -236,7 +213,7 @@ def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tm
     np.testing.assert_allclose(strict.column("life_km"), factor * usual.column("life_km"))
     file.write_text(STUDY.replace('[limits]\npeak_resultant = "0.5 N"\n', ""))  # and when they are gone
     rate(file, "")
-    assert guideload(*run, "--resume").exit_code == 0
+    guideload(*run, "--resume")
     assert StudyResult.load(out).metadata.limits == {"static_safety": 1.0}
     assert contents(out) == before
     rate(file, '[life]\nrule = "thk"\n')
@@ -246,7 +223,7 @@ def test_changed_limits_and_life_take_effect_when_a_study_goes_on(file: Path, tm
 def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tmp_path: Path) -> None:
     run = ("study", file, "--no-pictures", "-o", tmp_path / "out")
     file.write_text(STUDY + '[[correlation]]\nbetween = ["body.mass", "k"]\nvalue = 0.2\n')
-    assert guideload(*run).exit_code == 0
+    guideload(*run)
     changed = STUDY.replace('"0.5 N"', '"0.25 N"').replace("samples = 200", "samples = 300")
     changed = changed.replace("histories = 2", "histories = 3").replace(', "load"]', "]")
     file.write_text(changed.replace('plus_minus = "10 %"', "low = 1000\nhigh = 1500"))
@@ -258,7 +235,7 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
     out = tmp_path / "other"
     run = (*run[:-1], out)
     file.write_text(STUDY)
-    assert guideload(*run).exit_code == 0
+    guideload(*run)
     file.write_text(STUDY.replace("samples = 200", 'samples = 200\nmethod = "rk45"\nrtol = 1e-5'))
     difference = "What differs: method: auto there, rk45 here; rtol: 1e-06 there, 1e-05 here. "
     assert difference in refused(*run, "--resume")
@@ -307,7 +284,7 @@ def test_what_a_study_reads_is_neither_removed_nor_replaced(
 ) -> None:
     out = tmp_path / "out"
     run = ("study", file, "--no-pictures", "-o", out)
-    assert guideload(*run).exit_code == 0
+    guideload(*run)
     (part,) = chunks_in(out)
     # Chunks are removed by their name alone, so one may be of a study that was put together by hand.
     taken = part if read in ("cases", "values", "trace") else out / "report.txt"
@@ -340,7 +317,7 @@ def test_what_a_study_reads_is_neither_removed_nor_replaced(
     assert f"{name} is read by this run and would be replaced" in refused(*run, "--overwrite")
     assert everything(tmp_path) == before
     elsewhere = (*run[:-1], tmp_path / "other")
-    assert guideload(*elsewhere, "--overwrite").exit_code == 0
+    guideload(*elsewhere, "--overwrite")
 
 
 def test_files_that_are_not_ours_stay(file: Path, tmp_path: Path) -> None:
@@ -354,15 +331,15 @@ def test_files_that_are_not_ours_stay(file: Path, tmp_path: Path) -> None:
     (out / "study.json").write_text("{}")
     assert "study.json: expected the metadata" in refused("study", file, "-o", out, "--overwrite")
     (out / "study.json").unlink()
-    assert guideload("study", file, "-o", out, "--overwrite", "--no-pictures").exit_code == 0
-    assert guideload("study", file, "-o", out, "--overwrite", "--no-pictures").exit_code == 0
+    guideload("study", file, "-o", out, "--overwrite", "--no-pictures")
+    guideload("study", file, "-o", out, "--overwrite", "--no-pictures")
     assert (out / "notes.txt").read_text() == "mine"
     assert "is a file" in refused("study", file, "-o", file)
 
 
 def test_a_bad_study_is_refused_before_the_folder_is_touched(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert guideload("study", file, "-o", out, "--no-pictures").exit_code == 0
+    guideload("study", file, "-o", out, "--no-pictures")
     before = contents(out)
     file.write_text(STUDY.replace("body.mass", "body.mas"))
     for options in (("--overwrite",), ("--resume",), ()):
@@ -373,24 +350,23 @@ def test_a_bad_study_is_refused_before_the_folder_is_touched(file: Path, tmp_pat
 def test_init_writes_a_study_that_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     monkeypatch.chdir(tmp_path)
     shutil.copy(file.parent / "trace.csv", "trace.csv")
-    assert guideload("init").exit_code == 0
+    guideload("init")
     told = guideload("init", "--study")
     assert "machine.toml (from `guideload init`) and trace.csv" in told.stdout
     assert "guideload study study.toml -o out/" in told.stdout
-    assert guideload("study", "study.toml", "-o", "out", "--samples", 20, "--no-pictures").exit_code == 0
-    assert guideload("init", "--study", "other.toml").exit_code == 0
+    guideload("study", "study.toml", "-o", "out", "--samples", 20, "--no-pictures")
+    guideload("init", "--study", "other.toml")
     assert Path("other.toml").read_bytes() == Path("study.toml").read_bytes()
 
 
 def test_probability_of_a_limit_is_the_share_of_runs_beyond_it(file: Path, tmp_path: Path) -> None:
     told = guideload("probability", file, "--limit", "peak_resultant=5 kN", "--error", "10", "--threads", "1")
-    assert told.exit_code == 0
     text = " ".join(told.stdout.split())
     found = re.match(
         r"Probability of peak resultant above 5000 N, machine: \S+ \((\S+) to (\S+) at 95 %\)", text
     )
     assert found, text
-    assert guideload("study", file, "-o", tmp_path / "out", "--samples", 4096, "--no-pictures").exit_code == 0
+    guideload("study", file, "-o", tmp_path / "out", "--samples", 4096, "--no-pictures")
     result = StudyResult.load(tmp_path / "out")
     peaks = np.max([result.column(f"max_resultant_N[{name}]") for name in result.metadata.carriages], axis=0)
     low, high = map(float, found.groups())
@@ -402,6 +378,6 @@ def test_a_cluster_that_does_not_answer_is_said(
 ) -> None:
     pytest.importorskip("distributed", reason="needs the extra: pip install guideload[cluster]")
     monkeypatch.setattr("guideload.study.tasks.CONNECT_TIME", 0.2)
-    told = guideload("study", file, "-o", tmp_path / "out", "--cluster", "tcp://127.0.0.1:9")
-    assert told.exit_code == 1 and "no Dask scheduler answers at tcp://127.0.0.1:9" in told.stderr
+    told = guideload("study", file, "-o", tmp_path / "out", "--cluster", "tcp://127.0.0.1:9", code=1)
+    assert "no Dask scheduler answers at tcp://127.0.0.1:9" in told.stderr
     assert not (tmp_path / "out" / "study.json").exists()

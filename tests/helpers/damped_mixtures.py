@@ -22,10 +22,11 @@ RTOLS = 1e-3, 1e-4, 1e-6
 TRUSTED = 1e-7  # of the load scale
 MOST_RADIANS = 5e4  # of the fastest mode at rest, in each of which rk45 takes some steps
 MOST_ERROR = 10.0  # over rtol
+KINDS = ("linear", "sides", "play", "curve", "preload", "preload")
 
 
-def scene(seed: int) -> tuple[Machine, Motion]:
-    """The machine and the motion of a seed."""
+def scene(seed: int, kinds: tuple[str, ...] = KINDS) -> tuple[Machine, Motion]:
+    """The machine and the motion of a seed; its links have laws of these kinds."""
     rng = np.random.default_rng((seed, 41))
 
     def decades(low: float, high: float) -> float:
@@ -39,15 +40,15 @@ def scene(seed: int) -> tuple[Machine, Motion]:
 
     def law(stiffness: float, suffix: str) -> dict[str, Any]:
         travel = load / stiffness * decades(-4.0, 0.5)
-        match rng.integers(6):
-            case 0:
+        match kinds[rng.integers(len(kinds))]:
+            case "linear":
                 return {f"stiffness{suffix}": stiffness}
-            case 1:
+            case "sides":
                 sides = {"positive": stiffness * decades(-1, 0), "negative": stiffness}
                 return {f"stiffness{suffix}": sides}
-            case 2:
+            case "play":
                 return {f"stiffness{suffix}": stiffness, f"clearance{suffix}": travel}
-            case 3:
+            case "curve":
                 at = np.cumsum(rng.uniform(0.1, 1.0, 5)) * travel
                 force = np.cumsum(np.diff(at, prepend=0.0) * stiffness * rng.choice([0.01, 0.3, 1.0], 5))
                 return {f"curve{suffix}": [[0.0, 0.0], *np.column_stack((at, force)).tolist()]}
@@ -76,7 +77,7 @@ def scene(seed: int) -> tuple[Machine, Motion]:
             "stiffness": stiffness,
         }
         drive["damping"] = 2 * ratio * np.sqrt(stiffness * mass)
-        if rng.random() < 0.5:
+        if "play" in kinds and rng.random() < 0.5:
             drive["clearance"] = load / stiffness * decades(-3, 0)
         links.append(drive)
     machine = Machine(

@@ -97,8 +97,9 @@ class _Run:
         self.links = _links(machine)
         self.mass, self.weight = reference._body(mpmath.mp, machine)
         self.free = [DOFS.index(dof) for dof in machine.free]
-        self.inverse = mpmath.matrix([[self.mass[i][j] for j in self.free] for i in self.free]) ** -1
-        self.n, self.changes = len(self.free), 0
+        inverse = mpmath.matrix([[self.mass[i][j] for j in self.free] for i in self.free]) ** -1
+        self.inverse = inverse.tolist()
+        self.n = len(self.free)
         near = [mpmath.mpf(float(x)) for x in rest]
         self.segments = [one.segment(mpmath.fdot(one.row, near) - one.offset) for one in self.links]
         stiffness, _, force = self.equations()
@@ -139,7 +140,7 @@ class _Run:
             elif order == 1:
                 outer = [end - start for start, end in zip(*inputs, strict=True)]
             pull = [outer[i] - mpmath.fdot(k[i], now[:n]) - mpmath.fdot(c[i], now[n:]) for i in range(n)]
-            rate = [mpmath.fdot(self.inverse[i, :].tolist()[0], pull) for i in range(n)]
+            rate = [mpmath.fdot(row, pull) for row in self.inverse]
             terms.append([x * h / (order + 1) for x in [*now[n:], *rate]])
         return terms
 
@@ -178,7 +179,6 @@ class _Run:
             if change is None:
                 return
             self.segments[change[1]] = change[2]
-            self.changes += 1
             done += theta * (1 - done)
 
 
@@ -191,7 +191,7 @@ def _at(terms: Sequence[Any], theta: Any) -> tuple[Any, Any]:
 
 
 def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) -> dict[str, list[Any]]:
-    """Fields of `reference.Reference` as nested lists of mpmath numbers, and the number of contact changes.
+    """Fields of `reference.Reference` as nested lists of mpmath numbers.
 
     rest: the static position (6,), as exactly as the segments of the links there need it.
     """
@@ -221,7 +221,6 @@ def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) ->
             if h:
                 run.pass_interval(ends, h)
             _record(run, outer[k + 1], centers, fields)
-        fields["changes"] = [run.changes]
         return fields
 
 
@@ -238,7 +237,7 @@ def _record(run: _Run, outer: Numbers, centers: list[Numbers], fields: dict[str,
         force[i] + outer[dof] - mpmath.fdot(k[i], run.state[: run.n]) - mpmath.fdot(c[i], run.state[run.n :])
         for i, dof in enumerate(run.free)
     ]
-    rate = all_dofs([mpmath.fdot(run.inverse[i, :].tolist()[0], pull) for i in range(run.n)])
+    rate = all_dofs([mpmath.fdot(row, pull) for row in run.inverse])
     loads, damping = [], []
     for one, segment in zip(run.links, run.segments, strict=True):
         a, stiffness = one.pieces[segment]

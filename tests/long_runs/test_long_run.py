@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from click.testing import CliRunner
+from command_line import MACHINE, guideload
 from lives import cart, moved
 from moves import GENTLE
 
@@ -28,7 +28,6 @@ from guideload import (
 )
 from guideload.base.errors import ArgumentError, LifeError, TraceError
 from guideload.cli.inputs import EXAMPLES
-from guideload.cli.main import main
 from guideload.long_runs.blocks import MARGIN
 
 MOTION = moved(GENTLE, 500.0)
@@ -214,34 +213,32 @@ def test_the_command_prints_the_answer_and_writes_the_table(tmp_path: Path) -> N
     time, position = recorded()
     time[2 * ROWS] = np.nan
     file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
-    arguments = [
+    arguments = (
         "long-run",
-        str(EXAMPLES / "manipulator.toml"),
-        str(file),
+        MACHINE,
+        file,
         "--rows",
-        str(ROWS),
+        ROWS,
         "--repair",
         "empty",
-    ]
-    done = CliRunner().invoke(main, [*arguments, "-o", str(tmp_path / "blocks.csv")])
-    assert done.exit_code == 0, done.output
+        "-o",
+        tmp_path / "blocks.csv",
+    )
+    done = guideload(*arguments)
     assert f"{COUNT - 1} samples" in done.output
     assert f"left out, row {2 * ROWS + 1}" in done.output
     table = pd.read_csv(tmp_path / "blocks.csv")
     assert table["samples"].sum() == COUNT - 1
     assert table["end_s"].iloc[-1] == pytest.approx(time[-1])
-    again = CliRunner().invoke(main, [*arguments, "-o", str(tmp_path / "blocks.csv")])
-    assert again.exit_code == 2
-    assert "exists" in again.output
+    assert "exists" in guideload(*arguments, code=2).output
 
 
 def test_the_values_before_a_block_that_fails_are_not_lost(tmp_path: Path) -> None:
     time, position = recorded()
     time[2 * ROWS :] -= 3.0
     file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
-    machine, table = str(EXAMPLES / "manipulator.toml"), tmp_path / "blocks.csv"
-    options = ["--rows", str(ROWS), "--repair", "all", "-o", str(table)]
-    done = CliRunner().invoke(main, ["long-run", machine, str(file), *options])
-    assert done.exit_code == 2
+    table = tmp_path / "blocks.csv"
+    options = ("--rows", ROWS, "--repair", "all", "-o", table)
+    done = guideload("long-run", MACHINE, file, *options, code=2)
     assert "The next block failed" in done.stderr and "set back within rows" in done.stderr
     assert pd.read_csv(table)["end_s"].iloc[-1] < time[2 * ROWS - 1]

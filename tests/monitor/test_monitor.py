@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import MACHINE, TRACE, guideload, refused
 from lives import cart
+from texts import one_line
 
 from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
 from guideload.base.errors import ArgumentError, SceneError
@@ -176,17 +178,8 @@ def test_a_motion_without_travel_is_refused(machine: Machine) -> None:
 
 
 def test_the_command_writes_the_constants(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-
-    from guideload.cli.main import main
-
-    files = [str(EXAMPLES / name) for name in ("manipulator.toml", "manipulator.csv")]
-    given = ["monitor", "build", *files, "--period", "1 ms", "--travel-per-count", "20 um"]
-    done = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.h")])
-    assert done.exit_code == 0, done.output
-    assert "peak loads are within" in " ".join(done.output.split())
+    given = ("monitor", "build", MACHINE, TRACE, "--period", "1 ms", "--travel-per-count", "20 um", "-o")
+    assert "peak loads are within" in one_line(guideload(*given, tmp_path / "monitor.h").stdout)
     assert "guideload_machine" in (tmp_path / "monitor.h").read_text()
-    again = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.h")])
-    assert again.exit_code != 0 and "exists" in again.output.lower()
-    wrong = CliRunner().invoke(main, [*given, "-o", str(tmp_path / "monitor.txt")])
-    assert wrong.exit_code != 0 and ".rs, .h, .toml" in " ".join(wrong.output.split())
+    assert "exists" in refused(*given, tmp_path / "monitor.h")
+    assert ".rs, .h, .toml" in one_line(refused(*given, tmp_path / "monitor.txt"))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lives import PRODUCT
 from numpy.typing import NDArray
 from precise_derivatives import differences, histories_of
 from reference import (
@@ -171,19 +172,8 @@ def test_mean_load_and_life_follow_the_loads() -> None:
     assert np.isfinite(life).all()
 
 
-PRODUCT = {
-    "name": "P25",
-    "maker": "none",
-    "edition": "of the test",
-    "type": "ball",
-    "dynamic": {"value": "30 kN", "base": "100 km"},
-    "static": "50 kN",
-    "static_moments": {"roll": 700.0, "pitch": 600.0, "yaw": 600.0},
-}
-
-
 def rated(machine: Machine) -> list[dict[str, Any]]:
-    return [carriage.model_dump() | {"product": "P25"} for carriage in machine.carriages]
+    return [carriage.model_dump() | {"product": "20"} for carriage in machine.carriages]
 
 
 def test_what_has_no_derivative_is_refused_with_the_way_out() -> None:

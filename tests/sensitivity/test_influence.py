@@ -1,15 +1,12 @@
 """What drives a figure: changes are those of machines with changed numbers; report, picture and command."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import MACHINE, TRACE, guideload, refused
 from reference import cart, piece, pulse
 
 from guideload import Machine, plots, simulate
 from guideload.base.errors import ArgumentError
-from guideload.cli.main import main
 from guideload.reports.sensitivities import sensitivities_report
 from guideload.sensitivity import rank_influences
 
@@ -47,13 +44,7 @@ def test_report_and_picture_name_the_strongest_first() -> None:
         rank_influences(cart(), MOTION, "weight")
 
 
-def test_command_prints_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    machine = Path(plots.__file__).parents[1] / "examples" / "manipulator.toml"
-    arguments = ["sensitivities", str(machine), str(machine.with_suffix(".csv")), "--to", "body.mass"]
-    shown = CliRunner().invoke(main, arguments)
-    assert shown.exit_code == 0, shown.output
-    assert "body.mass" in shown.output
-    refused = CliRunner().invoke(main, [*arguments, "--to", "body.weight"])
-    assert refused.exit_code == 2
-    assert "known path" in refused.output
+def test_command_prints_the_table() -> None:
+    arguments = ("sensitivities", MACHINE, TRACE, "--to", "body.mass")
+    assert "body.mass" in guideload(*arguments).stdout
+    assert "known path" in refused(*arguments, "--to", "body.weight")

@@ -36,7 +36,6 @@ from guideload import (
     Rail,
     ReadError,
     Result,
-    peak_loads,
     simulate,
 )
 from guideload import _core as core
@@ -402,32 +401,6 @@ def test_peaks_are_those_of_plain_numpy() -> None:
     assert table.columns.tolist() == list(expected)
     for name, values in expected.items():
         assert table[name].to_numpy() == pytest.approx(values, rel=1e-12, abs=1e-9), name
-
-
-@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
-@pytest.mark.parametrize("scene", [ref.cart, rich_machine])
-def test_peak_loads_are_the_extremes_of_simulate(scene: Callable[[], Machine], method: Any) -> None:
-    machine = scene()
-    motion = ref.random_motion(5, wrench=True, times="ticks", jumps=True)
-    loads = simulate(machine, motion, method).carriage_loads
-    found = peak_loads(machine, motion, method)
-    across = np.hypot(loads[:, :, 1], loads[:, :, 2])
-    magnitude = np.linalg.norm(loads[:, :, 3:], axis=2)
-    all_of_it = np.concatenate([loads, across[:, :, None], magnitude[:, :, None]], axis=2)
-    rounding = 1e-14 * np.abs(all_of_it).max()
-    assert found.carriages == tuple(carriage.name for carriage in machine.carriages)
-    for values, times, best in (
-        (found.smallest, found.time_of_smallest, all_of_it.min(axis=0)),
-        (found.largest, found.time_of_largest, all_of_it.max(axis=0)),
-    ):
-        assert np.abs(values - best).max() <= rounding
-        # At the time it tells, the load is as told, before or after a jump.
-        at = [
-            motion.time.searchsorted(times, side=side) - shift for side, shift in (("left", 0), ("right", 1))
-        ]
-        i, j = np.indices(times.shape)
-        there = np.minimum(*(np.abs(all_of_it[np.clip(k, 0, motion.time.size - 1), i, j] - best) for k in at))
-        assert there.max() <= rounding
 
 
 # ---- nothing that is passed in is kept

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import studies
+from texts import one_line
 
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.reports.study import study_report
@@ -187,10 +188,6 @@ def test_every_quantity_has_its_unit() -> None:
 
 
 # ---- the report
-
-
-def one_line(text: str) -> str:
-    return " ".join(text.split())
 
 
 def cells(text: str, first: str, after: str) -> list[str]:

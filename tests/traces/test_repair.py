@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import MACHINE, guideload
+from texts import one_line
 from trace_files import has_note, refuses, write_trace
 
 from guideload.base.errors import TraceError
-from guideload.cli.inputs import EXAMPLES
-from guideload.cli.main import main
 from guideload.traces.quality.repair import REPAIRS, doubled_samples, outliers, repaired_clock, stuck_samples
 from guideload.traces.reading import read_trace
 
@@ -156,15 +155,12 @@ def test_too_much_damage_is_refused():
 def test_the_command_line_reads_as_the_library_does(tmp_path):
     """Rows of a file are named as an editor counts them."""
     path = write_trace(tmp_path, CLEAN, {(102, "x_m"): "2.5"})
-    call = ["check", str(EXAMPLES / "manipulator.toml"), str(path)]
-    refused = CliRunner().invoke(main, call)
-    assert refused.exit_code == 2
+    call = ("check", MACHINE, path)
+    refused = guideload(*call, code=2)
     assert "rows 102, 103" in refused.output and "--repair outliers" in refused.output
     choice = {"repair": "outliers", "clock": "jitter", "quantum": "2 um", "allow_gaps": True}
     options = [f"--{name.replace('_', '-')}={value}" for name, value in choice.items() if value is not True]
-    report = CliRunner().invoke(main, [*call, *options, "--allow-gaps", "--no-cross-check"])
-    assert report.exit_code == 0, report.output
-    text = " ".join(report.output.split())
+    text = one_line(guideload(*call, *options, "--allow-gaps", "--no-cross-check").output)
     notes = read_trace(path, **choice, cross_check=False).notes
     assert "repair: 1 outlier left out, row 102" in notes
     assert all(note in text for note in notes)

@@ -1,4 +1,4 @@
-"""All peers with their settings, and the few that cost.py takes."""
+"""All peers of the chart with their settings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from peers import cvode, diffsol, ivp, linear, lsoda, multibody, xla
 from peers.problem import At, Call, Problem
 
 Prepare = Callable[[Problem], At]
-RTOL = 1e-6  # of cost.py
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 EVERY_OTHER = (1e-4, 1e-6, 1e-8, 1e-10)
 STEPS = (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16)  # ms
@@ -104,33 +103,3 @@ def _rk4(given: Problem) -> At:
 
 def _ivp(method: str, limited: bool) -> Prepare:
     return ivp.solve_ivp(method, limited=limited, compiled=True)
-
-
-# ---- for cost.py
-
-LSIM = "scipy.signal.lsim"
-RK45 = ("solve_ivp RK45", "solve_ivp RK45, max_step 1 ms")
-
-
-def found_peers() -> tuple[dict[str, Callable[[Problem], Call]], list[str]]:
-    """Those of cost.py by name, adaptive ones at RTOL, solve_ivp in plain NumPy; and the packages not installed."""
-
-    def at_rtol(prepare: Prepare) -> Callable[[Problem], Call]:
-        return lambda given: prepare(given)(RTOL)
-
-    def plain(method: str, limited: bool) -> Callable[[Problem], Call]:
-        return at_rtol(ivp.solve_ivp(method, limited=limited, compiled=False))
-
-    found = {
-        LSIM: linear.lsim,
-        RK45[0]: plain("RK45", False),
-        RK45[1]: plain("RK45", True),
-        "solve_ivp DOP853, max_step 1 ms": plain("DOP853", True),
-        "scipy.signal.lfilter per mode": linear.lfilter,
-    }
-    missing = [package for package in ("numba", "pydiffsol") if not installed(package)]
-    if "numba" not in missing:
-        found["Numba, exact, by hand"] = _propagator
-    if "pydiffsol" not in missing:
-        found["pydiffsol Tsit5"] = at_rtol(diffsol.diffsol("tsit45"))
-    return found, missing
