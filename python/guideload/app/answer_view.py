@@ -122,12 +122,8 @@ class AnswerView:
             points = envelope(time, answer.loads[:, i], *span)
             series.append(line(name, points, carriage_color(i), markPoint=mark, lineStyle=style))
         options = chart_options(series, TITLE)
-        axis = {"min": float(time[0]), "max": float(time[-1])}
-        options["xAxis"] |= axis
-        if len(self.chart.options["series"]) != len(series):
-            redraw(self.chart, options)
-        else:  # only what changed
-            self.chart.run_chart_method("setOption", {"series": series, "xAxis": axis})
+        options["xAxis"] |= {"min": float(time[0]), "max": float(time[-1])}
+        redraw(self.chart, options)
 
     def _zoomed(self, event: GenericEventArguments) -> None:
         """The stretch in view is drawn finer."""
