@@ -8,6 +8,7 @@ import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
+import guideload
 from guideload.app.answer import Answer, Figure
 from guideload.app.envelope import envelope
 from guideload.app.hub import Hub
@@ -108,6 +109,8 @@ class AnswerView:
         self.report.clear()
         if self.more.value and self.shown is not None and self.shown.report is not None:
             with self.report:
+                if isinstance(self.shown.life, guideload.Life):
+                    _show_places(self.shown.life)
                 show_report(replace(self.shown.report, warnings=[]))
 
     def _draw(self, answer: Answer) -> None:
@@ -135,3 +138,17 @@ class AnswerView:
     def _whole(self) -> None:
         self.window = (0.0, 100.0)
         self.chart.run_chart_method("dispatchAction", {"type": "dataZoom", "start": 0, "end": 100})
+
+
+def _show_places(life: guideload.Life) -> None:
+    """A chart of where along the rails the life is used."""
+    total = sum(float(one.damage.sum()) for one in life.places)
+    series = []
+    for i, one in enumerate(life.places if total else ()):
+        middles = 0.5 * (one.edges[1:] + one.edges[:-1])
+        points = envelope(middles, 100.0 * one.density / total, middles[0], middles[-1])
+        series.append(line(f"rail {one.rail}", points, carriage_color(i), areaStyle={"opacity": 0.15}))
+    if series:
+        title = "Life by place: share of all damage [%/m] over the place on the rail [m]"
+        options = chart_options(series, title) | {"yAxis": {"type": "value", "min": 0}}
+        ui.echart(options).classes("history").props('aria-label="Life by place"')

@@ -109,4 +109,5 @@ class MonitorView(Part):
 def _options(series: list[dict[str, Any]]) -> dict[str, Any]:
     options = chart_options(series, TITLE)
     del options["dataZoom"]
+    options["grid"]["bottom"] = 8
     return options

@@ -64,14 +64,16 @@ def line(name: str, data: list[list[float]], color: str, **more: Any) -> dict[st
 
 
 def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
-    """Give a chart new options; if it has as many series as before, only what changes with the data."""
-    is_same = len(chart.options["series"]) == len(options["series"])
-    chart.options.clear()
-    chart.options.update(options)
-    if is_same:
-        sent = {key: options[key] for key in ("series", "xAxis", "title")}
+    """Give a chart new options; one with as many series as before only what changes with the data.
+
+    That goes to the browser alone: to keep it here, where each list is observed, takes as long as a run.
+    """
+    if len(chart.options["series"]) == len(options["series"]):
+        sent = {key: options[key] for key in ("series", "xAxis", "title") if key in options}
         chart.run_chart_method("setOption", sent)
     else:
+        chart.options.clear()
+        chart.options.update(options)
         chart.update()
 
 
