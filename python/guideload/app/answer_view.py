@@ -114,7 +114,7 @@ class AnswerView:
                 show_report(replace(self.shown.report, warnings=[]))
 
     def _draw(self, answer: Answer) -> None:
-        time = answer.result.quantities["time"]
+        time = answer.time
         span = time[0] + (time[-1] - time[0]) * np.array(self.window) / 100.0
         instant, place = answer.peak
         peak = [float(time[instant]), float(answer.loads[instant, place])]

@@ -76,7 +76,7 @@ class MachineView(Part):
         answer = self.hub.sound
         if answer is None:
             return
-        time = answer.result.quantities["time"]
+        time = answer.time
         self.instant.props["max"] = time.size - 1
         if self.at_peak.value:
             self.instant.value = answer.peak[0]

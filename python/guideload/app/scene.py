@@ -146,11 +146,11 @@ class MachineScene:
         pull = float(np.linalg.norm(gravity))
         self.weight.show(center, 0.16 * size * gravity / pull if pull else gravity)
         if machine.carriages:
-            data = result.quantities
-            force = data["force_global" if "force_global" in data else "force"]
+            force = result.carriage_loads[instant, :, :3]  # each in the axes of its carriage
             longest = float(answer.loads.max()) or 1.0
             for i, arrow in enumerate(self.loads):
-                arrow.show(machine.carriage_centers[i], ARROW * size * force[instant, i] / longest)
+                turned = machine.carriage_axes[i].T @ force[i]
+                arrow.show(machine.carriage_centers[i], ARROW * size * turned / longest)
 
     def _move(self, part: Object3D, place: Array) -> None:
         if part.name == self.held:
