@@ -67,17 +67,21 @@ class MachineView(Part):
         self.part.on_value_change(lambda: self._allow_axes())
 
     def show_state(self) -> None:
-        """The values of the session."""
-        self.form.show()
+        """The values of the session; of a drag where it rests, because each draws the whole page anew."""
+        if not self.session.merged:
+            self.form.show()
 
     def show_answer(self) -> None:
         """The machine and its loads at the instant chosen."""
-        self.form.show_problems(self.hub.problems)
         answer = self.hub.sound
+        if self.hub.problems or answer is None or answer.report is not None:
+            self.form.show()
+            self.form.show_problems(self.hub.problems)
         if answer is None:
             return
         time = answer.time
-        self.instant.props["max"] = time.size - 1
+        if self.instant.props["max"] != time.size - 1:
+            self.instant.props(f"max={time.size - 1}")
         if self.at_peak.value:
             self.instant.value = answer.peak[0]
         instant = min(int(self.instant.value or 0), time.size - 1)
