@@ -201,6 +201,7 @@ def test_the_state_is_read_as_it_was_written_and_refused_if_damaged(tmp_path: Pa
 
     damaged("with a valid status", "status", value=[])
     damaged("with a valid carriage", "status", "carriages", 0, value={"name": "1a"})
+    damaged("with a valid carriage", "status", "carriages", value=5)
     damaged("with a valid life_used", "status", "carriages", 0, "life_used", value="much")
     damaged("with a valid input", "status", "input", value={})
     damaged("with a valid points", "points", 3, value=[0.1])

@@ -137,8 +137,9 @@ class Solver:
             life = life_or_reason(result)
             step("drive")
             drive = guideload.drive.drive_requirements(result)
-            known = isinstance(life, guideload.Life)
-            margins = guideload.sizing.margins_of(life, drive).ratios if known else drive.margins
+            margins = (
+                drive.margins if isinstance(life, str) else guideload.sizing.margins_of(life, drive).ratios
+            )
         except guideload.ConfigError as error:
             own = error.file == str(self.folder.path(self.machine_name))
             name = self.machine_name if own else error.file

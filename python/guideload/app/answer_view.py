@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict, replace
 
-import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
@@ -113,14 +112,14 @@ class AnswerView:
 
     def _draw(self, answer: Answer) -> None:
         time = answer.time
-        span = time[0] + (time[-1] - time[0]) * np.array(self.window) / 100.0
+        low, high = (float(time[0] + (time[-1] - time[0]) * share / 100.0) for share in self.window)
         instant, place = answer.peak
         peak = [float(time[instant]), float(answer.loads[instant, place])]
         series = []
         for i, name in enumerate(answer.names):
             mark = {"data": [{"coord": peak}] if i == place else []} | MARK
             style = {"type": "solid" if i < 6 else "dashed"}
-            points = envelope(time, answer.loads[:, i], *span, FINE)
+            points = envelope(time, answer.loads[:, i], low, high, FINE)
             series.append(line(name, points, carriage_color(i), markPoint=mark, lineStyle=style))
         options = chart_options(series, TITLE)
         options["xAxis"] |= {"min": float(time[0]), "max": float(time[-1])}

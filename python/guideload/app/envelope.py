@@ -43,7 +43,10 @@ def _digits(values: Array) -> Array:
     sizes = np.abs(values)
     decimals = 4 - np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)))
     scale = 10.0 ** np.abs(decimals)
-    return np.where(decimals >= 0.0, np.rint(values * scale) / scale, np.rint(values / scale) * scale)
+    rounded: Array = np.where(
+        decimals >= 0.0, np.rint(values * scale) / scale, np.rint(values / scale) * scale
+    )
+    return rounded
 
 
 def _edges(first: int, last: int, count: int) -> NDArray[np.intp]:

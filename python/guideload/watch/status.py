@@ -175,18 +175,21 @@ class WatchState:
     def _wrong(self) -> str | None:
         """The first part that is not of its type."""
         status = self.status if isinstance(self.status, dict) else {}
-        parts = [
+        parts: list[tuple[str, dict[str, Any], Any]] = [
             ("status", MACHINE, status),
             ("input", dict.fromkeys((*INPUT, "malformed"), int), status.get("input")),
         ]
-        parts += [("carriage", CARRIAGE, one) for one in status.get("carriages") or [None]]
+        carriages = status.get("carriages")
+        found = status.get("carriages")
+        carriages = found if isinstance(found, list) and found else [None]
+        parts += [("carriage", CARRIAGE, one) for one in carriages]
         for name, keys, one in parts:
             if not isinstance(one, dict) or set(one) != set(keys):
                 return name
             for key, kind in keys.items():
                 if not isinstance(one[key], kind):
                     return key
-        width = 1 + len(status["carriages"])
+        width = 1 + len(carriages)
         numbers = isinstance(self.points, list) and all(
             isinstance(point, list) and len(point) == width and all(isinstance(x, int | float) for x in point)
             for point in self.points
