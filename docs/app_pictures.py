@@ -5,6 +5,7 @@ python docs/app_pictures.py
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import tempfile
 import time
@@ -16,6 +17,7 @@ sys.path[:0] = [str(ROOT / "tests" / "helpers"), str(ROOT / "tests" / "app")]
 
 from browser import browser, served, until  # noqa: E402
 from test_app_page import changed, fill, load, opened, press, text  # noqa: E402
+from watched import samples, text_of, write_monitor  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 REST = 1.5  # s until the page is judged and drawn
@@ -32,6 +34,21 @@ def choose(driver: Any, label: str, words: str) -> None:
     until(lambda: (driver.find_element("xpath", f"//label[contains(., '{label}')]").click(), True)[1], label)
     path = f"//div[@role='option'][contains(., '{words}')]"
     until(lambda: (driver.find_element("xpath", path).click(), True)[1], words)
+
+
+def take_monitor(driver: Any, folder: Path) -> None:
+    """A picture of a watch that takes 60 s of samples."""
+    write_monitor(folder)
+    stamps, counts = samples(60_000)
+    words = [sys.executable, "-m", "guideload", "monitor", "watch", "monitor.toml", "-o", "loads"]
+    with subprocess.Popen(words, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL) as watch:
+        assert watch.stdin is not None
+        watch.stdin.write(text_of(stamps, counts))
+        watch.stdin.flush()
+        opened(driver, "Monitor")
+        until(lambda: f"{stamps.size} samples" in text(driver, ".views"), "the samples")
+        take(driver, "monitor")
+        watch.stdin.close()
 
 
 def main() -> None:
@@ -71,6 +88,7 @@ def main() -> None:
         until(lambda: "Wrote report.html" in text(driver, ".views"), "the report")
         press(driver, "Save")
         take(driver, "keep")
+        take_monitor(driver, Path(name))
 
 
 if __name__ == "__main__":

@@ -70,3 +70,4 @@ from .traces import Trace as Trace
 from .traces import motion_from_trace as motion_from_trace
 from .traces import read_forces as read_forces
 from .traces import read_trace as read_trace
+from .watch import WatchState as WatchState

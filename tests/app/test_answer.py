@@ -180,3 +180,41 @@ def test_a_long_run_is_overtaken_and_tells_what_it_does(session: Session) -> Non
     solver, seen, told = run_while_changing(session, steps=steps, changes=60)
     assert solver.finished == ["machine 59"] and set(seen) == {"machine 59"}
     assert told[-1] == "" and any(text.startswith("part") for text in told)
+
+
+class SlowJudge(Solver):
+    """A solver whose judgements take a second, without a step between."""
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        first = super().answer(session.state, lambda name: None)
+        assert isinstance(first, Answer)
+        self.first = first
+
+    def answer(self, state: State, step: object) -> Answer:
+        return replace(self.first, state=state)
+
+    def judged(self, answer: Answer, step: object) -> Answer:
+        time.sleep(1.0)
+        return replace(answer, report=guideload.reports.Report("judged"))
+
+
+def test_a_newer_state_does_not_wait_for_a_judgement(session: Session) -> None:
+    """Its answer comes before the judgement of the old state ends, which nobody gets."""
+    solver, seen = SlowJudge(session), list[tuple[str, bool]]()
+
+    async def page() -> None:
+        runner = Runner(
+            solver,
+            lambda answer: seen.append((answer.state.machine, answer.report is not None)),
+            lambda _: None,
+        )
+        runner.request(State("old", ""))
+        while not runner.judgements._work_queue.empty() or not runner.judgements._threads:
+            await asyncio.sleep(0.01)
+        runner.request(State("new", ""))
+        assert runner.task is not None
+        await runner.task
+
+    asyncio.run(page())
+    assert seen == [("old", False), ("new", False), ("new", True)]

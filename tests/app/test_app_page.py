@@ -1,6 +1,8 @@
 """The page in a real browser: each view, what goes wrong, two tabs, and a server that is killed."""
 
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import pytest
 pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed")
 
 from browser import browser, served, until
+from watched import new_monitor, samples, text_of, write_monitor
 
 import guideload
 from guideload.app.document import with_values
@@ -324,7 +327,7 @@ return found;
 CONTROLS = {"button", "textbox", "combobox", "checkbox", "slider", "tab", "spinbutton", "radio", "switch"}
 
 
-@pytest.mark.parametrize("view", ["Machine", "Motion", "Decide", "Keep"])
+@pytest.mark.parametrize("view", ["Machine", "Motion", "Decide", "Keep", "Monitor"])
 def test_every_control_has_a_name_and_every_text_its_contrast(driver: Any, folder: Path, view: str) -> None:
     with served(folder) as server:
         driver.get(server.link)
@@ -336,7 +339,7 @@ def test_every_control_has_a_name_and_every_text_its_contrast(driver: Any, folde
             one for one in nodes if one.get("role", {}).get("value") in CONTROLS and not one.get("ignored")
         ]
         nameless = [one["role"]["value"] for one in controls if not one.get("name", {}).get("value")]
-        assert len(controls) > 5 and not nameless
+        assert len(controls) > 5 and not nameless, nameless
         assert not driver.execute_script(PALE)
 
 
@@ -401,3 +404,100 @@ def test_limit_drivers_study_and_variants_say_what_the_library_says(driver: Any,
         press(driver, "Keep this machine as A")
         press(driver, "Compare A with now")
         until(lambda: "The machines are the same" in text(driver, ".views"), "the comparison")
+
+
+def test_a_mode_swings_the_body_as_its_shape_says(driver: Any, folder: Path) -> None:
+    """The ghost turns and moves about the origin, both in proportion to the shape."""
+    place = """
+        const scene = getElement(+document.querySelector('.scene').id.slice(1));
+        const ghost = [...scene.objects.values()].map((one) => one.mesh).find((one) => one?.name === 'ghost');
+        const {x, y, z, w} = ghost.quaternion;
+        return ghost.visible ? [...ghost.position.toArray(), 2 * x / w, 2 * y / w, 2 * z / w] : null;
+    """
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        path = "//label[contains(., 'mode (damping)')]"
+        shapes = guideload.Modes.of(guideload.Machine.from_toml(folder / "machine.toml")).shape
+        for number in (0, 3):
+            until(lambda: (driver.find_element("xpath", path).click(), True)[1], "the list of modes")
+            option = f"(//div[@role='option'])[{number + 2}]"  # the first is none
+            until(lambda option=option: (driver.find_element("xpath", option).click(), True)[1], option)
+
+            def swings(shape: Any = shapes[number]) -> bool:
+                seen = np.array(driver.execute_script(place))
+                along = float(seen @ shape) / float(np.linalg.norm(seen) * np.linalg.norm(shape))
+                return bool(np.linalg.norm(seen) > 1e-4) and abs(abs(along) - 1.0) < 1e-9
+
+            until(swings, f"mode {number}")
+
+
+def test_the_report_draws_where_the_life_is_used(driver: Any, folder: Path) -> None:
+    file = folder / "machine.toml"
+    products = {"product": "HGH35CA", "preload_class": "ZA"}
+    changes = {("carriages", i, key): value for i in range(4) for key, value in products.items()}
+    file.write_text(with_values(file.read_text(), changes))
+    motion = guideload.Moves.from_toml(folder / "moves.toml").motion()
+    places = guideload.life_of(guideload.simulate(guideload.Machine.from_toml(file), motion)).places
+    total = sum(one.damage.sum() for one in places)
+    drawn = """
+        const charts = [...document.querySelectorAll('.answer .history')];
+        return getElement(+charts[1].id.slice(1)).chart.getOption().series.map((one) => one.data);
+    """
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        path = "//div[@role='button'][contains(., 'Report: causes')]"
+        until(lambda: (driver.find_element("xpath", path).click(), True)[1], "the report")
+        lines = until(lambda: driver.execute_script(drawn), "the chart of life by place")
+        for one, line in zip(places, lines, strict=True):
+            assert max(y for _, y in line) == pytest.approx(100.0 * one.density.max() / total, rel=1e-4)
+
+
+def test_a_watch_is_seen_live_and_its_end_is_told(driver: Any, folder: Path) -> None:
+    """What `guideload monitor watch -o` writes is on the page while samples come in."""
+    stamps, counts = samples()
+    command = [
+        sys.executable,
+        "-m",
+        "guideload",
+        "monitor",
+        "watch",
+        str(write_monitor(folder)),
+        "-o",
+        "loads",
+    ]
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        opened(driver, "Monitor")
+        until(lambda: "No watch has written" in text(driver, ".views"), "that there is no watch")
+        watch = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        try:
+            assert watch.stdin is not None
+            watch.stdin.write(text_of(stamps[:3000], counts[:3000]))
+            watch.stdin.flush()
+            until(lambda: "3000 samples: all good" in text(driver, ".views"), "the samples that came in")
+            assert "live: " in text(driver, ".views")
+            watch.stdin.write(text_of(stamps[3000:], counts[3000:]))
+            watch.stdin.close()
+            assert watch.wait() == 0
+        finally:
+            watch.kill()
+            watch.wait()
+        until(lambda: "ended " in text(driver, ".views"), "the end of the watch")
+        monitor = new_monitor()
+        monitor.push(stamps, counts)
+        largest = max(one[5] for one in monitor.totals()["largest"]) ** 0.5
+        until(lambda: f"{stamps.size} samples: all good" in text(driver, ".views"), "all samples")
+        assert f"the largest load so far is {largest:.0f} N" in text(driver, ".views")
+        drawn = (
+            "return getElement(+[...document.querySelectorAll('.views .history')].at(-1).id.slice(1))"
+            ".chart.getOption().series.map((one) => one.data)"
+        )
+        lines = driver.execute_script(drawn)
+        assert len(lines) == 4
+        state = guideload.WatchState.read(folder / "loads")
+        assert [[line[i][1] for line in lines] for i in range(len(state.points))] == [
+            p[1:] for p in state.points
+        ]

@@ -1,6 +1,5 @@
 """`guideload monitor watch`: its summary, exit codes and refusals, and real signals."""
 
-import json
 import os
 import signal
 import subprocess
@@ -8,14 +7,13 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-from urllib.request import urlopen
 
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 from watched import new_monitor, samples, text_of, write_monitor
 
+from guideload import WatchState
 from guideload.cli.exit_codes import INTERRUPTED, LIMIT_PASSED
 from guideload.cli.main import main
 
@@ -123,10 +121,11 @@ def test_killed_started_again_and_ended_by_ctrl_c(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a terminal of POSIX")
-def test_a_terminal_and_the_page_show_the_loads_meanwhile(tmp_path: Path) -> None:
+def test_a_terminal_and_the_state_in_the_folder_show_the_loads_meanwhile(tmp_path: Path) -> None:
     import pty
 
-    words = ["monitor", "watch", str(write_monitor(tmp_path)), "--page", "0"]
+    out = tmp_path / "out"
+    words = ["monitor", "watch", str(write_monitor(tmp_path)), "-o", str(out), "--record-only"]
     ours, theirs = pty.openpty()
     command = [sys.executable, "-m", "guideload", *words]
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "100"}
@@ -138,19 +137,16 @@ def test_a_terminal_and_the_page_show_the_loads_meanwhile(tmp_path: Path) -> Non
     half = TEXT.index(b"\n2500,") + 1
     process.stdin.write(TEXT[:half])
     process.stdin.flush()
-    address = process.stderr.readline().decode().split()[-1].removesuffix(".")
     monitor = new_monitor()
     monitor.push(STAMPS[:2500], COUNTS[:2500])
-    found: list[dict[str, Any]] = []
 
     def has_half() -> bool:
-        with urlopen(f"{address}status", timeout=30) as answer:
-            found.append(json.loads(answer.read())["status"])
-        return found[-1] is not None and found[-1]["input"]["samples"] == 2500
+        return (out / WatchState.FILE).exists() and WatchState.read(out).status["input"]["samples"] == 2500
 
     until(has_half)
+    found = WatchState.read(out)
     expected = [one[6] for one in monitor.totals()["largest"]]
-    assert [one["largest_equivalent_N"] for one in found[-1]["carriages"]] == expected
+    assert [one["largest_equivalent_N"] for one in found.status["carriages"]] == expected and not found.ended
     process.stdin.write(TEXT[half:])
     process.stdin.close()
     shown = b""
@@ -161,7 +157,7 @@ def test_a_terminal_and_the_page_show_the_loads_meanwhile(tmp_path: Path) -> Non
     process.stderr.close()
     live, summary = shown.decode().split("samples/s from standard input")[0], shown.decode()[-1500:]
     assert "life" in live and "carriage" in live
-    assert f"{STAMPS.size} samples: all good" in summary
+    assert f"{STAMPS.size} samples: all good" in summary and WatchState.read(out).ended
 
 
 def read_terminal(handle: int) -> bytes:

@@ -145,7 +145,6 @@ ERRORS: dict[str, list[str]] = {
         "run rider.toml trace.csv -o out --rider arm=moves.toml",
     ],
     "watch": [
-        "monitor watch monitor.toml --follow a --listen 1",
         "monitor watch monitor.toml --record-only",
         "monitor watch monitor.toml --follow none.csv",
         "monitor watch monitor.toml --follow none.csv -o out",

@@ -254,7 +254,7 @@ REPORTS: dict[str, Callable[[], Report | str]] = {
     "catalogue": lambda: catalogue_report(CATALOGUE),
     "product": lambda: product_report(CATALOGUE["HGH25CA"]),
     "identification": lambda: guideload("identify", EXAMPLES / "identify.toml").stdout,
-    "monitor": lambda: monitor_report(watched_machine(), watched(text_of(*samples())).status()),
+    "monitor": lambda: monitor_report(watched(text_of(*samples())).status(), watched_machine()),
     "study": lambda: study_report(study()),
     "study_with_sensitivity": lambda: study_report(studies.study(60, sensitivity=True)),
     "study_of_cases": lambda: study_report(cases()),

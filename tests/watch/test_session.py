@@ -1,7 +1,7 @@
 """A watch gives what one call of `push` gives, whatever brings the samples; and what happens at a limit."""
 
+import json
 import os
-import socket
 import sys
 import threading
 import time
@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from watched import LIMIT, SETTINGS, new_monitor, run, samples, text_of, watched
 
-from guideload.base.errors import ArgumentError
-from guideload.watch.inputs import Break, GrowingFile, Input, Socket, StandardInput
+from guideload.base.errors import ArgumentError, ReadError
+from guideload.reports.monitor import monitor_report
+from guideload.watch.inputs import Break, GrowingFile, Input, StandardInput
 from guideload.watch.lines import Lines
 from guideload.watch.reaction import Command, Crossing
 from guideload.watch.session import Session
-from guideload.watch.status import EQUIVALENT, RESULTANT
+from guideload.watch.status import EQUIVALENT, RESULTANT, WatchState
+from guideload.watch.store import Store
 
 STAMPS, COUNTS = samples()
 TEXT = text_of(STAMPS, COUNTS)
@@ -102,42 +104,7 @@ def test_a_file_that_is_replaced_and_then_cut(tmp_path: Path) -> None:
     require_same(session)
 
 
-@pytest.mark.parametrize("kind", ["tcp", "unix"])
-def test_a_socket_with_one_sender_after_the_other(kind: str, tmp_path: Path) -> None:
-    if kind == "unix" and not hasattr(socket, "AF_UNIX"):
-        pytest.skip("no Unix sockets here")
-    source = Socket("0" if kind == "tcp" else str(tmp_path / "samples"))
-    said: list[str] = []
-    session = Session(new_monitor(), source, Lines(), say=said.append)
-    half = TEXT.index(b"\n2000,") + 1
-    for text, count in (
-        (TEXT[:half] + b"2000,7", 2000),
-        (TEXT[half:], STAMPS.size),
-    ):  # the first dies in a line
-        family = socket.AF_INET if kind == "tcp" else socket.AF_UNIX
-        with socket.socket(family) as sender:
-            sender.connect(source.listener.getsockname())
-            thread = send(sender.sendall, text)
-            until(session, count)
-            thread.join()
-        while len(said) < 1 + (count > 2000):
-            session.step()
-    session.close()
-    assert session.lines.malformed == 1
-    require_same(session)
-    assert kind == "tcp" or not (tmp_path / "samples").exists()
-
-
 def test_inputs_that_cannot_be_read_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = Socket("0")
-    with pytest.raises(ArgumentError, match=f"--listen {first.listener.getsockname()[1]}: "):
-        Socket(str(first.listener.getsockname()[1]))
-    first.close()
-    with pytest.raises(ArgumentError, match="--listen 70000"):
-        Socket("70000")
-    for where in ("", "127.0.0.1:5555", "5555x", "\N{SUPERSCRIPT TWO}"):
-        with pytest.raises(ArgumentError, match="--listen .*: expected a port such as 5555, or the path"):
-            Socket(where)
     monkeypatch.setattr(sys, "stdin", None)
     with pytest.raises(ArgumentError, match="standard input is closed"):
         StandardInput()
@@ -200,12 +167,50 @@ def test_curves_have_the_largest_load_of_each_step() -> None:
     session = watched(*(TEXT[start : start + 777] for start in range(0, len(TEXT), 777)))
     _, periods, loads = new_monitor().push(STAMPS, COUNTS)
     resultant = np.hypot(loads[..., 0], loads[..., 1])
-    points = session.curves.points()
-    assert len(points) == np.unique(periods[periods >= 0] // 20).size
-    for when, values in points:
-        in_step = periods // 20 == round(when / 0.02)
+    points = session.curves.points
+    assert len(points) == np.unique(periods[periods >= 0] // 100).size
+    for when, *values in points:
+        in_step = periods // 100 == round(when / 0.1)
         assert values == resultant[in_step & (periods >= 0)].max(axis=0).tolist()
-    assert session.curves.points(points[-3][0]) == points[-3:]
+
+
+def test_the_state_is_read_as_it_was_written_and_refused_if_damaged(tmp_path: Path) -> None:
+    session = watched(TEXT, b"a bad line\n", store=Store(tmp_path, new_monitor()))
+    session.show()
+    now = WatchState.read(tmp_path)
+    assert not now.ended and now.status == session.status() and now.points == session.curves.points
+    session.close()
+    ended = WatchState.read(tmp_path)
+    assert ended.ended and ended.status == now.status and ended.written >= now.written
+    whole = json.loads((tmp_path / WatchState.FILE).read_text())
+    assert (
+        monitor_report(ended.status).answer
+        == monitor_report(session.status(), session.monitor.machine).answer
+    )
+
+    def damaged(word: str, *path: str | int, value: object = None) -> None:
+        text = json.dumps(whole)
+        content = json.loads(text)
+        node = content
+        for key in path[:-1]:
+            node = node[key]
+        node[path[-1]] = value
+        (tmp_path / WatchState.FILE).write_text(json.dumps(content))
+        with pytest.raises(ReadError, match=word):
+            WatchState.read(tmp_path)
+
+    damaged("with a valid status", "status", value=[])
+    damaged("with a valid carriage", "status", "carriages", 0, value={"name": "1a"})
+    damaged("with a valid carriage", "status", "carriages", value=5)
+    damaged("with a valid life_used", "status", "carriages", 0, "life_used", value="much")
+    damaged("with a valid input", "status", "input", value={})
+    damaged("with a valid points", "points", 3, value=[0.1])
+    damaged("unexpected keyword argument", "more", value=1)
+    (tmp_path / WatchState.FILE).write_text("{")
+    with pytest.raises(ReadError, match="expected the state of a watch"):
+        WatchState.read(tmp_path)
+    with pytest.raises(ReadError, match="expected the folder of a watch"):
+        WatchState.read(tmp_path / "elsewhere")
 
 
 CROSSING = Crossing(1234, 1.234, ["a", "b; rm"], [(1.0, -2.5), (3.0, 4.0)])
@@ -254,6 +259,6 @@ def test_a_command_that_cannot_run_or_fails_is_told(tmp_path: Path) -> None:
 
 def test_a_run_over_no_samples_has_no_loads() -> None:
     session = watched(b"\n")
-    assert session.status()["time_s"] is None and session.curves.points() == []
+    assert session.status()["time_s"] is None and session.curves.points == []
     assert all(one["largest_resultant_N"] is None for one in session.status()["carriages"])
     assert run(session).samples == 0

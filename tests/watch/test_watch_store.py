@@ -17,6 +17,7 @@ from guideload.monitor import Monitor
 from guideload.watch.inputs import GrowingFile
 from guideload.watch.lines import Lines
 from guideload.watch.session import Session
+from guideload.watch.status import WatchState
 from guideload.watch.store import RECORD, RESULTS, Store
 
 STAMPS, COUNTS = samples()
@@ -222,7 +223,7 @@ def test_a_row_that_was_cut_off_is_no_sample(tmp_path: Path) -> None:
 def test_the_record_alone_carries_the_totals(tmp_path: Path) -> None:
     first = run(session_in(tmp_path, TEXT, kept=False))
     first.close()
-    assert {path.name for path in tmp_path.iterdir()} == {RECORD}
+    assert {path.name for path in tmp_path.iterdir()} == {RECORD, WatchState.FILE}
     again = session_in(tmp_path)
     assert (
         again.monitor.totals() == first.monitor.totals() and again.monitor.totals()["samples"] == STAMPS.size

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 import guideload
 from guideload.app import document
@@ -15,6 +17,7 @@ from guideload.app.files import Folder
 from guideload.app.state import Session, State
 
 Level = Literal["good", "near", "bad", "open"]
+Array = NDArray[np.float64]
 Step = Callable[[str], None]
 NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
 LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
@@ -59,6 +62,8 @@ class Answer:
     """What a state comes to.
 
     result    of the run; of a measured motion without its credible bands
+    time      (n,) s, of the samples
+    loads     (n, carriage) resultant of Fy and Fz [N], or of a machine without carriages (n, link)
     life      or why there is none
     report    of the run, as the command line prints it; None until the page is at rest for a moment
     """
@@ -67,6 +72,8 @@ class Answer:
     machine: guideload.Machine
     motion: guideload.Motion
     result: guideload.Result
+    time: Array
+    loads: Array
     life: guideload.Life | str
     margins: dict[str, float]
     drive: guideload.drive.DriveRequirements
@@ -92,17 +99,11 @@ class Answer:
             f"Holds. Smallest margin: {min(self.margins, key=lambda name: self.margins[name])}{open_life}",
         )
 
-    @property
+    @cached_property
     def peak(self) -> tuple[int, int]:
         """Index of the instant and of the carriage, or link, with the largest load."""
         instant, place = np.unravel_index(int(self.loads.argmax()), self.loads.shape)
         return int(instant), int(place)
-
-    @property
-    def loads(self) -> Any:
-        """(time, carriage) resultant of Fy and Fz [N], or of a machine without carriages (time, link)."""
-        data = self.result.quantities
-        return data["resultant"] if self.machine.carriages else np.abs(data["link_load"])
 
     @property
     def names(self) -> list[str]:
@@ -131,12 +132,14 @@ class Solver:
             part = "machine"
             # The credible bands of a measured motion take longer than the run: they are in the report.
             result = guideload.simulate(machine, replace(motion, uncertainty=None))
-            _ = result.quantities
+            time, loads = _histories(result)
             step("life")
             life = life_or_reason(result)
             step("drive")
             drive = guideload.drive.drive_requirements(result)
-            margins = drive.margins if isinstance(life, str) else guideload.sizing.margins_of(life).ratios
+            margins = (
+                drive.margins if isinstance(life, str) else guideload.sizing.margins_of(life, drive).ratios
+            )
         except guideload.ConfigError as error:
             own = error.file == str(self.folder.path(self.machine_name))
             name = self.machine_name if own else error.file
@@ -144,7 +147,7 @@ class Solver:
             return Refusal(state, tuple(found))
         except guideload.GuideloadError as error:
             return Refusal(state, (Problem(part, (), str(error)),))
-        answer = Answer(state, machine, motion, result, life, dict(margins), drive)
+        answer = Answer(state, machine, motion, result, time, loads, life, dict(margins), drive)
         return replace(answer, figures=tuple(_figures(answer)))
 
     def judged(self, answer: Answer, step: Step) -> Answer | Refusal:
@@ -188,6 +191,15 @@ class Solver:
         return self._motion[1]
 
 
+def _histories(result: guideload.Result) -> tuple[Array, Array]:
+    """Time and loads of an answer; without the other quantities, which take as long as the run."""
+    time, loads = result.history("time"), result.carriage_loads
+    assert time is not None
+    if result.machine.carriages:
+        return time, np.hypot(loads[:, :, 1], loads[:, :, 2])
+    return time, np.abs(result.quantities["link_load"])
+
+
 def life_or_reason(result: guideload.Result) -> guideload.Life | str:
     """The life of a result, or why there is none."""
     if not any(one.product for one in result.machine.carriages):
@@ -214,7 +226,7 @@ def judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, 
 
 def _figures(answer: Answer, result: guideload.Result | None = None) -> Iterator[Figure]:
     """result: of the whole motion with its judgement, if it is known already."""
-    (instant, place), time, margins = answer.peak, answer.result.quantities["time"], answer.margins
+    (instant, place), time, margins = answer.peak, answer.time, answer.margins
     kind = "carriage" if answer.machine.carriages else "link"
     where = f"on {kind} {answer.names[place]} at {text(time[instant], 'time')} s"
     yield Figure("Largest load", f"{text(answer.loads[instant, place], 'load')} N", where)
@@ -230,7 +242,9 @@ def _figures(answer: Answer, result: guideload.Result | None = None) -> Iterator
         weakest, least = life.weakest, life.conditions.least_safety
         words = f"the least of {text(least, 'number')}"
         safety = text(weakest.static.safety, "factor")
-        at = f"carriage {weakest.name} at {text(weakest.worst.time, 'time')} s, {weakest.worst.phase}"
+        at = f"carriage {weakest.name} at {text(time[weakest.static.instant], 'time')} s"
+        if result is not None:
+            at += f", {weakest.worst.phase}"
         yield Figure("Static safety", safety, at, *judged(margins, "static safety", words))
     if result is None:
         yield Figure("f_W", "...", "dynamic factor: peak over quasi-static peak")
@@ -261,6 +275,8 @@ def _drive_figures(drive: guideload.drive.DriveRequirements, margins: dict[str, 
 
 
 def _settling(result: guideload.Result) -> Iterator[Figure]:
+    if not any(point.settle_window for point in result.machine.points):
+        return
     for one in result.settling():
         if one.spans:
             known = one.time[np.isfinite(one.time)]

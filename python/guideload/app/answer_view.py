@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable
+from dataclasses import asdict, replace
 
-import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
-from guideload.app.answer import Answer, Figure
+import guideload
+from guideload.app.answer import Answer, Figure, Level
 from guideload.app.envelope import envelope
 from guideload.app.hub import Hub
 from guideload.app.words import (
@@ -23,24 +24,31 @@ from guideload.app.words import (
 )
 
 TITLE = "Loads of the carriages: resultant of Fy and Fz [N] over time [s]"
+BLACK = "#1d2129"
+FINE = 200  # steps of a history, which is 400 pixels wide
 MARK = {"symbol": "triangle", "symbolRotate": 180, "symbolSize": 9, "symbolOffset": [0, -7]}
 
 
-class FigureRow:
-    """A figure, whose texts change in place."""
+class Figures(ui.element, component="figures.js"):
+    """Judgement and figures, whose changes leave the other elements of the page as they are."""
 
     def __init__(self) -> None:
-        with ui.element("div").classes("figure").props("role=listitem"):
-            self.name = ui.label().classes("name")
-            self.value = ui.label().classes("value")
-            self.place = ui.label().classes("place")
-            self.reason = ui.label().classes("reason")
+        super().__init__()
+        self.props["first"] = {
+            "verdict": "computing",
+            "icon": ICONS["open"],
+            "color": COLORS["open"],
+            "figures": [],
+        }
 
-    def show(self, figure: Figure) -> None:
-        self.name.text, self.value.text, self.place.text = figure.name, figure.value, figure.place
-        self.reason.text = figure.reason
-        self.reason.style(f"color: {COLORS[figure.level]}")
-        self.value.style(f"color: {COLORS[figure.level] if figure.level != 'open' else '#1d2129'}")
+    def show(self, level: Level, words: str, figures: Iterable[Figure]) -> None:
+        """Show them; a figure that is not judged is black."""
+        shown = [
+            asdict(one) | {"color": COLORS[one.level] if one.level != "open" else BLACK} for one in figures
+        ]
+        self.run_method(
+            "show", {"verdict": words, "icon": ICONS[level], "color": COLORS[level], "figures": shown}
+        )
 
 
 class AnswerView:
@@ -51,12 +59,8 @@ class AnswerView:
         self.window = (0.0, 100.0)  # visible part of the histories [%]
         self.shown: Answer | None = None
         with ui.element("section").classes("answer").props('aria-label="Answer"'):
-            with ui.row().classes("verdict items-center no-wrap w-full").props("role=status") as self.card:
-                self.icon = ui.icon("hourglass_empty", size="28px")
-                self.verdict = ui.label("computing").classes("text-weight-medium").mark("verdict")
+            self.figures = Figures()
             self.progress = ui.label().classes("text-caption").props("role=status")
-            with ui.element("div").classes("figures").props("role=list"):
-                self.rows = [FigureRow() for _ in range(12)]
             self.chart = (
                 ui.echart(chart_options([], TITLE)).classes("history").props('aria-label="Load histories"')
             )
@@ -83,15 +87,9 @@ class AnswerView:
             if self.hub.problems and sound
             else ""
         )
-        self.icon.name = ICONS[level]
-        self.icon.style(f"color: {COLORS[level]}")
-        self.card.style(f"border-color: {COLORS[level]}")
-        self.verdict.text = words + stale
-        self.verdict.style(f"color: {COLORS[level]}")
+        self.figures.show(level, words + stale, sound.figures if sound else [])
         if sound is None or sound is self.shown:
             return
-        for row, figure in zip(self.rows, [*sound.figures, *[Figure("", "")] * len(self.rows)], strict=False):
-            row.show(figure)
         judged_only = self.shown is not None and self.shown.result is sound.result
         self.shown = sound
         if not judged_only:
@@ -108,26 +106,24 @@ class AnswerView:
         self.report.clear()
         if self.more.value and self.shown is not None and self.shown.report is not None:
             with self.report:
+                if isinstance(self.shown.life, guideload.Life):
+                    _show_places(self.shown.life)
                 show_report(replace(self.shown.report, warnings=[]))
 
     def _draw(self, answer: Answer) -> None:
-        time = answer.result.quantities["time"]
-        span = time[0] + (time[-1] - time[0]) * np.array(self.window) / 100.0
+        time = answer.time
+        low, high = (float(time[0] + (time[-1] - time[0]) * share / 100.0) for share in self.window)
         instant, place = answer.peak
         peak = [float(time[instant]), float(answer.loads[instant, place])]
         series = []
         for i, name in enumerate(answer.names):
             mark = {"data": [{"coord": peak}] if i == place else []} | MARK
             style = {"type": "solid" if i < 6 else "dashed"}
-            points = envelope(time, answer.loads[:, i], *span)
+            points = envelope(time, answer.loads[:, i], low, high, FINE)
             series.append(line(name, points, carriage_color(i), markPoint=mark, lineStyle=style))
         options = chart_options(series, TITLE)
-        axis = {"min": float(time[0]), "max": float(time[-1])}
-        options["xAxis"] |= axis
-        if len(self.chart.options["series"]) != len(series):
-            redraw(self.chart, options)
-        else:  # only what changed
-            self.chart.run_chart_method("setOption", {"series": series, "xAxis": axis})
+        options["xAxis"] |= {"min": float(time[0]), "max": float(time[-1])}
+        redraw(self.chart, options)
 
     def _zoomed(self, event: GenericEventArguments) -> None:
         """The stretch in view is drawn finer."""
@@ -139,3 +135,17 @@ class AnswerView:
     def _whole(self) -> None:
         self.window = (0.0, 100.0)
         self.chart.run_chart_method("dispatchAction", {"type": "dataZoom", "start": 0, "end": 100})
+
+
+def _show_places(life: guideload.Life) -> None:
+    """A chart of where along the rails the life is used."""
+    total = sum(float(one.damage.sum()) for one in life.places)
+    series = []
+    for i, one in enumerate(life.places if total else ()):
+        middles = 0.5 * (one.edges[1:] + one.edges[:-1])
+        points = envelope(middles, 100.0 * one.density / total, middles[0], middles[-1])
+        series.append(line(f"rail {one.rail}", points, carriage_color(i), areaStyle={"opacity": 0.15}))
+    if series:
+        title = "Life by place: share of all damage [%/m] over the place on the rail [m]"
+        options = chart_options(series, title) | {"yAxis": {"type": "value", "min": 0}}
+        ui.echart(options).classes("history").props('aria-label="Life by place"')

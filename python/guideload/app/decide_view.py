@@ -21,7 +21,7 @@ from guideload.app.words import chart_options, redraw, show_commands, show_repor
 
 QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
-DRIVEN = ["peak_resultant", "mean_load", "life"]
+DRIVEN = {"peak_resultant": "largest load", "mean_load": "mean load", "life": "life"}
 BARS = 14  # of the tornado
 CHUNK, LOOK, BINS = 32, 0.5, 40  # machines between two looks at a study, seconds between them, bars
 # What a product gives, so that the file of the machine does not say it again.
@@ -53,7 +53,7 @@ class DecideView(Part):
             self.limited = ui.column().classes("w-full gap-1").mark("limits")
         with ui.expansion("Drivers: which numbers of the machine drive a figure").classes("w-full"):
             with ui.row().classes("items-center gap-2"):
-                self.driven = ui.select(DRIVEN, value=DRIVEN[0], label="figure").classes("field mid")
+                self.driven = ui.select(DRIVEN, value="peak_resultant", label="figure").classes("field mid")
                 self.driven.props("dense outlined options-dense")
                 self._button("Find the drivers", self._drivers)
             self.drivers = ui.column().classes("w-full gap-1").mark("drivers")
@@ -74,7 +74,7 @@ class DecideView(Part):
                 one.props("dense outlined").classes("field")
             self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("field mid")
             self.figure.props("dense outlined options-dense")
-            self.least = ui.input("limit, e.g. 6 kN").props("dense outlined").classes("field")
+            self.least = ui.input("limit, e.g. 6 kN").props("dense outlined").classes("field mid")
             self._button("Run the study", self._study)
         self.progress = ui.label().classes("text-caption").props("role=status")
         self.histogram = (
@@ -171,7 +171,7 @@ class DecideView(Part):
         names = [f"{one.name} + {step}" for one, step in zip(found.columns, found.steps, strict=True)]
         changes = [float(f"{one:.4g}") for one in found.changes[:BARS]]
         bars = {"type": "bar", "color": "#0072B2", "data": changes}
-        title = f"{figure.replace('_', ' ')} of carriage {found.carriage}: effect of a small change [{found.unit}]"
+        title = f"{DRIVEN[figure]} of carriage {found.carriage}: effect of a small change [{found.unit}]"
         options = chart_options([bars], title)
         options["yAxis"] = {"type": "category", "data": names[:BARS], "inverse": True}
         options["xAxis"] = {"type": "value"}

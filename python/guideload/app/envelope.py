@@ -21,19 +21,32 @@ def envelope(
     edges = [
         _edges(0, int(first), buckets // 4),
         _edges(int(first), int(last), buckets),
+        _edges(int(last), time.size, buckets // 4),
     ]
-    edges.append(_edges(int(last), time.size, buckets // 4))
     starts = np.unique(np.concatenate(edges))
-    ends = np.append(starts[1:], time.size)
     if time.size <= 2 * starts.size:
         chosen = np.arange(time.size)
     else:
-        least = [int(a + values[a:b].argmin()) for a, b in zip(starts, ends, strict=True)]
-        most = [int(a + values[a:b].argmax()) for a, b in zip(starts, ends, strict=True)]
-        chosen = np.unique([0, time.size - 1, *least, *most])
-    rounded = np.char.mod("%.5g", values[chosen]).astype(np.float64)
-    points: list[list[float]] = np.column_stack([np.round(time[chosen], 6), rounded]).tolist()
+        sizes = np.diff(np.append(starts, time.size))
+        found = [np.array([0, time.size - 1])]
+        for extreme in (np.minimum, np.maximum):
+            places = np.flatnonzero(values == np.repeat(extreme.reduceat(values, starts), sizes))
+            _, one_each = np.unique(np.searchsorted(starts, places, "right"), return_index=True)
+            found.append(places[one_each])
+        chosen = np.unique(np.concatenate(found))
+    points: list[list[float]] = np.column_stack([np.round(time[chosen], 6), _digits(values[chosen])]).tolist()
     return points
+
+
+def _digits(values: Array) -> Array:
+    """Values with five significant digits, which are shorter to send."""
+    sizes = np.abs(values)
+    decimals = 4 - np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)))
+    scale = 10.0 ** np.abs(decimals)
+    rounded: Array = np.where(
+        decimals >= 0.0, np.rint(values * scale) / scale, np.rint(values / scale) * scale
+    )
+    return rounded
 
 
 def _edges(first: int, last: int, count: int) -> NDArray[np.intp]:

@@ -159,7 +159,7 @@ class Form:
             field = ui.input(label, autocomplete=packaged() if key == "product" else None)
             field.on("change", lambda: self._typed(path, str(field.value or ""), schema))
         field.props("dense outlined hide-hint hide-bottom-space stack-label").classes(
-            "field" + (" wide" if key in WIDE else "")
+            "field" + (" wide" if key in WIDE else " mid" if options or key == "name" else "")
         )
         field.props["hint"] = schema.get("description", "")
         field.mark("/".join(map(str, path)))

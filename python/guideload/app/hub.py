@@ -9,7 +9,9 @@ from guideload.app.state import Session
 
 
 class Part:
-    """A view of the page, which is told what changed."""
+    """A view of the page, which is told what changed; in_view: whether it is the one of its tab that is seen."""
+
+    in_view = False
 
     def show_state(self) -> None:
         """The state changed."""

@@ -9,6 +9,7 @@ from nicegui import ui
 
 import guideload
 from guideload.app import document
+from guideload.app.answer import text
 from guideload.app.form import Form, Refused
 from guideload.app.hub import Hub, Part
 from guideload.app.scene import MachineScene
@@ -59,21 +60,28 @@ class MachineView(Part):
                     self.buttons[axis, sign] = button.props("outline dense no-caps").mark(
                         f"step {name}{word}"
                     )
-            ui.label("or drag carriages and centre of mass").classes("text-caption")
+            ui.label("or drag them").classes("text-caption")
+            ui.space()
+            self.mode = ui.select({-1: "none"}, value=-1, label="mode (damping)").classes("field mid")
+            self.mode.props("dense outlined options-dense").on_value_change(lambda: self._show_mode())
         self.part.on_value_change(lambda: self._allow_axes())
 
     def show_state(self) -> None:
-        """The values of the session."""
-        self.form.show()
+        """The values of the session; of a drag where it rests, because each draws the whole page anew."""
+        if not self.session.merged:
+            self.form.show()
 
     def show_answer(self) -> None:
         """The machine and its loads at the instant chosen."""
-        self.form.show_problems(self.hub.problems)
         answer = self.hub.sound
+        if self.hub.problems or answer is None or answer.report is not None:
+            self.form.show()
+            self.form.show_problems(self.hub.problems)
         if answer is None:
             return
-        time = answer.result.quantities["time"]
-        self.instant.props["max"] = time.size - 1
+        time = answer.time
+        if self.instant.props["max"] != time.size - 1:
+            self.instant.props(f"max={time.size - 1}")
         if self.at_peak.value:
             self.instant.value = answer.peak[0]
         instant = min(int(self.instant.value or 0), time.size - 1)
@@ -82,6 +90,21 @@ class MachineView(Part):
         if self.part.options != parts:
             self.part.set_options(parts, value=self.part.value if self.part.value in parts else CENTER)
         self.scene.show(answer, instant)
+        if answer.report is not None:
+            self._show_mode()
+
+    def _show_mode(self) -> None:
+        """The natural modes to choose from, and the one chosen in space."""
+        if self.hub.sound is None:
+            return
+        modes = guideload.Modes.of(self.hub.sound.machine)
+        names = {-1: "none"}
+        for i, (frequency, ratio) in enumerate(zip(modes.frequency, modes.damping_ratio, strict=True)):
+            names[i] = f"{text(frequency, '3 digits')} Hz ({text(ratio, 'percent')})"
+        chosen = int(self.mode.value) if self.mode.value in names else -1
+        if self.mode.options != names:
+            self.mode.set_options(names, value=chosen)
+        self.scene.vibrate(modes.shape[chosen] if chosen >= 0 else None)
 
     def _start(self, kind: str | None) -> None:
         """Begin with the file of a kind of machine; Undo brings the old one back."""

@@ -16,11 +16,17 @@ from guideload.app.form import Refused
 from guideload.app.hub import Hub, Part
 from guideload.app.keep_view import KeepView
 from guideload.app.machine_view import MachineView
+from guideload.app.monitor_view import MonitorView
 from guideload.app.motion_view import MotionView
 from guideload.app.words import COLORS
 
-MADE: tuple[Callable[[Hub, Refused], Part], ...] = (MachineView, MotionView, DecideView, KeepView)
-VIEWS = {"Machine": "precision_manufacturing", "Motion": "timeline", "Decide": "balance", "Keep": "save_alt"}
+VIEWS: dict[str, tuple[str, Callable[[Hub, Refused], Part]]] = {
+    "Machine": ("precision_manufacturing", MachineView),
+    "Motion": ("timeline", MotionView),
+    "Decide": ("balance", DecideView),
+    "Keep": ("save_alt", KeepView),
+    "Monitor": ("monitor_heart", MonitorView),
+}
 
 
 class Page(Part):
@@ -58,19 +64,20 @@ class Page(Part):
 
     def _build_views(self) -> None:
         with ui.tabs().props("dense no-caps align=left inline-label") as tabs:
-            names = [ui.tab(name, icon=icon).mark(name) for name, icon in VIEWS.items()]
+            names = [ui.tab(name, icon=icon).mark(name) for name, (icon, _) in VIEWS.items()]
         with ui.tab_panels(tabs, value=names[0], animated=False, keep_alive=True).classes("w-full"):
             self.parts: dict[str, Part] = {}
-            for tab, (name, make) in zip(names, zip(VIEWS, MADE, strict=True), strict=True):
+            for tab, (name, (_, make)) in zip(names, VIEWS.items(), strict=True):
                 with ui.tab_panel(tab):
                     self.parts[name] = make(self.hub, self.attempt)
-        self.part = self.parts[
-            next(iter(VIEWS))
-        ]  # the one in view; the others are brought up to date when they are
+        # The one in view; the others are brought up to date when they come into view.
+        self.part = next(iter(self.parts.values()))
         tabs.on_value_change(lambda event: self._turn_to(event.value))
 
     def _turn_to(self, name: str) -> None:
+        self.part.in_view = False
         self.part = self.parts[name]
+        self.part.in_view = True
         self.part.show_state()
         self.part.show_answer()
 

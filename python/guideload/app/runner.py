@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
 
@@ -35,7 +35,9 @@ class Runner:
         self.state: State | None = None
         self.serial = 0  # of the newest state
         self.changed = asyncio.Event()
-        self.thread = ThreadPoolExecutor(1, "guideload run")
+        self.runs, self.judgements = (
+            ThreadPoolExecutor(1, f"guideload {name}") for name in ("run", "judgement")
+        )
         self.task: asyncio.Task[None] | None = None
 
     def request(self, state: State) -> None:
@@ -51,19 +53,30 @@ class Runner:
             assert state is not None
             self.changed.clear()
             with suppress(Overtaken):
-                answer = await self._run(partial(self.solver.answer, state), serial, SHORT)
+                answer = await self._run(self.runs, partial(self.solver.answer, state), serial, SHORT)
                 self.deliver(answer)
                 with suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self.changed.wait(), REST)
                 if serial == self.serial and isinstance(answer, Answer):
-                    self.deliver(await self._run(partial(self.solver.judged, answer), serial, 0.0))
+                    await self._judge(answer, serial)
             if serial == self.serial:
                 return
 
+    async def _judge(self, answer: Answer, serial: int) -> None:
+        """Judge an answer; that of a long record takes a minute, so a newer state does not wait for its end."""
+        work = self._run(self.judgements, partial(self.solver.judged, answer), serial, 0.0)
+        judging, newer = asyncio.create_task(work), asyncio.create_task(self.changed.wait())
+        await asyncio.wait((judging, newer), return_when=asyncio.FIRST_COMPLETED)
+        newer.cancel()
+        if serial == self.serial:
+            self.deliver(await judging)
+        else:
+            judging.add_done_callback(lambda done: done.exception())  # of what is overtaken nobody asks
+
     async def _run(
-        self, work: Callable[[Step], Answer | Refusal], serial: int, patience: float
+        self, thread: Executor, work: Callable[[Step], Answer | Refusal], serial: int, patience: float
     ) -> Answer | Refusal:
-        """Work in the thread; what is overtaken ends at its next step, once it takes longer than `patience`."""
+        """Work in a thread; what is overtaken ends at its next step, once it takes longer than `patience`."""
         loop, start, is_long = asyncio.get_running_loop(), time.perf_counter(), False
 
         def step(name: str) -> None:
@@ -76,7 +89,7 @@ class Runner:
                 loop.call_soon_threadsafe(self.progress, name)
 
         try:
-            return await loop.run_in_executor(self.thread, work, step)
+            return await loop.run_in_executor(thread, work, step)
         finally:
             if is_long:
                 self.progress("")

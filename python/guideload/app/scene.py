@@ -29,6 +29,20 @@ controls.addEventListener("drag", ({object}) => {
   if (object.name.startsWith("carriage")) object.position.setY(object.userData.rail.y).setZ(object.userData.rail.z);
 });
 """
+# A ghost of the body moves as in a mode: slowly, and far enough to be seen.
+VIBRATE = """
+const scene = getElement(%d), ghost = scene.objects.get("%s").mesh, [x, y, z, rx, ry, rz] = %s;
+clearInterval(scene.vibration);
+scene.vibration = setInterval(() => {
+  const s = Math.sin(performance.now() / 1000 * %g);
+  ghost.position.set(s * x, s * y, s * z);
+  ghost.quaternion.set(s * rx / 2, s * ry / 2, s * rz / 2, 1).normalize();
+}, 33);
+"""
+SWING, TURN = (
+    0.08,
+    3.0,
+)  # swing of a mode over the size of the machine, its circular frequency on the page [rad/s]
 
 
 class Arrow:
@@ -72,7 +86,7 @@ class MachineScene:
         machine = answer.machine
         box = _box(machine)
         seen = np.vstack([box["corners"], machine.carriage_centers, np.zeros(3)])
-        size = float(np.linalg.norm(np.ptp(seen, axis=0)))
+        size = self.size = float(np.linalg.norm(np.ptp(seen, axis=0)))
         names = [[one.name for one in parts] for parts in (machine.carriages, machine.rails, machine.points)]
         structure = (names, machine.gravity)
         if structure != self.structure:
@@ -80,6 +94,13 @@ class MachineScene:
             self._build(machine, size)
             self.look(_up(machine), (seen.min(axis=0) + seen.max(axis=0)) / 2.0, size)
         self._place(answer, instant, box, size)
+
+    def vibrate(self, shape: Array | None) -> None:
+        """Show a mode shape, displacement and rotation (6,) [m, rad], or none; after `show`."""
+        self.ghost.visible(shape is not None)
+        if shape is not None:
+            motion = (SWING * self.size * shape).tolist()
+            ui.run_javascript(VIBRATE % (self.scene.id, self.ghost.id, motion, TURN))
 
     def _build(self, machine: guideload.Machine, size: float) -> None:
         self.scene.clear()
@@ -92,6 +113,9 @@ class MachineScene:
             ]
             self.names = [Text(one.name, LABEL) for one in machine.carriages]
             self.body = Box(wireframe=True).material(BODY)
+            with Group().with_name("ghost") as self.ghost:
+                self.ghost_body = Box(wireframe=True).material("#d55e00")
+            self.ghost.visible(False)
             self.center = Sphere(1.6 * unit).material(BODY).with_name("center of mass").draggable()
             self.points = [Sphere(unit).material("#b3261e") for _ in machine.points]
             self.labels = [Text(one.name, LABEL) for one in machine.points]
@@ -111,7 +135,8 @@ class MachineScene:
             part.scale(length, 0.05 * size, 0.06 * size)
             part.rotate_R(machine.carriage_axes[i].T.tolist())
             self.names[i].move(*(machine.carriage_centers[i] + 0.05 * size * _up(machine)).tolist())
-        self.body.move(*box["center"].tolist()).scale(*box["sides"].tolist()).rotate_R(box["axes"].tolist())
+        for body in (self.body, self.ghost_body):
+            body.move(*box["center"].tolist()).scale(*box["sides"].tolist()).rotate_R(box["axes"].tolist())
         center = np.array(machine.whole_body.center_of_mass)
         self._move(self.center, center)
         for point, ball, label in zip(machine.points, self.points, self.labels, strict=True):
@@ -121,11 +146,11 @@ class MachineScene:
         pull = float(np.linalg.norm(gravity))
         self.weight.show(center, 0.16 * size * gravity / pull if pull else gravity)
         if machine.carriages:
-            data = result.quantities
-            force = data["force_global" if "force_global" in data else "force"]
+            force = result.carriage_loads[instant, :, :3]  # each in the axes of its carriage
             longest = float(answer.loads.max()) or 1.0
             for i, arrow in enumerate(self.loads):
-                arrow.show(machine.carriage_centers[i], ARROW * size * force[instant, i] / longest)
+                turned = machine.carriage_axes[i].T @ force[i]
+                arrow.show(machine.carriage_centers[i], ARROW * size * turned / longest)
 
     def _move(self, part: Object3D, place: Array) -> None:
         if part.name == self.held:

@@ -64,10 +64,17 @@ def line(name: str, data: list[list[float]], color: str, **more: Any) -> dict[st
 
 
 def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
-    """Give a chart new options."""
-    chart.options.clear()
-    chart.options.update(options)
-    chart.update()
+    """Give a chart new options; one with as many series as before only what changes with the data.
+
+    That goes to the browser alone: to keep it here, where each list is observed, takes as long as a run.
+    """
+    if len(chart.options["series"]) == len(options["series"]):
+        sent = {key: options[key] for key in ("series", "xAxis", "title") if key in options}
+        chart.run_chart_method("setOption", sent)
+    else:
+        chart.options.clear()
+        chart.options.update(options)
+        chart.update()
 
 
 def show_commands(commands: str) -> ui.code:
@@ -107,8 +114,8 @@ def _show_part(part: guideload.reports.Part) -> None:
             ui.label(sentence)
 
 
-def show_table(table: guideload.reports.Table) -> ui.table:
-    """A table of a report."""
+def table_content(table: guideload.reports.Table) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Columns and rows of a table of a report, for `ui.table`."""
     columns = [
         {
             "name": str(i),
@@ -119,4 +126,10 @@ def show_table(table: guideload.reports.Table) -> ui.table:
         for i, one in enumerate(table.columns)
     ]
     rows = [{str(i): cell for i, cell in enumerate(cells)} | {"id": n} for n, cells in enumerate(table.rows)]
+    return columns, rows
+
+
+def show_table(table: guideload.reports.Table) -> ui.table:
+    """A table of a report."""
+    columns, rows = table_content(table)
     return ui.table(columns=columns, rows=rows, row_key="id").props("dense flat wrap-cells").classes("w-full")

@@ -21,12 +21,11 @@ if TYPE_CHECKING:
     from guideload.monitor.monitor import Monitor
     from guideload.watch.inputs import Input
     from guideload.watch.lines import Refused
-    from guideload.watch.page import Page
     from guideload.watch.reaction import Command, Crossing
     from guideload.watch.session import Session
     from guideload.watch.store import Store
 
-REFRESH = 0.25  # s between two pictures of the state
+REFRESH = 0.5  # s between two pictures of the state
 MOST_REFUSED = 10  # malformed lines that are named; all are counted
 
 
@@ -38,23 +37,16 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
     help="File that grows, in place of standard input; it is read from its start.",
 )
 @click.option(
-    "--listen",
-    metavar="PORT",
-    help="Port of this machine (127.0.0.1), or path of a Unix socket, in place of standard input.",
-)
-@click.option(
     "--seconds", is_flag=True, help="The time stamps are in seconds; without it whole numbers, in ticks."
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for samples and loads by the hour (Parquet), and for the record from which a watch goes on.",
+    help="Folder for samples and loads by the hour (Parquet), for the record from which a watch goes on, and for what "
+    "the page of guideload app shows.",
 )
 @click.option("--record-only", is_flag=True, help="Keep the record in the folder of -o, and no samples.")
-@click.option(
-    "--page", "port", type=click.IntRange(0, 65535), help="Port of a page with live curves; 0: any."
-)
 @click.option("--stop-at-limit", is_flag=True, help="End with exit code 4 when a carriage passes its limit.")
 @click.option(
     "--on-limit",
@@ -66,11 +58,9 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
 def watch(
     monitor_file: Path,
     follow: Path | None,
-    listen: str | None,
     seconds: bool,
     output: Path | None,
     record_only: bool,
-    port: int | None,
     stop_at_limit: bool,
     on_limit: str | None,
     strict: bool,
@@ -78,16 +68,15 @@ def watch(
     """Watch the loads of a machine as its samples come in.
 
     MONITOR.TOML: from `guideload monitor build`. A sample is a line with a time stamp and a counter, from standard
-    input, a file that grows, or a socket. The summary is printed at the end of the input, or at Ctrl-C.
+    input or a file that grows. The summary is printed at the end of the input, or at Ctrl-C.
     """
     from guideload.monitor.monitor import Monitor
     from guideload.reports.monitor import monitor_report
+    from guideload.watch.inputs import GrowingFile, StandardInput
     from guideload.watch.lines import Lines
     from guideload.watch.reaction import Command
     from guideload.watch.session import Session
 
-    if follow is not None and listen is not None:
-        raise click.UsageError("expected --follow or --listen, got both")
     if record_only and output is None:
         raise click.UsageError("--record-only needs -o: the record is in that folder")
     monitor = Monitor.from_toml(monitor_file)
@@ -97,7 +86,7 @@ def watch(
         ends = stack.enter_context(asked_to_end())
         say = _Voice(ends if strict else None, seconds)
         command = None if on_limit is None else Command(on_limit, say)
-        source = _opened_input(follow, listen)
+        source: Input = StandardInput() if follow is None else GrowingFile(follow)
         stack.callback(source.close)
         store = None if output is None else stack.enter_context(_opened_store(output, monitor, record_only))
         session = Session(
@@ -109,13 +98,12 @@ def watch(
             on_refused=say.refused,
             say=say,
         )
-        page = None if port is None else stack.enter_context(_served(port, session, say))
-        _run(session, page, command, ends, say)
+        _run(session, command, ends, say)
         session.close()  # not after an error: what is in the folder is whole without it
         status = session.status()
         if command is not None:
             command.close()
-    print_report(monitor_report(monitor.machine, status))
+    print_report(monitor_report(status, monitor.machine))
     if ends.code == LIMIT_PASSED:
         click.echo("Ended because a carriage passed its limit.", err=True)
     elif ends.code not in (None, InputError.exit_code):
@@ -184,14 +172,6 @@ class _Voice:
         return self.ends is not None
 
 
-def _opened_input(follow: Path | None, listen: str | None) -> Input:
-    from guideload.watch.inputs import GrowingFile, Socket, StandardInput
-
-    if follow is not None:
-        return GrowingFile(follow)
-    return StandardInput() if listen is None else Socket(listen)
-
-
 @contextmanager
 def _opened_store(folder: Path, monitor: Monitor, record_only: bool) -> Iterator[Store]:
     """The store in a folder, which is locked for this process."""
@@ -204,19 +184,6 @@ def _opened_store(folder: Path, monitor: Monitor, record_only: bool) -> Iterator
         raise unwritable(folder, error) from None
     with exclusive_lock(folder):
         yield Store(folder, monitor, not record_only)
-
-
-@contextmanager
-def _served(port: int, session: Session, say: Callable[[str], None]) -> Iterator[Page]:
-    """The page of a session."""
-    from guideload.watch.page import Page
-
-    page = Page(port, session.curves)
-    say(f"the page is {page.address}")
-    try:
-        yield page
-    finally:
-        page.close()
 
 
 def _reaction(command: Command | None, stop: bool, ends: Ends) -> Callable[[Crossing], bool]:
@@ -232,7 +199,7 @@ def _reaction(command: Command | None, stop: bool, ends: Ends) -> Callable[[Cros
     return react
 
 
-def _run(session: Session, page: Page | None, command: Command | None, ends: Ends, say: _Voice) -> None:
+def _run(session: Session, command: Command | None, ends: Ends, say: _Voice) -> None:
     """Take samples until the end, and show the state meanwhile."""
     from rich.console import Console
     from rich.live import Live
@@ -249,14 +216,12 @@ def _run(session: Session, page: Page | None, command: Command | None, ends: End
         while ends.code is None and session.step():
             if time.monotonic() >= due:
                 due = time.monotonic() + REFRESH
-                status = session.status()
-                if page is not None:
-                    page.status = status
+                session.show()
                 if command is not None:
                     command.is_running()  # so that a failure is said now
                 if live is not None:
-                    rate = f"{status['samples_per_s']:.0f} samples/s from {session.source.name}"
-                    text = monitor_report(session.monitor.machine, status).text(
+                    rate = f"{session.per_second:.0f} samples/s from {session.source.name}"
+                    text = monitor_report(session.status(), session.monitor.machine).text(
                         console.width, console.encoding
                     )
                     live.update(f"{text}\n{rate}", refresh=True)

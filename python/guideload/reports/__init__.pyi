@@ -1,4 +1,5 @@
 from .compare import comparison_report as comparison_report
+from .monitor import monitor_report as monitor_report
 from .report import Column as Column
 from .report import Definitions as Definitions
 from .report import Part as Part

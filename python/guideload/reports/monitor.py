@@ -14,15 +14,16 @@ if TYPE_CHECKING:
 UNKNOWN = "-"
 
 
-def monitor_report(machine: Machine, status: Mapping[str, Any]) -> Report:
-    """The whole report; status: of `watch.status`."""
-    return Report.of(
-        machine,
-        "load monitor",
-        answer=[_answer(status)],
-        warnings=[*_warnings(status)],
-        sections=[Section("Carriages", _table(status)), Section("Samples", _input(status["input"]))],
-    )
+def monitor_report(status: Mapping[str, Any], machine: Machine | None = None) -> Report:
+    """The whole report; status: of a `WatchState`. machine: for its head and free dofs, where it is known."""
+    parts: dict[str, Any] = {
+        "answer": [_answer(status)],
+        "warnings": [*_warnings(status)],
+        "sections": [Section("Carriages", _table(status)), Section("Samples", _input(status["input"]))],
+    }
+    if machine is None:
+        return Report(f"{status['machine']}: load monitor", **parts)
+    return Report.of(machine, "load monitor", **parts)
 
 
 def _answer(status: Mapping[str, Any]) -> str:

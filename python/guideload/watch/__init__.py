@@ -1,1 +1,5 @@
-"""The load monitor on a PC: from lines of samples to loads in the terminal, on a page and in Parquet files."""
+"""The load monitor on a PC: from lines of samples to loads in the terminal, in Parquet files, and for the page."""
+
+from guideload.watch.status import WatchState
+
+__all__ = ["WatchState"]

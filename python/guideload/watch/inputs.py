@@ -1,4 +1,4 @@
-"""Where samples come from: standard input, a file that grows, a socket on this machine.
+"""Where samples come from: standard input, or a file that grows.
 
 `read` waits at most `timeout` [s]. It returns bytes, b"" if nothing came; a `Break` where one stream ends and another
 may begin; None at the end.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import select
-import socket
 import sys
 import time
 import zlib
@@ -19,7 +18,6 @@ from typing import IO, Any, Protocol
 from guideload.base.errors import ArgumentError
 
 PIECE = 2**16  # bytes that are read at once
-MOST_PORT = 65535
 PAUSE = 0.05  # s between two looks at a file that has not grown
 MARK = 256  # bytes before a place in a file, whose checksum shows that it is the same file
 
@@ -56,7 +54,7 @@ class StandardInput:
 
     def __init__(self) -> None:
         if sys.stdin is None:
-            raise ArgumentError("standard input is closed: give --follow or --listen")
+            raise ArgumentError("standard input is closed: give --follow")
         try:
             self.handle = sys.stdin.fileno()
         except (OSError, ValueError):  # a file in memory, as in a notebook
@@ -143,64 +141,3 @@ def _opened(path: Path) -> IO[bytes]:
         return path.open("rb", buffering=0)
     except OSError as error:
         raise ArgumentError(f"{path}: cannot be read: {error.strerror or error}") from None
-
-
-class Socket:
-    """A TCP port of this machine, or a Unix socket. It takes one sender at a time, and the next when that has ended."""
-
-    def __init__(self, where: str) -> None:
-        self.sender: socket.socket | None = None
-        is_port = where.isascii() and where.isdigit()
-        if is_port and int(where) > MOST_PORT:
-            raise ArgumentError(f"--listen {where}: expected a port from 0 to {MOST_PORT}")
-        if not is_port and not hasattr(socket, "AF_UNIX"):
-            raise ArgumentError(f"--listen {where}: expected the number of a port: there are no others here")
-        if not is_port and "/" not in where:
-            raise ArgumentError(
-                f"--listen {where}: expected a port such as 5555, or the path of a Unix socket such as ./loads"
-            )
-        self.listener = socket.socket(socket.AF_INET if is_port else socket.AF_UNIX)
-        try:
-            if is_port and os.name == "posix":  # so that a watch may start again at once
-                self.listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            self.listener.bind(("127.0.0.1", int(where)) if is_port else where)
-            self.listener.listen()
-        except OSError as error:
-            self.listener.close()
-            hint = "" if is_port else "; remove it, if no other program listens there"
-            raise ArgumentError(f"--listen {where}: {error.strerror or error}{hint}") from None
-        self.path = None if is_port else Path(where)
-        self.name = f"port {self.listener.getsockname()[1]} of 127.0.0.1" if is_port else where
-
-    def read(self, timeout: float) -> bytes | Break | None:
-        if self.sender is None:
-            self.listener.settimeout(timeout)
-            try:
-                self.sender, _ = self.listener.accept()
-            except TimeoutError:
-                return b""
-        self.sender.settimeout(timeout)
-        try:
-            data = self.sender.recv(PIECE)
-        except TimeoutError:
-            return b""
-        except ConnectionError:
-            data = b""
-        if data:
-            return data
-        self.sender.close()
-        self.sender = None
-        return Break(f"the sender at {self.name} has ended; waiting for the next")
-
-    def place(self, position: int) -> dict[str, Any]:
-        return {}
-
-    def find(self, place: dict[str, Any]) -> bool:
-        return False
-
-    def close(self) -> None:
-        if self.sender is not None:
-            self.sender.close()
-        self.listener.close()
-        if self.path is not None:
-            self.path.unlink(missing_ok=True)

@@ -13,7 +13,7 @@ from guideload.monitor.monitor import Monitor
 from guideload.watch.inputs import Input
 from guideload.watch.lines import Lines, Refused
 from guideload.watch.reaction import Crossing
-from guideload.watch.status import Curves, status
+from guideload.watch.status import Curves, WatchState, status
 from guideload.watch.store import Store
 
 WAIT = 0.2  # s to wait for bytes of the input; after a signal the watch ends within this time
@@ -145,8 +145,14 @@ class Session:
         """The state at this instant, see `watch.status`."""
         return status(self.monitor, self.period_now, self.loads, self.lines.malformed, self.per_second)
 
+    def show(self, ended: bool = False) -> None:
+        """Write the state into the folder of the watch, for the page."""
+        if self.store is not None:
+            WatchState(time.time(), ended, self.status(), self.curves.points).write(self.store.folder)
+
     def close(self) -> None:
         """Keep all that came, and end."""
         if self.store is not None:
             self.store.close(self._place())
+            self.show(ended=True)
         self.source.close()
