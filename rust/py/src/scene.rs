@@ -156,7 +156,8 @@ impl PyScene {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
-            let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
+            let mut record =
+                Watched { record: Peaks::new(&self.0, &excitation, &loads, &mut extremes), watch };
             let control = convert::control(rtol, step);
             method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
             if !extremes.iter().all(Extremes::is_finite) {

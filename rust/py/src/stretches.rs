@@ -170,8 +170,15 @@ pub fn peaks_of_stretches<'py>(
     let loads = run.systems.iter().map(|system| of(system)).collect::<PyResult<Vec<_>>>()?;
     let mut parts = vec![vec![Extremes::NONE; groups.0.len()]; loads.len()];
     compute(py, |watch| {
+        let part = |index: usize| run.bounds[index]..run.bounds[index + 1];
+        let excitations = (0..loads.len())
+            .map(|index| run.samples.excitation_of(part(index)))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut rooms = parts.iter_mut();
-        let record = |index: usize| Peaks::new(&loads[index], rooms.next().map_or(&mut [], |room| room));
+        let record = |index: usize| {
+            let room = rooms.next().map_or(&mut [][..], |room| room);
+            Peaks::new(&run.systems[index], &excitations[index], &loads[index], room)
+        };
         run.run(watch, |_| Output::Samples, record, |_| ()).map(|_| ())
     })??;
     let whole: Vec<Extremes> = (0..groups.0.len())

@@ -108,6 +108,21 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         out
     }
 
+    /// Rate of change at one instant, from those of state and excitation.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn rate(&self, state: &State, rate: &State, input: &Input) -> [f64; ROWS] {
+        let mut out = self.linear.at(rate, input);
+        for (entry, constant) in out.iter_mut().zip(self.linear.constant) {
+            *entry -= constant;
+        }
+        for link in self.nonlinear.as_slice() {
+            let (elastic, damping) = link.row.load_rates(state, rate);
+            add_scaled(&mut out, &link.elastic, elastic);
+            add_scaled(&mut out, &link.damping, damping);
+        }
+        out
+    }
+
     /// Adds the load of a link times `direction`.
     fn add_link(&mut self, row: &'a LinkRow, part: Part, direction: &[f64; ROWS]) {
         let none = [0.0; ROWS];

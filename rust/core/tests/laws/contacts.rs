@@ -349,8 +349,15 @@ fn peaks_and_instants_between_samples_are_those_of_a_finer_run() {
     let system = machine.system();
     let loads = [group_load(&system, 0..4, Vector3::zeros(), Part::Total)];
     let mut extremes = [Extremes::NONE];
-    run(&system, &Exact::<4>, ADAPTIVE, &finer, Output::Samples, &mut Peaks::new(&loads, &mut extremes))
-        .expect("a run that succeeds");
+    run(
+        &system,
+        &Exact::<4>,
+        ADAPTIVE,
+        &finer,
+        Output::Samples,
+        &mut Peaks::new(&system, &finer, &loads, &mut extremes),
+    )
+    .expect("a run that succeeds");
     let history: Vec<f64> = states.iter().map(|state| loads[0].at(state, &[0.0; 9])[1]).collect();
     close(
         extremes[0].smallest[1],
