@@ -66,8 +66,8 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[WarningText]:
 
 
 def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[WarningText]:
-    """Warn of vibration whose peaks may lie between the samples, with a way out that fits the motion."""
-    if sampling.per_period is None:
+    """Warn of vibration whose peaks may lie between given instants, with a way out that fits the motion."""
+    if sampling.per_period is None or sampling.between:
         return
     rate = float(f"{ENOUGH_PER_PERIOD * sampling.highest:.2g}")
     if np.isinf(histories.usable_bandwidth):

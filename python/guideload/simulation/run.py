@@ -71,6 +71,31 @@ class Run:
             travel=self.travel,
         )
 
+    @cached_property
+    def extremes(self) -> list[Array] | None:
+        """Smallest and largest loads of the carriages at any time, and their times [s], each (2 carriage, 8).
+
+        As `Scene.peaks`: first of the loads, then of the loads less the static ones. None where the loads are known at
+        the reported instants alone: at given instants, and over rails that are not straight.
+        """
+        if self.times is not None or self.feet is not None:
+            return None
+        machine = self.machine
+        groups, places = machine.links_of_carriages, machine.carriage_places
+        return self.scene.peaks(
+            self.motion.time,
+            self.motion.acceleration,
+            self.motion.wrench,
+            method=self.method,
+            rtol=self.rtol,
+            step=self.step,
+            groups=groups,
+            centers=places,
+            start=self.start,
+            travel=self.travel,
+            less=self.machine_at_start.scene.static_group_loads(groups, places),
+        )
+
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
         """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor.
 

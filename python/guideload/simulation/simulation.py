@@ -16,6 +16,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.feet import over_rails
+from guideload.simulation.instants import with_enough_instants
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
@@ -54,7 +55,8 @@ def simulate(
             link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
             motion
-    times   (m,) s, instants to report, ascending; default: the samples of the motion
+    times   (m,) s, instants to report, ascending; default: the samples of the motion, and more between them where the
+            fastest vibration has fewer than six samples per period
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
             quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
@@ -81,28 +83,14 @@ def peak_loads(
     start: Start = "auto",
     strict: bool = False,
 ) -> Peaks:
-    """The extremes of the load of every carriage, without histories.
+    """The extremes of the load of every carriage at any time, without histories: between the samples too.
 
     Arguments and errors as for `simulate`. Only strict=True judges the loads: it computes a result and its audit too.
     """
     if strict:
         simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, start=start, strict=True)
     run = prepared_run(machine, motion, method, rtol, step, None, start, riders)
-    if run.feet is not None:
-        return peaks_of(run)
-    extremes = run.scene.peaks(
-        run.motion.time,
-        run.motion.acceleration,
-        run.motion.wrench,
-        method=run.method,
-        rtol=rtol,
-        step=step,
-        groups=machine.links_of_carriages,
-        centers=machine.carriage_places,
-        start=run.start,
-        travel=run.travel,
-    )
-    return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
+    return peaks_of(run)
 
 
 @checked
@@ -134,6 +122,8 @@ def prepared_run(
 
     start: also a state (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
     """
+    if times is None:
+        motion = with_enough_instants(machine, motion)
     moved = ridden(machine, motion, riders)
     machine, motion, feet = over_rails(moved.machine, moved.motion)
     chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)

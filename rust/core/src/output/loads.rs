@@ -91,6 +91,13 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         Self { linear: Linear::NOTHING, nonlinear: BoundedVec::filled(none, 0) }
     }
 
+    /// The quantity less a constant one, as the load less that at rest.
+    #[must_use]
+    pub fn less(mut self, constant: &[f64; ROWS]) -> Self {
+        add_scaled(&mut self.linear.constant, constant, -1.0);
+        self
+    }
+
     /// Value at rest.
     pub fn at_rest(&self) -> [f64; ROWS] {
         self.at(&[0.0; 12], &[0.0; 9])

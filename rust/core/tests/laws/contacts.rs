@@ -88,7 +88,7 @@ fn a_jump_is_seen_by_the_search_for_contact_changes() {
 }
 
 /// Each interval between samples divided into `parts`.
-fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[f64; 3]>) {
+pub(crate) fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[f64; 3]>) {
     let (mut times, mut refined) = (vec![time[0]], vec![samples[0]]);
     for k in 1..time.len() {
         for part in 1..=parts {

@@ -8,9 +8,8 @@ use guideload::{
 };
 
 use crate::batch::{base, cart_on, yardstick};
-use crate::common::{
-    ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise, refined,
-};
+use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise};
+use crate::contacts::refined;
 
 /// Runs with extremes alone, and with histories of samples 16 times as dense, and compares them. `tolerance`: of the method, over the largest
 /// load. Returns the outcomes with extremes and with a history, for comparison.
