@@ -16,6 +16,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
 from guideload.simulation.feet import Feet
+from guideload.simulation.instants import with_enough_instants
 from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
@@ -80,12 +81,14 @@ class Run:
         """
         if self.times is not None or self.feet is not None:
             return None
-        machine = self.machine
+        machine, motion, stretches = self.machine, self.motion, self.stretches
+        if self.travel is None:
+            motion, stretches = with_enough_instants(machine, motion, stretches)
         groups, places = machine.links_of_carriages, machine.carriage_places
-        return self.scene.peaks(
-            self.motion.time,
-            self.motion.acceleration,
-            self.motion.wrench,
+        return (stretches or machine.scene).peaks(
+            motion.time,
+            motion.acceleration,
+            motion.wrench,
             method=self.method,
             rtol=self.rtol,
             step=self.step,

@@ -16,7 +16,6 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.feet import over_rails
-from guideload.simulation.instants import with_enough_instants
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
@@ -55,8 +54,7 @@ def simulate(
             link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
             motion
-    times   (m,) s, instants to report, ascending; default: the samples of the motion, and more between them where the
-            fastest vibration has fewer than six samples per period
+    times   (m,) s, instants to report, ascending; default: the samples of the motion
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
             quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
@@ -122,8 +120,6 @@ def prepared_run(
 
     start: also a state (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
     """
-    if times is None:
-        motion = with_enough_instants(machine, motion)
     moved = ridden(machine, motion, riders)
     machine, motion, feet = over_rails(moved.machine, moved.motion)
     chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)

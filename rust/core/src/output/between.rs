@@ -183,7 +183,7 @@ fn nonlinear(system: &System) -> impl Iterator<Item = &LinkRow> {
 }
 
 /// Steps of an integration over a part.
-const STEPS: usize = 8;
+const STEPS: usize = 32;
 const STEP: f64 = 1.0 / STEPS as f64;
 
 /// Most steps of the search for a largest value.
@@ -197,6 +197,9 @@ const BEYOND_CUBIC: f64 = 0.05;
 
 /// Parts of a power series up to which the cubic through the ends of a part tells whether a value may pass its extreme.
 const SMOOTH: f64 = 4.0;
+
+/// Fraction of a part by which its ends are looked at inside of it: at a contact change, where a damper may begin to act, on its own side.
+const INSIDE: f64 = 1e-8;
 
 /// A value and its slope.
 type Slope = [f64; 2];
@@ -218,11 +221,15 @@ impl Scope<'_> {
     /// through both ends is largest, then where the derivatives there say.
     #[cfg_attr(feature = "std", inline(always))]
     fn follow<E: Equations>(&mut self, equations: &E, series: &PowerSeries) {
-        let [start, end] = &self.part.ends;
-        let ends = [
-            self.derivatives(equations, start, 0.0, 2).slope(0.0),
-            self.derivatives(equations, end, 1.0, 2).slope(0.0),
-        ];
+        let [start, _] = &self.part.ends;
+        let mut ends = [[0.0; 2]; 2];
+        for (i, state) in self.part.ends.iter().enumerate() {
+            let mut rate = equations.rate(state, &self.ramp.force(i as f64), (&Moments::NONE, 0));
+            scale(&mut rate, self.ramp.h);
+            let (inside, theta) = self.inside(i, state, &rate);
+            ends[i] = self.derivatives(equations, &inside, theta, 2).slope(0.0);
+            self.note(ends[i][0], theta);
+        }
         if !self.may_pass(&ends, series.norm(self.ramp.h) <= SMOOTH) {
             return;
         }
@@ -253,6 +260,13 @@ impl Scope<'_> {
                 return;
             }
         }
+    }
+
+    /// The state near one end of the part, within it, and the fraction of the part.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn inside(&self, end: usize, state: &State, rate: &State) -> (State, f64) {
+        let way = if end == 0 { INSIDE } else { -INSIDE };
+        (moved(state, rate, way), end as f64 + way)
     }
 
     /// The first `count` derivatives of the value, from that of order 0, at a state of linear equations.
@@ -286,7 +300,9 @@ impl Scope<'_> {
             let state = &self.part.ends[node];
             let mut rate = equations.rate(state, &self.ramp.force(node as f64), (&moments, node));
             scale(&mut rate, self.ramp.h);
-            ends[node] = self.slope(state, &rate);
+            let (inside, theta) = self.inside(node, state, &rate);
+            ends[node] = self.slope(&inside, &rate);
+            self.note(ends[node][0], theta);
         }
         if !self.may_pass(&ends, true) {
             return;
