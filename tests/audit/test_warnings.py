@@ -212,7 +212,7 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number(key: str) -> None:
 # ---- no false alarms
 
 
-@pytest.mark.parametrize("kind", ["two-rails", *MACHINE_KINDS])
+@pytest.mark.parametrize("kind", MACHINE_KINDS)
 def test_machines_of_init_have_no_warnings(kind: str) -> None:
     given = Machine.from_toml(EXAMPLES / "kinds" / f"{kind}.toml")
     assert not machine_report(given).warnings
