@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from reference import DOFS
 
 from guideload import ArgumentError, GuideloadError, Machine, Motion, RunError, peak_loads, simulate
+from guideload.motion.refinement import refined
 
 Array = NDArray[np.float64]
 
@@ -234,19 +235,20 @@ def test_peak_loads_are_those_of_a_dense_run(laws: str, method: str, motion: str
     machine, given = LAWS[laws](), motion_of(motion)
     if method == "exact" and machine.scene.model_level == "smooth nonlinear":
         return
-    steps = np.diff(given.time)
-    dense = np.unique(given.time[:-1, None] + steps[:, None] * np.arange(16) / 16.0)
+    dense = refined(given, np.where(np.diff(given.time) > 0.0, 16, 1))
     for rtol in (1e-3, 1e-7):
         is_exact = machine.scene.model_level != "smooth nonlinear" and method in ("auto", "exact")
         error = 1e-11 if is_exact else 10.0 * rtol
         found = peak_loads(machine, given, method, rtol=rtol)
-        loads = simulate(machine, given, method, rtol=rtol, times=dense).carriage_loads
+        loads = simulate(machine, dense, method, rtol=rtol).carriage_loads
         scale = np.abs(loads).max(axis=0)
         scale = np.stack([scale[:, :3].max(axis=1)] * 3 + [scale[:, 3:].max(axis=1)] * 3, axis=1)
         assert (found.largest[:, :6] >= loads.max(axis=0) - error * scale).all()
         assert (found.smallest[:, :6] <= loads.min(axis=0) + error * scale).all()
+        if not is_exact:
+            continue  # between its steps a method has errors of its own
         at = np.unique([found.time_of_largest[:, :6], found.time_of_smallest[:, :6]])
-        there = simulate(machine, given, method, rtol=rtol, times=at).carriage_loads
+        there = simulate(machine, given, method, times=at).carriage_loads
         for values, times in (
             (found.largest, found.time_of_largest),
             (found.smallest, found.time_of_smallest),

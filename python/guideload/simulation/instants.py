@@ -16,7 +16,9 @@ from guideload.motion.motion import Motion
 from guideload.motion.refinement import refined
 
 STEP = 1.05  # rad of the fastest vibration, from one instant to the next
-MOST_PARTS = 25  # of an interval: a vibration that is faster still is hardly excited by a motion with such samples
+MOST_PARTS = (
+    25  # of an interval: a vibration that is faster still is hardly excited by a motion with such samples
+)
 MOST_INSTANTS = 1_000_000
 
 

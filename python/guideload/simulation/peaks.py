@@ -49,7 +49,13 @@ def peak_rows(run: Run) -> Iterator[Row]:
     count = len(run.machine.carriages)
     of, when = ("carriage",), "at any time"
     size = np.maximum(np.abs(smallest), np.abs(largest))[:count]
-    yield "peak_force", (*of, "axis"), size[:, :3], "N", f"largest magnitude of the load of the carriage {when}"
+    yield (
+        "peak_force",
+        (*of, "axis"),
+        size[:, :3],
+        "N",
+        f"largest magnitude of the load of the carriage {when}",
+    )
     text = f"largest magnitude of the moment about the carriage centre {when}"
     yield "peak_moment", (*of, "axis"), size[:, 3:6], "N m", text
     yield "peak_resultant", of, largest[:count, 6], "N", f"largest resultant load in y and z {when}"

@@ -46,6 +46,8 @@ pub(super) struct Between<'a> {
     on_segments: (SegmentEquations, PowerSeries),
     waiting: [Option<Part>; WAITING],
     count: usize,
+    /// Whether loads jump at contact changes, because a damper acts in contact only.
+    jumps: bool,
 }
 
 impl<'a> Between<'a> {
@@ -60,6 +62,7 @@ impl<'a> Between<'a> {
             on_segments: (linear, PowerSeries::new(&linear)),
             waiting: [None; WAITING],
             count: 0,
+            jumps: system.rows().iter().any(|row| row.link.is_damped_in_contact()),
         }
     }
 
@@ -77,6 +80,11 @@ impl<'a> Between<'a> {
         } else {
             0.0
         }
+    }
+
+    /// Whether a load may jump at one of these places.
+    pub(super) fn jumps_at(&self, places: [Place; 2]) -> bool {
+        self.jumps && places.into_iter().flatten().any(|(_, since)| since > 0.0)
     }
 
     /// Lets a part wait. Searches all that wait if there are too many.

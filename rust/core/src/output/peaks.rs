@@ -62,6 +62,8 @@ struct Scratch {
     rates: Values,
     quotients: Values,
     bows: Values,
+    /// Infinite for a part at an end of which a load may jump, else zero.
+    jumps: Values,
 }
 
 impl<'a> Peaks<'a> {
@@ -92,6 +94,7 @@ impl<'a> Peaks<'a> {
                 rates: [0.0; BLOCK],
                 quotients: [0.0; BLOCK],
                 bows: [0.0; BLOCK],
+                jumps: [0.0; BLOCK],
             },
         }
     }
@@ -295,7 +298,9 @@ impl Scratch {
     fn measure(&mut self, between: &Between, places: &[Place; BLOCK]) {
         self.lengths = [0.0; BLOCK];
         for k in 0..BLOCK - 1 {
-            self.lengths[k] = between.length([places[k], places[k + 1]]);
+            let ends = [places[k], places[k + 1]];
+            self.lengths[k] = between.length(ends);
+            self.jumps[k] = if between.jumps_at(ends) { f64::INFINITY } else { 0.0 };
         }
         for k in 0..BLOCK {
             let h = self.lengths[k];
@@ -321,7 +326,7 @@ impl Kernel for BowKernel<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> bool {
-        let Self { scratch: Scratch { values, rates, quotients, bows, .. }, goal, least, most } = self;
+        let Self { scratch: Scratch { values, rates, quotients, bows, jumps, .. }, goal, least, most } = self;
         let (values, sign) = (&values[goal.value], if goal.largest { 1.0 } else { -1.0 });
         let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK]);
         for k in 0..BLOCK - 1 {
@@ -336,7 +341,7 @@ impl Kernel for BowKernel<'_> {
             let (a, b) = (sign * values[k], sign * values[k + 1]);
             let (high, bend) = (if a > b { a } else { b }, curvatures[k]);
             let bend = if curvatures[k + 1] > bend { curvatures[k + 1] } else { bend };
-            most[k] = fma(bows[k], if bend > 0.0 { bend } else { 0.0 }, high);
+            most[k] = fma(bows[k], if bend > 0.0 { bend } else { 0.0 }, high) + jumps[k];
             passes |= most[k] > least;
         }
         passes
