@@ -18,7 +18,6 @@ from guideload.base.toml import located
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
-from guideload.simulation.instants import with_enough_instants
 from guideload.simulation.simulation import with_forces_of_drive
 from guideload.simulation.start import start_of
 from guideload.study.estimated import estimated_entries
@@ -129,8 +128,6 @@ class Study(StudyOptions):
             )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
         motion = with_forces_of_drive(self.machine, self.motion, self.method, self.rtol, self.start)
-        if not self.posterior:  # draws of the motion have its own stamps
-            motion, _ = with_enough_instants(self.machine, motion)
         if self.posterior:
             require_posterior(self.machine, motion, self.cases)
         parameters = Parameters(self.machine, motion)

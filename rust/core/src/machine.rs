@@ -302,7 +302,6 @@ impl Simulation {
         let mut extremes = PerCarriage::new(self.count(), |_| Extremes::NONE);
         let mut peaks = Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes.as_mut_slice());
         self.run(excitation, &mut peaks)?;
-        drop(peaks);
         Ok(PerCarriage::new(self.count(), |k| (&extremes.as_slice()[k]).into()))
     }
 

@@ -34,7 +34,6 @@ fn compare<M: Method>(
         let mut extremes = vec![Extremes::NONE; loads.len()];
         let mut peaks = Peaks::new(&system, excitation, &loads, &mut extremes);
         let outcome = run(&system, method, control, excitation, Output::Samples, &mut peaks);
-        drop(peaks);
         (extremes, outcome)
     };
     let (extremes, outcome) = extremes_of(&excitation);
