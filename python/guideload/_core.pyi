@@ -357,12 +357,15 @@ class Scene:
         centers: Array,
         start: str | Array = "rest",
         travel: Array | None = None,
+        less: Array | None = None,
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
 
         Columns: Fx Fy Fz [N], Mx My Mz about the centre [N m], y-z resultant [N], magnitude of the moment [N m].
         groups: indices of the links of each group. centers: (groups, 3) m from L, or (groups, 4) with
-        the roll [rad] about x of the axes in which the loads are given. Other arguments: as in `solve`.
+        the roll [rad] about x of the axes in which the loads are given. less: (groups, 6), constant loads; rows for the
+        loads less these are then appended. Other arguments: as in `solve`. Extremes are those at any time, if the
+        fastest vibration has six samples per period or more; the smallest magnitudes are those at the samples.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
@@ -421,6 +424,7 @@ def peaks_of_stretches(
     groups: Groups,
     centers: Array,
     start: str = "rest",
+    less: Array | None = None,
 ) -> list[Array]:
     """As `Scene.peaks`, for a machine whose mass changes: see `solve_stretches`."""
 

@@ -94,6 +94,10 @@ def run(given: Machine, motion: Motion | None = None, **options: Any) -> Found:
     return result_report(simulate(given, motion or MOVES.motion(), **options)).warnings
 
 
+def at_samples(motion: Motion) -> Found:
+    return run(machine(), motion, times=motion.time)
+
+
 def not_judged() -> Found:
     found = simulate(machine(), MOVES.motion(), "rk45", times=np.arange(400) * 1.1e-3)
     return Result(found.machine, found.data.drop_dims("motion_time")).audit.warnings
@@ -180,8 +184,8 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         lambda: run(machine(), Motion.along_x(TIME, np.where(TIME < 1.0, 2.0, -2.0))),
         "the motion begins",
     ),
-    "samples": (lambda: run(machine(), lost(MOVES.motion(), 10)), 'rate = "'),
-    "missed vibration": (lambda: run(machine(), ringing()), 'rate = "'),
+    "samples": (lambda: at_samples(lost(MOVES.motion(), 10)), "Leave times out"),
+    "missed vibration": (lambda: at_samples(ringing()), "Leave times out"),
     "motor": (
         lambda: run(rated(rated_torque=1e-3), lives.moved(Move(1.0, 2.0, 50.0))),
         "the motor overheats",

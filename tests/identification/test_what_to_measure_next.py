@@ -87,7 +87,7 @@ def test_figures_of_runs_and_their_derivatives(
         cycle = duty_cycle(cases, 3600.0)
         if quantity == "peak_resultant":
             results = (simulate(case.machine, case.motion) for case in cases)
-            return np.max([each.peaks()["peak_resultant_N"] for each in results], axis=0)
+            return np.max([each.quantities["resultant"].max(axis=0) for each in results], axis=0)
         return {"mean_load": cycle.mean_loads, "life": cycle.carriage_lives}[quantity]
 
     runs = [LoadCase("light", machine, motions[0], 3.0), LoadCase("heavy", heavy(machine), motions[1], 40.0)]

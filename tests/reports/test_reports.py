@@ -110,15 +110,6 @@ def test_a_motion_under_way_spoils_the_peaks_until_the_slowest_mode_has_died_awa
     assert "peaks of all carriages are in this period" in said(ref.cart(), sudden)
 
 
-@pytest.mark.parametrize(("cycles", "warned"), [(0.49, False), (0.51, True)])
-def test_samples_coarser_than_half_a_period_of_the_highest_mode_are_warned_of(
-    cycles: float, warned: bool
-) -> None:
-    time = np.arange(20) * cycles / Modes.of(ref.cart()).frequency.max()
-    coarse = Motion.along_x(time, np.where((time > 0.01) & (time < 0.03), 2.0, 0.0))
-    assert ("peaks between the samples are missed" in said(ref.cart(), coarse)) is warned
-
-
 def test_only_what_a_method_has_is_told() -> None:
     assert "load scale" not in said(ref.cart(), PUSH) and "contact changes" not in said(ref.cart(), PUSH)
     fixed = result_report(simulate(ref.cart(), PUSH, "implicit", step=5e-4)).text()

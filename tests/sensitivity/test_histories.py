@@ -125,7 +125,7 @@ def test_quasi_static_start_and_factors_by_differences() -> None:
 def test_peak_is_that_of_the_run_and_a_tie_is_told() -> None:
     machine, motion = cart(), piece(pulse(), 4990, 5100)
     data = sensitivities(machine, motion, of=["peak_resultant", "resultant"], to="carriages.*.stiffness_y")
-    peaks = simulate(machine, motion).peaks()["peak_resultant_N"].to_numpy()
+    peaks = simulate(machine, motion).quantities["resultant"].max(axis=0)
     assert np.allclose(data["peak_resultant"], peaks, rtol=1e-12)
     result = simulate(machine, motion).data["resultant"].to_numpy()
     for i, k in enumerate(result.argmax(axis=0)):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from reference import DOFS
 
 from guideload import ArgumentError, GuideloadError, Machine, Motion, RunError, peak_loads, simulate
+from guideload.motion.refinement import refined
 
 Array = NDArray[np.float64]
 
@@ -207,27 +208,32 @@ def _with_balls(machine: Machine) -> Machine:
 @pytest.mark.parametrize("laws", LAWS)
 @pytest.mark.parametrize("method", ["auto", "exact", "rk45", "implicit"])
 @pytest.mark.parametrize("motion", ["noisy", "forces, jumps, uneven"])
-def test_peak_loads_are_those_of_simulate_to_the_last_bit(laws: str, method: str, motion: str) -> None:
+def test_peak_loads_are_those_of_a_dense_run(laws: str, method: str, motion: str) -> None:
+    """None of 15 instants between each two samples exceeds them, and at its time the load is as large as they say."""
     machine, given = LAWS[laws](), motion_of(motion)
-    if method == "exact" and machine.scene.model_level == "smooth nonlinear":
-        return
+    if machine.scene.model_level == "smooth nonlinear" and (method == "exact" or "in contact" in laws):
+        return  # refused; or where a damper begins to act is known to the tolerance only
+    dense = refined(given, np.where(np.diff(given.time) > 0.0, 16, 1))
     for rtol in (1e-3, 1e-7):
-        loads = simulate(machine, given, method, rtol=rtol).carriage_loads
-        across, moment = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
+        is_exact = machine.scene.model_level != "smooth nonlinear" and method in ("auto", "exact")
+        error = 1e-11 if is_exact else 20.0 * rtol  # of two runs
         found = peak_loads(machine, given, method, rtol=rtol)
-        assert found.carriages == tuple(carriage.name for carriage in machine.carriages)
-        for extremes, times, pick in (
-            (found.smallest, found.time_of_smallest, "min"),
-            (found.largest, found.time_of_largest, "max"),
+        loads = simulate(machine, dense, method, rtol=rtol).carriage_loads
+        scale = np.abs(loads).max(axis=0)
+        scale = np.stack([scale[:, :3].max(axis=1)] * 3 + [scale[:, 3:].max(axis=1)] * 3, axis=1)
+        assert (found.largest[:, :6] >= loads.max(axis=0) - error * scale).all()
+        assert (found.smallest[:, :6] <= loads.min(axis=0) + error * scale).all()
+        if not is_exact:
+            continue  # between its steps a method has errors of its own
+        at = np.unique([found.time_of_largest[:, :6], found.time_of_smallest[:, :6]])
+        there = simulate(machine, given, method, times=at).carriage_loads
+        for values, times in (
+            (found.largest, found.time_of_largest),
+            (found.smallest, found.time_of_smallest),
         ):
-            np.testing.assert_array_equal(extremes[:, :6], getattr(loads, pick)(axis=0))
-            np.testing.assert_array_equal(times[:, :6], given.time[getattr(loads, f"arg{pick}")(axis=0)])
-            for i, magnitude in ((6, across), (7, moment)):
-                best = getattr(magnitude, pick)(axis=0)
-                np.testing.assert_allclose(extremes[:, i], best, rtol=1e-14)
-                # At the time it tells, the load is as told, before or after a jump.
-                there = np.where(given.time[:, None] == times[:, i], np.abs(magnitude - best), np.inf)
-                assert np.all(there.min(axis=0) <= 1e-14 * magnitude.max())
+            place = at.searchsorted(times[:, :6])
+            carriage, axis = np.indices(place.shape)
+            assert (np.abs(there[place, carriage, axis] - values[:, :6]) <= error * scale).all()
 
 
 # ---- the choice, refusals

@@ -102,6 +102,12 @@ SIX = {unit: ", ".join([unit] * 3 + [unit.replace("m", "rad")] * 3) for unit in 
 WRENCH = "N, N, N, N m, N m, N m"
 # Dimensions beside time, and units; static values, parts and rails have the same.
 QUANTITIES = {
+    "peak_force": (("carriage", "axis"), "N"),
+    "peak_moment": (("carriage", "axis"), "N m"),
+    "peak_resultant": (("carriage",), "N"),
+    "time_of_peak": (("carriage",), "s"),
+    "peak_dynamic_resultant": (("carriage",), "N"),
+    "peak_dynamic_moment": (("carriage",), "N m"),
     "force": (("carriage", "axis"), "N"),
     "moment": (("carriage", "axis"), "N m"),
     "resultant": (("carriage",), "N"),
@@ -130,7 +136,8 @@ def test_every_quantity_has_its_labels_unit_and_a_name_in_words() -> None:
         dims, units = QUANTITIES[text.removeprefix("rail_")]
         if "rail_" in text:
             dims = ("rail", "axis")
-        assert quantity.dims == (dims if "static_" in str(name) else ("time", *dims)), name
+        of_a_run = "static_" in str(name) or "peak" in str(name)
+        assert quantity.dims == (dims if of_a_run else ("time", *dims)), name
         assert quantity.attrs["units"] == units and quantity.attrs["long_name"], name
     one = data["force"].sel(carriage="rear [left]", axis="z").values
     assert np.array_equal(one, data["force"].values[:, 1, 2])
@@ -382,7 +389,8 @@ def test_what_is_no_result_is_refused_by_name(
 
 
 def test_peaks_are_those_of_plain_numpy() -> None:
-    result = cart_result()
+    """Of given instants; without these they are a little larger."""
+    result = simulate(ref.cart(), ref.cycle(), times=ref.cycle().time)
     loads, table = result.carriage_loads, result.peaks()
     time = result.data["time"].values
     static = loads[0]
@@ -401,6 +409,20 @@ def test_peaks_are_those_of_plain_numpy() -> None:
     assert table.columns.tolist() == list(expected)
     for name, values in expected.items():
         assert table[name].to_numpy() == pytest.approx(values, rel=1e-12, abs=1e-9), name
+    at_any_time = cart_result().peaks().drop(columns=["time_of_peak_s"])
+    at_instants = table[at_any_time.columns]
+    assert ((at_any_time >= (1.0 - 1e-12) * at_instants) & (at_any_time <= 1.1 * at_instants)).all(axis=None)
+    assert (at_any_time["peak_resultant_N"] > 1.001 * at_instants["peak_resultant_N"]).any()
+
+
+def test_peak_loads_are_those_of_the_result() -> None:
+    motion = ref.random_motion(5, wrench=True, times="ticks", jumps=True)
+    found, columns = peak_loads(rich_machine(), motion), simulate(rich_machine(), motion).peak_columns
+    assert found.carriages == tuple(carriage.name for carriage in rich_machine().carriages)
+    size = np.maximum(found.largest, -found.smallest)
+    for column, name in ((6, "peak_resultant_N"), (1, "peak_Fy_N"), (5, "peak_Mz_Nm")):
+        assert np.array_equal(columns[name], size[:, column])
+    assert np.array_equal(columns["time_of_peak_s"], found.time_of_largest[:, 6])
 
 
 # ---- nothing that is passed in is kept

@@ -143,6 +143,7 @@ class Sampling:
     trace_step      s, median step of the motion's samples
     lowest, highest Hz, natural frequencies
     band            Hz, bandwidth of the excitation; see `excitation_band`
+    between         whether peaks between the reported instants are known too
     """
 
     step: float | None
@@ -150,6 +151,7 @@ class Sampling:
     lowest: float
     highest: float
     band: float | None
+    between: bool
 
     @property
     def per_period(self) -> float | None:
@@ -159,14 +161,17 @@ class Sampling:
     @property
     def missed(self) -> float:
         """Largest part of a vibration of the highest mode that the reported instants miss."""
-        return 0.0 if self.per_period is None else float(1.0 - np.cos(np.pi / max(self.per_period, 2.0)))
+        if self.per_period is None or self.between:
+            return 0.0
+        return float(1.0 - np.cos(np.pi / max(self.per_period, 2.0)))
 
 
 def sampling(histories: Histories, modes: Modes) -> Sampling:
     """The sample steps, the natural frequencies and the bandwidth of the excitation."""
     lowest, highest = float(modes.frequency.min()), float(modes.frequency.max())
     step = histories.step or None
-    return Sampling(step, histories.trace_step, lowest, highest, excitation_band(histories))
+    between = "peak_resultant" in histories.data
+    return Sampling(step, histories.trace_step, lowest, highest, excitation_band(histories), between)
 
 
 def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:

@@ -23,8 +23,6 @@ AMPLIFIED = 1e3
 ESTIMATE = 10.0
 # Step times the largest eigenvalue magnitude up to which the quadrature resolves the fastest motion: 6 per period.
 RESOLVED = 1.0
-# Samples per period of a vibration at which they miss no more of it than the limit.
-ENOUGH_PER_PERIOD = np.pi / np.arccos(1.0 - LIMITS["missed vibration"].most)
 
 
 def rotation_warnings(rotation: Rotation) -> Iterator[WarningText]:
@@ -66,16 +64,10 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[WarningText]:
 
 
 def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[WarningText]:
-    """Warn of vibration whose peaks may lie between the samples, with a way out that fits the motion."""
-    if sampling.per_period is None:
+    """Warn of vibration whose peaks may lie between given instants, with a way out that fits the motion."""
+    if sampling.per_period is None or sampling.between:
         return
-    rate = float(f"{ENOUGH_PER_PERIOD * sampling.highest:.2g}")
-    if np.isinf(histories.usable_bandwidth):
-        way_out = (
-            f'Report more instants: rate = "{rate:g} Hz" in the motion file, in Python simulate(times=...).'
-        )
-    else:
-        way_out = f"Log at {rate:g} Hz or faster, or in Python report finer instants: simulate(times=...)."
+    way_out = "Leave times out: the peaks are then those at any time."
     if not LIMITS["samples"].holds(sampling.per_period):
         yield WarningText(
             "samples",

@@ -112,7 +112,9 @@ LIMITS = {
         "first acceleration of a run from rest, over the largest", "smoothed standstill is below", most=0.2
     ),
     "samples": Limit(
-        "samples per period of the highest mode", "with fewer, peaks lie between the samples", least=2.0
+        "instants per period of the highest mode",
+        "of given instants: with fewer, peaks lie between them",
+        least=2.0,
     ),
     "missed vibration": Limit(
         "vibration that samples may miss, over the peak", "catalogues are no better", most=0.03

@@ -13,12 +13,12 @@ from guideload.motion.resolution import usable_bandwidth_of
 
 
 def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
-    """The motion with each interval between stamps in so many equal parts, (n - 1,); it needs position and velocity.
+    """The motion with each interval between stamps in so many equal parts, (n - 1,).
 
     Acceleration and process forces are linear between the stamps anyway. The position is the cubic through positions
-    and velocities at the stamps, which is exact where these are the integrals of the acceleration.
+    and velocities at the stamps, which is exact where these are the integrals of the acceleration; a velocity without
+    position is linear.
     """
-    assert motion.position is not None and motion.velocity is not None
     first = np.repeat(np.arange(parts.size), parts)
     step = np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)
     share = (step / parts[first])[:, None]
@@ -31,13 +31,20 @@ def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
         values = flat[first] + share * (flat[first + 1] - flat[first])
         return with_last(values, flat).reshape(-1, *history.shape[1:])
 
-    h = np.diff(motion.time)[first, None]
-    (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
-    # Hermite's cubic x + h v s + a s^2 + b s^3.
-    a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
-    position = x + share * (h * v + share * (a + share * b))
-    lasting = np.where(h > 0.0, h, 1.0)
-    velocity = np.where(h > 0.0, v + share * (2.0 * a + 3.0 * b * share) / lasting, v)
+    position = velocity = None
+    if motion.velocity is not None:
+        velocity = linear(motion.velocity)
+    if motion.velocity is not None and motion.position is not None:
+        h = np.diff(motion.time)[first, None]
+        (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
+        # Hermite's cubic x + h v s + a s^2 + b s^3.
+        a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
+        position = with_last(x + share * (h * v + share * (a + share * b)), motion.position)
+        lasting = np.where(h > 0.0, h, 1.0)
+        slope = np.where(h > 0.0, v + share * (2.0 * a + 3.0 * b * share) / lasting, v)
+        velocity = with_last(slope, motion.velocity)
+    elif motion.position is not None:
+        position = linear(motion.position)
     uncertainty = motion.uncertainty
     if uncertainty is not None and uncertainty.time is None:
         uncertainty = replace(uncertainty, time=motion.time)
@@ -45,8 +52,8 @@ def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
         motion,
         time=linear(motion.time),
         acceleration=linear(motion.acceleration),
-        velocity=with_last(velocity, motion.velocity),
-        position=with_last(position, motion.position),
+        velocity=velocity,
+        position=position,
         wrench=None if motion.wrench is None else linear(motion.wrench),
         motor_speed=None if motion.motor_speed is None else linear(motion.motor_speed),
         bandwidth=usable_bandwidth_of(motion),  # the new stamps show nothing more

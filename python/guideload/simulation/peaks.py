@@ -1,7 +1,8 @@
-"""The largest loads of the carriages, from the core without histories, or from the histories of a result."""
+"""The largest loads of the carriages: at any time, from the core, or at the reported instants of a result."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.quantities import Quantities
 from guideload.motion.uncertainty import COVER
+from guideload.simulation.point_motion import Row
 from guideload.simulation.run import AXES, Run
 
 
@@ -17,7 +19,7 @@ class Peaks:
     """Extremes of the loads of the carriages, and their times [s]; each array is (carriage, 8).
 
     Columns: Fx Fy Fz [N], Mx My Mz [N m] about the carriage centre, resultant of Fy and Fz [N], magnitude of
-    the moment [N m].
+    the moment [N m]. The smallest magnitudes are those at the samples.
     """
 
     carriages: tuple[str, ...]
@@ -28,33 +30,65 @@ class Peaks:
 
 
 def peaks_of(run: Run) -> Peaks:
-    """The extremes of a run, from the histories of its loads."""
+    """The extremes of a run, at any time if they are known, else at the reported instants."""
+    names = tuple(carriage.name for carriage in run.machine.carriages)
+    if run.extremes is not None:
+        return Peaks(names, *(part[: len(names)] for part in run.extremes))
     loads = run.carriage_loads()
     across, moment = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
     values = np.concatenate([loads, across[:, :, None], moment[:, :, None]], axis=2)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
-    names = tuple(carriage.name for carriage in run.machine.carriages)
     return Peaks(names, values.min(axis=0), values.max(axis=0), run.time[low], run.time[high])
+
+
+def peak_rows(run: Run) -> Iterator[Row]:
+    """The quantities of the largest loads at any time, if they are known."""
+    if run.extremes is None:
+        return
+    smallest, largest, _, times = run.extremes
+    count = len(run.machine.carriages)
+    of, when = ("carriage",), "at any time"
+    size = np.maximum(np.abs(smallest), np.abs(largest))[:count]
+    yield (
+        "peak_force",
+        (*of, "axis"),
+        size[:, :3],
+        "N",
+        f"largest magnitude of the load of the carriage {when}",
+    )
+    text = f"largest magnitude of the moment about the carriage centre {when}"
+    yield "peak_moment", (*of, "axis"), size[:, 3:6], "N m", text
+    yield "peak_resultant", of, largest[:count, 6], "N", f"largest resultant load in y and z {when}"
+    yield "time_of_peak", of, times[:count, 6], "s", "time of the largest resultant load"
+    text = f"largest resultant in y and z of the load less the static one {when}"
+    yield "peak_dynamic_resultant", of, largest[count:, 6], "N", text
+    text = f"largest magnitude of the moment less the static one {when}"
+    yield "peak_dynamic_moment", of, largest[count:, 7], "N m", text
 
 
 def peak_columns(data: Quantities) -> dict[str, Array]:
     """The columns of `Result.peaks`, each (carriage,)."""
     resultant, static = data["resultant"], data["static_force"]
     at, peak = resultant.argmax(axis=0), resultant.max(axis=0)
-    force, moment = np.abs(data["force"]).max(axis=0), np.abs(data["moment"]).max(axis=0)
-    dynamic, dynamic_moment = data["force"] - static, data["moment"] - data["static_moment"]
-    columns = {
-        "peak_resultant_N": peak,
-        "time_of_peak_s": data["time"][at],
-        "static_resultant_N": np.hypot(static[:, 1], static[:, 2]),
-        "dynamic_resultant_N": np.hypot(dynamic[:, :, 1], dynamic[:, :, 2]).max(axis=0),
-        "dynamic_moment_Nm": np.linalg.norm(dynamic_moment, axis=2).max(axis=0),
-    }
+    columns = {"peak_resultant_N": peak, "time_of_peak_s": data["time"][at]}
+    columns["static_resultant_N"] = np.hypot(static[:, 1], static[:, 2])
+    if "peak_resultant" in data:
+        columns |= {"peak_resultant_N": data["peak_resultant"], "time_of_peak_s": data["time_of_peak"]}
+        dynamic, dynamic_moment = data["peak_dynamic_resultant"], data["peak_dynamic_moment"]
+        force, moment = data["peak_force"], data["peak_moment"]
+    else:
+        beyond = data["force"] - static, data["moment"] - data["static_moment"]
+        dynamic = np.hypot(beyond[0][:, :, 1], beyond[0][:, :, 2]).max(axis=0)
+        dynamic_moment = np.linalg.norm(beyond[1], axis=2).max(axis=0)
+        force, moment = np.abs(data["force"]).max(axis=0), np.abs(data["moment"]).max(axis=0)
+    columns |= {"dynamic_resultant_N": dynamic, "dynamic_moment_Nm": dynamic_moment}
     columns |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}
     columns |= {f"peak_M{axis}_Nm": moment[:, i] for i, axis in enumerate(AXES)}
     if "resultant_sd" in data:
         noise = 100.0 * COVER * data["resultant_sd"][at, np.arange(at.size)]
-        columns["peak_lower_N"] = data["peak_resultant_lower"]
-        columns["peak_upper_N"] = data["peak_resultant_upper"]
+        # The band is that of the reported instants, between which the load may rise a little more.
+        rise = columns["peak_resultant_N"] - peak
+        columns["peak_lower_N"] = data["peak_resultant_lower"] + rise
+        columns["peak_upper_N"] = data["peak_resultant_upper"] + rise
         columns["noise_share_percent"] = np.divide(noise, peak, out=np.zeros_like(peak), where=peak > 0.0)
     return columns

@@ -151,8 +151,9 @@ class Result:
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z) and its time, static and dynamic resultant, peaks of the components.
 
-        Names of columns end in the unit. A peak is the largest magnitude over the reported instants; a dynamic value
-        is the largest |load - static load|. Raises ArgumentError if the result reports no instant.
+        Names of columns end in the unit. A peak is the largest magnitude at any time, also between the reported
+        instants; at given instants, and over rails that are not straight, it is the largest over the reported ones. A
+        dynamic value is the largest |load - static load|. Raises ArgumentError if the result reports no instant.
 
         If the motion has an uncertainty: peak_lower_N and peak_upper_N, the 95 % credible band of the largest
         resultant under the true motion, at any time. The estimated motion is smoother than the true one, so its peak

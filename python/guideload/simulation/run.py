@@ -16,6 +16,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
 from guideload.simulation.feet import Feet
+from guideload.simulation.instants import with_enough_instants
 from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
@@ -69,6 +70,33 @@ class Run:
             times=self.times,
             start=self.start,
             travel=self.travel,
+        )
+
+    @cached_property
+    def extremes(self) -> list[Array] | None:
+        """Smallest and largest loads of the carriages at any time, and their times [s], each (2 carriage, 8).
+
+        As `Scene.peaks`: first of the loads, then of the loads less the static ones. None where the loads are known at
+        the reported instants alone: at given instants, and over rails that are not straight.
+        """
+        if self.times is not None or self.feet is not None:
+            return None
+        machine, motion, stretches = self.machine, self.motion, self.stretches
+        if self.travel is None:
+            motion, stretches = with_enough_instants(machine, motion, stretches)
+        groups, places = machine.links_of_carriages, machine.carriage_places
+        return (stretches or machine.scene).peaks(
+            motion.time,
+            motion.acceleration,
+            motion.wrench,
+            method=self.method,
+            rtol=self.rtol,
+            step=self.step,
+            groups=groups,
+            centers=places,
+            start=self.start,
+            travel=self.travel,
+            less=self.machine_at_start.scene.static_group_loads(groups, places),
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:

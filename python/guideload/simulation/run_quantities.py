@@ -13,6 +13,7 @@ from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.machine.stretches import Stretches
 from guideload.motion.resolution import usable_bandwidth_of
+from guideload.simulation.peaks import peak_rows
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
 
@@ -39,6 +40,7 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
     if run.travel is not None:
         labels["rider"] = [rider.name for rider in machine.riders]
     rows = [*_loads(run, carriage_loads), *_reference_point(run), *_static(run), *_motion(run), *_riders(run)]
+    rows += peak_rows(run)
     rows += point_rows(machine, {name: values for name, _, values, *_ in rows})
     rows.append(("time", ("time",), run.time, "s", "time"))
     variables = quantities(

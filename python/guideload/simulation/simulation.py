@@ -81,28 +81,14 @@ def peak_loads(
     start: Start = "auto",
     strict: bool = False,
 ) -> Peaks:
-    """The extremes of the load of every carriage, without histories.
+    """The extremes of the load of every carriage at any time, without histories: between the samples too.
 
     Arguments and errors as for `simulate`. Only strict=True judges the loads: it computes a result and its audit too.
     """
     if strict:
         simulate(machine, motion, method, riders=riders, rtol=rtol, step=step, start=start, strict=True)
     run = prepared_run(machine, motion, method, rtol, step, None, start, riders)
-    if run.feet is not None:
-        return peaks_of(run)
-    extremes = run.scene.peaks(
-        run.motion.time,
-        run.motion.acceleration,
-        run.motion.wrench,
-        method=run.method,
-        rtol=rtol,
-        step=step,
-        groups=machine.links_of_carriages,
-        centers=machine.carriage_places,
-        start=run.start,
-        travel=run.travel,
-    )
-    return Peaks(tuple(carriage.name for carriage in machine.carriages), *extremes)
+    return peaks_of(run)
 
 
 @checked

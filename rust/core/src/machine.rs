@@ -300,7 +300,8 @@ impl Simulation {
     pub fn extremes(&self, excitation: &Excitation) -> Result<PerCarriage<LoadExtremes>, RunError> {
         let recoveries = self.recoveries();
         let mut extremes = PerCarriage::new(self.count(), |_| Extremes::NONE);
-        self.run(excitation, &mut Peaks::new(recoveries.as_slice(), extremes.as_mut_slice()))?;
+        let mut peaks = Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes.as_mut_slice());
+        self.run(excitation, &mut peaks)?;
         Ok(PerCarriage::new(self.count(), |k| (&extremes.as_slice()[k]).into()))
     }
 

@@ -57,8 +57,15 @@ fn the_long_way<M: Method>(method: &M, [y, z]: [Law; 2], excitation: &Excitation
     let loads = [0, 1].map(|k| group_load(&system, 4 * k..4 * k + 4, centers[k], Part::Total));
     let mut extremes = [Extremes::NONE; 2];
     let control = Control::Adaptive { rtol: 1e-6 };
-    run(&system, method, control, excitation, Output::Samples, &mut Peaks::new(&loads, &mut extremes))
-        .expect("a run");
+    run(
+        &system,
+        method,
+        control,
+        excitation,
+        Output::Samples,
+        &mut Peaks::new(&system, excitation, &loads, &mut extremes),
+    )
+    .expect("a run");
     extremes
 }
 

@@ -50,7 +50,7 @@ fn peaks() -> Option<[f64; 4]> {
 
 fn peak<M: Method>(system: &System, method: &M, excitation: &Excitation, loads: &[Wrench; 1]) -> Option<f64> {
     let mut extremes = [Extremes::NONE; 1];
-    let mut record = Peaks::new(loads, &mut extremes);
+    let mut record = Peaks::new(system, excitation, loads, &mut extremes);
     let control = Control::Adaptive { rtol: 1e-6 };
     run(system, method, control, excitation, Output::Samples, &mut record).ok()?;
     Some(extremes[0].largest[6])

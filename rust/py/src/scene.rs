@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use crate::convert::{self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room};
 use crate::interrupt::compute;
 use crate::law::PyLaw;
-use crate::links::{self, group_loads};
+use crate::links::{self, group_loads, with_less};
 use crate::riders::{self, RiderTuple, Travels};
 use crate::solution::{AT_A_TIME, Inputs, PySolution};
 
@@ -131,8 +131,8 @@ impl PyScene {
         })??)
     }
 
-    /// Running extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8).
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start=StartState::rest(), travel=None))]
+    /// Extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8); with `less` (2 groups, 8).
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start=StartState::rest(), travel=None, less=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -147,16 +147,18 @@ impl PyScene {
         centers: PyReadonlyArray2<'_, f64>,
         start: StartState<'_>,
         travel: Option<PyReadonlyArray3<'_, f64>>,
+        less: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<[Array2<'py>; 4]> {
         let (method, start) = (named_method(method)?, start.start()?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
-        let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
+        let loads = with_less(group_loads(&self.0, &groups.0, &centers, Part::Total)?, less.as_ref())?;
         let extremes = compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = vec![Extremes::NONE; loads.len()];
-            let mut record = Watched { record: Peaks::new(&loads, &mut extremes), watch };
+            let mut record =
+                Watched { record: Peaks::new(&self.0, &excitation, &loads, &mut extremes), watch };
             let control = convert::control(rtol, step);
             method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
             if !extremes.iter().all(Extremes::is_finite) {

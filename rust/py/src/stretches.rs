@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
 use crate::interrupt::compute;
-use crate::links::group_loads;
+use crate::links::{group_loads, with_less};
 use crate::riders::Travels;
 use crate::scene::{PyScene, named_method, table};
 use crate::solution::{Inputs, PySolution};
@@ -146,7 +146,7 @@ pub fn solve_stretches(
 
 /// As `Scene.peaks`, of scenes one after the other.
 #[pyfunction]
-#[pyo3(signature = (scenes, kept, first, time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest"))]
+#[pyo3(signature = (scenes, kept, first, time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest", less=None))]
 #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
 pub fn peaks_of_stretches<'py>(
     py: Python<'py>,
@@ -162,19 +162,28 @@ pub fn peaks_of_stretches<'py>(
     groups: List<PyReadonlyArray1<'_, i64>>,
     centers: PyReadonlyArray2<'_, f64>,
     start: &str,
+    less: Option<PyReadonlyArray2<'_, f64>>,
 ) -> PyResult<[Array2<'py>; 4]> {
     let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
     let control = convert::control(rtol, step);
     let run = Stretches::new([&scenes, &kept], &first, samples, (method, start), control)?;
-    let of = |system| group_loads(system, &groups.0, &centers, Part::Total);
+    let of = |system| with_less(group_loads(system, &groups.0, &centers, Part::Total)?, less.as_ref());
     let loads = run.systems.iter().map(|system| of(system)).collect::<PyResult<Vec<_>>>()?;
-    let mut parts = vec![vec![Extremes::NONE; groups.0.len()]; loads.len()];
+    let count = loads.first().map_or(0, Vec::len);
+    let mut parts = vec![vec![Extremes::NONE; count]; loads.len()];
     compute(py, |watch| {
+        let part = |index: usize| run.bounds[index]..run.bounds[index + 1];
+        let excitations = (0..loads.len())
+            .map(|index| run.samples.excitation_of(part(index)))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut rooms = parts.iter_mut();
-        let record = |index: usize| Peaks::new(&loads[index], rooms.next().map_or(&mut [], |room| room));
+        let record = |index: usize| {
+            let room = rooms.next().map_or(&mut [][..], |room| room);
+            Peaks::new(&run.systems[index], &excitations[index], &loads[index], room)
+        };
         run.run(watch, |_| Output::Samples, record, |_| ()).map(|_| ())
     })??;
-    let whole: Vec<Extremes> = (0..groups.0.len())
+    let whole: Vec<Extremes> = (0..count)
         .map(|group| parts.iter().fold(Extremes::NONE, |all, part| all.with(&part[group])))
         .collect();
     if !whole.iter().all(Extremes::is_finite) {

@@ -187,17 +187,9 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     /// The equations of the present segments, under the key `key`.
     #[cfg_attr(feature = "std", inline(always))]
     fn combine(&self, key: u32) -> Combination {
-        let mut equations = self.linear;
-        for &(index, segment) in self.links.as_slice() {
-            let row = &self.system.rows()[index];
-            if !row.link.law().is_piecewise_linear() {
-                // A spring with its stiffness at rest.
-                equations.add(row, row.stiffness, 0.0, true);
-                continue;
-            }
-            let (stiffness, excess, damped) = row.on_segment(segment as usize);
-            equations.add(row, stiffness, excess, damped);
-        }
+        let mut segments = self.links.as_slice().iter();
+        let segment = |_: &LinkRow| segments.next().map_or(0, |(_, segment)| *segment as usize);
+        let equations = self.linear.with_links(self.system, segment);
         let equations = equations.with_key(key);
         Combination { equations, series: PowerSeries::new(&equations), growth_rate: growth_rate(&equations) }
     }

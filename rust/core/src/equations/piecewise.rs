@@ -54,6 +54,22 @@ impl SegmentEquations {
         }
     }
 
+    /// With the nonlinear links, each on a segment of its law, asked for link by link; preloaded ones, which have no straight segments, as springs with their
+    /// stiffness at rest.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn with_links(mut self, system: &System, mut segment: impl FnMut(&LinkRow) -> usize) -> Self {
+        for row in system.rows().iter().filter(|row| !row.link.law().is_linear()) {
+            let segment = segment(row);
+            if row.link.law().is_piecewise_linear() {
+                let (stiffness, excess, damped) = row.on_segment(segment);
+                self.add(row, stiffness, excess, damped);
+            } else {
+                self.add(row, row.stiffness, 0.0, true);
+            }
+        }
+        self
+    }
+
     /// The same equations with another key.
     pub(crate) fn with_key(mut self, key: u32) -> Self {
         self.key = key;

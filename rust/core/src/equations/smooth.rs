@@ -31,10 +31,8 @@ pub(super) const MIX: f64 = 0.9;
 impl<'a> SmoothEquations<'a> {
     /// The equations of a system without straight segments and riders.
     pub(crate) fn at_rest(system: &'a System, excitation: &'a Excitation<'a>) -> Self {
-        let mut linear = SegmentEquations::of_linear_links(system);
-        for row in system.rows().iter().filter(|row| !row.link.law().is_linear()) {
-            linear.add(row, row.stiffness, 0.0, true);
-        }
+        let linear = SegmentEquations::of_linear_links(system);
+        let linear = linear.with_links(system, |row| row.link.law().segment_of(row.rest));
         Self::new(system, linear, Riders::new(system, excitation))
     }
 

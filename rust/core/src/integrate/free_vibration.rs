@@ -80,9 +80,10 @@ impl<M: Method, C: SwitchedEquations> Kernel for VibrationKernel<'_, '_, '_, M, 
             && k < last
             && is_constant(excitation, forcing, k, h)
         {
-            let left_out = leaves_out && recorder.leave_out(LEAP, &known.samples);
+            let left_out = leaves_out && recorder.leave_out(LEAP - 1, &known.samples);
             if left_out {
                 *state = linearized.leap(state);
+                recorder.sample(k + LEAP, state);
                 summary.steps += 1;
             } else {
                 let states = linearized.steps(state);

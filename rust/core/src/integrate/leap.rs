@@ -39,6 +39,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         }
         core::mem::swap(state, next);
         forcing.sample(excitation, reached, values);
+        self.recorder.sample(reached, state);
         self.summary.steps += leaps;
         Some(reached)
     }
@@ -86,8 +87,9 @@ impl<M: Method, C: SwitchedEquations> Kernel for LeapKernel<'_, '_, '_, M, C> {
         let excitation = recorder.excitation;
         forcing.samples(excitation, k, samples);
         let bounds = leap.bounds(equations.equations(), forcing, samples, state);
-        // The record is asked last: one that agrees counts these samples as passed.
-        if !equations.stays_over(&bounds) || !recorder.leave_out(LEAP, &bounds.samples) {
+        // The record is asked last: one that agrees counts these samples as passed. It gets the last one, after which parts between samples
+        // count again.
+        if !equations.stays_over(&bounds) || !recorder.leave_out(LEAP - 1, &bounds.samples) {
             return 0;
         }
         *next = leap.apply(samples, state);

@@ -6,11 +6,20 @@ use crate::model::{Law, forces};
 use crate::numeric::float::fma;
 use crate::system::{Bounded, LinkRow, ROUNDING, StateBox};
 
+/// Half the range of an entry between some instants and in between, over that at the instants: 1.16 for six instants per period of a
+/// vibration.
+const BETWEEN: f64 = 1.25;
+
 impl StateBox {
-    /// Which values of a load that does not depend on the excitation directly may pass their extremes: the components, the y-z resultant of
+    /// Which values of a load that does not depend on the excitation directly may pass their extremes at instants with states in the box, or
+    /// between them: the components, the y-z resultant of
     /// the force, and the magnitude of the moment. True for NaN.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn may_pass(&self, load: &Wrench, extremes: &Extremes) -> [bool; 8] {
+        let mut states = *self;
+        for radius in &mut states.radius {
+            *radius *= BETWEEN;
+        }
         let [mut middle, mut radius] = [load.linear.constant; 2];
         for radius in &mut radius {
             *radius = ROUNDING * radius.abs();
@@ -18,18 +27,18 @@ impl StateBox {
         for j in 0..12 {
             for i in 0..6 {
                 let coefficient = load.linear.by_state[j][i];
-                middle[i] = fma(coefficient, self.middle[j], middle[i]);
-                radius[i] = fma(coefficient.abs(), self.radius[j], radius[i]);
+                middle[i] = fma(coefficient, states.middle[j], middle[i]);
+                radius[i] = fma(coefficient.abs(), states.radius[j], radius[i]);
             }
         }
         for NonlinearLink { row, elastic, damping } in load.nonlinear.as_slice() {
-            let force = self.force(row.link.law(), row);
+            let force = states.force(row.link.law(), row);
             for i in 0..6 {
                 middle[i] = fma(elastic[i], force[0], middle[i]);
                 radius[i] = fma(elastic[i].abs(), force[1], radius[i]);
             }
             if row.link.is_damped_in_contact() {
-                let most = self.largest_damping(row);
+                let most = states.largest_damping(row);
                 for i in 0..6 {
                     radius[i] = fma(damping[i].abs(), most, radius[i]);
                 }

@@ -1,4 +1,15 @@
-//! Extremes of loads over the instants of a run.
+//! Extremes of loads over the time of a run.
+
+/// A value of a load whose extreme is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Goal {
+    /// Index of the load.
+    pub load: usize,
+    /// Index of the value, in the order of [`Extremes::smallest`].
+    pub value: usize,
+    /// Whether its largest value is sought, or its smallest.
+    pub largest: bool,
+}
 
 /// Smallest and largest value of each component of a load, and their times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +45,35 @@ impl Extremes {
             }
         }
         self
+    }
+
+    /// Largest magnitude so far of the force, or of the moment, to which a value belongs.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn size_of(&self, value: usize) -> f64 {
+        let mut size = 0.0;
+        for i in if matches!(value, 0..3 | 6) { 0..3 } else { 3..6 } {
+            size = f64::max(size, f64::max(self.largest[i], -self.smallest[i]));
+        }
+        size
+    }
+
+    /// The extreme that a goal seeks; if that is a smallest value, the negative one.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn of(&self, goal: Goal) -> f64 {
+        if goal.largest { self.largest[goal.value] } else { -self.smallest[goal.value] }
+    }
+
+    /// Notes a value, the negative one if the smallest is sought, at a time.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn note(&mut self, goal: Goal, value: f64, time: f64) {
+        if value > self.of(goal) {
+            let i = goal.value;
+            if goal.largest {
+                (self.largest[i], self.time_of_largest[i]) = (value, time);
+            } else {
+                (self.smallest[i], self.time_of_smallest[i]) = (-value, time);
+            }
+        }
     }
 
     /// Whether all values are within the range of numbers.

@@ -91,6 +91,13 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         Self { linear: Linear::NOTHING, nonlinear: BoundedVec::filled(none, 0) }
     }
 
+    /// The quantity less a constant one, as the load less that at rest.
+    #[must_use]
+    pub fn less(mut self, constant: &[f64; ROWS]) -> Self {
+        add_scaled(&mut self.linear.constant, constant, -1.0);
+        self
+    }
+
     /// Value at rest.
     pub fn at_rest(&self) -> [f64; ROWS] {
         self.at(&[0.0; 12], &[0.0; 9])
@@ -102,6 +109,21 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         let mut out = self.linear.at(state, input);
         for link in self.nonlinear.as_slice() {
             let (elastic, damping) = link.row.loads(state);
+            add_scaled(&mut out, &link.elastic, elastic);
+            add_scaled(&mut out, &link.damping, damping);
+        }
+        out
+    }
+
+    /// Rate of change at one instant, from those of state and excitation.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn rate(&self, state: &State, rate: &State, input: &Input) -> [f64; ROWS] {
+        let mut out = self.linear.at(rate, input);
+        for (entry, constant) in out.iter_mut().zip(self.linear.constant) {
+            *entry -= constant;
+        }
+        for link in self.nonlinear.as_slice() {
+            let (elastic, damping) = link.row.load_rates(state, rate);
             add_scaled(&mut out, &link.elastic, elastic);
             add_scaled(&mut out, &link.damping, damping);
         }

@@ -1,7 +1,8 @@
 //! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), those of
-//! a body with moving riders (`riding`), and what a run records: states (`record`), or running extremes (`peaks`, with `bounds`).
+//! a body with moving riders (`riding`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` and `between`).
 
 mod axes;
+mod between;
 mod bounds;
 mod evaluate;
 mod extremes;

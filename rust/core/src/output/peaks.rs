@@ -1,10 +1,12 @@
-//! Running extremes of loads, in memory of the caller.
+//! Extremes of loads over the time of a run, in memory of the caller.
 //!
 //! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
 //! lie within its extremes so far is not evaluated at all. Of the others, the components that may pass their extremes are evaluated, at all
-//! instants of the block side by side. Instants that a run may leave out are judged by the same bounds.
+//! instants of the block side by side, and where they may pass them between two instants, this part of the run is searched (`between`).
+//! Instants that a run may leave out are judged by the same bounds.
 
-use super::extremes::Extremes;
+use super::between::{Between, Part, Place};
+use super::extremes::{Extremes, Goal};
 use super::loads::{NonlinearLink, Wrench};
 use super::record::Record;
 use crate::error::RunError;
@@ -12,22 +14,33 @@ use crate::excitation::Excitation;
 use crate::model::forces;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch, dispatch_wide};
-use crate::system::{Input, NO_INPUT, State, StateBox};
+use crate::system::{Input, NO_INPUT, State, StateBox, System};
 
 /// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough that bounds pay.
 const BLOCK: usize = 32;
 
+/// By how much a load bows away from the chord between two instants, over what the larger second difference quotient at them says. For
+/// six instants per period of a vibration it is 1.3.
+const BOW: f64 = 2.0;
+
+/// Gain of a value between two instants, over the largest of its load, that is rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// One number at each instant of a block.
 type Values = [f64; BLOCK];
 
-/// Stores only the running extremes of loads. It takes 11 kB.
+/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 18 kB.
+///
+/// For this the fastest vibration should have six samples per period or more. Instants other than samples are only instants to it.
 #[derive(Debug)]
 pub struct Peaks<'a> {
+    between: Between<'a>,
     loads: &'a [Wrench<'a>],
     extremes: &'a mut [Extremes],
     /// Whether a load depends on the excitation directly.
     needs_input: bool,
     times: Values,
+    places: [Place; BLOCK],
     states: [State; BLOCK],
     inputs: [Input; BLOCK],
     filled: usize,
@@ -43,22 +56,67 @@ struct Scratch {
     entries: [Values; 12],
     /// Components of a load, y-z resultant of its force, and magnitude of its moment.
     values: [Values; 8],
+    /// Length of the part from each instant to the next, zero if there is none; its inverse; the inverse of the time from the middle of
+    /// the part before; and a bow over the larger second difference quotient.
+    lengths: Values,
+    rates: Values,
+    quotients: Values,
+    bows: Values,
+    /// Infinite for a part at an end of which a load may jump, else zero.
+    jumps: Values,
 }
 
 impl<'a> Peaks<'a> {
-    /// Writes the extremes of each of `loads` to the entry of `extremes` at the same index, by the end of the run.
-    pub fn new(loads: &'a [Wrench<'a>], extremes: &'a mut [Extremes]) -> Self {
+    /// Writes the extremes of each of `loads` of a system to the entry of `extremes` at the same index, by the end of a run through the
+    /// excitation.
+    pub fn new(
+        system: &'a System,
+        excitation: &'a Excitation<'a>,
+        loads: &'a [Wrench<'a>],
+        extremes: &'a mut [Extremes],
+    ) -> Self {
         extremes.fill(Extremes::NONE);
         Self {
+            between: Between::new(system, excitation),
             loads,
             extremes,
             needs_input: loads.iter().any(|load| load.linear.by_input_at_all),
             times: [0.0; BLOCK],
+            places: [None; BLOCK],
             states: [[0.0; 12]; BLOCK],
             inputs: [NO_INPUT; BLOCK],
             filled: 0,
             safe: StateBox::NOTHING,
-            scratch: Scratch { entries: [[0.0; BLOCK]; 12], values: [[0.0; BLOCK]; 8] },
+            scratch: Scratch {
+                entries: [[0.0; BLOCK]; 12],
+                values: [[0.0; BLOCK]; 8],
+                lengths: [0.0; BLOCK],
+                rates: [0.0; BLOCK],
+                quotients: [0.0; BLOCK],
+                bows: [0.0; BLOCK],
+                jumps: [0.0; BLOCK],
+            },
+        }
+    }
+
+    /// Adds an instant.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn add(&mut self, time: f64, place: Place, state: &State, input: &Input) {
+        (self.times[self.filled], self.places[self.filled], self.states[self.filled]) = (time, place, *state);
+        if self.needs_input {
+            self.inputs[self.filled] = *input;
+        }
+        self.filled += 1;
+        if self.filled == BLOCK {
+            self.judge(false);
+        }
+    }
+
+    /// Updates the extremes with the block. All parts are judged if it is the last.
+    #[inline(never)]
+    fn judge(&mut self, is_last: bool) {
+        if self.filled > 0 {
+            dispatch(BlockKernel { peaks: self, is_last });
         }
     }
 }
@@ -75,21 +133,14 @@ impl Record for Peaks<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn instant(&mut self, time: f64, state: &State, input: &Input) {
-        (self.times[self.filled], self.states[self.filled]) = (time, *state);
-        if self.needs_input {
-            self.inputs[self.filled] = *input;
-        }
-        self.filled += 1;
-        if self.filled == BLOCK {
-            self.end();
-        }
+        self.add(time, None, state, input);
     }
 
     fn samples(&mut self, excitation: &Excitation, first: usize, states: &[State]) {
         // Preloaded runs record one at a time; a copy of known length is quicker.
         if let [state] = states {
             let input = if self.needs_input { excitation.input(first) } else { NO_INPUT };
-            self.instant(excitation.time(first), state, &input);
+            self.add(excitation.time(first), Some((first, 0.0)), state, &input);
             return;
         }
         let (mut first, mut rest) = (first, states);
@@ -98,7 +149,7 @@ impl Record for Peaks<'_> {
             let (these, later) = rest.split_at(place.len());
             self.states[place.clone()].copy_from_slice(these);
             for (k, at) in (first..).zip(place) {
-                self.times[at] = excitation.time(k);
+                (self.times[at], self.places[at]) = (excitation.time(k), Some((k, 0.0)));
                 if self.needs_input {
                     self.inputs[at] = excitation.input(k);
                 }
@@ -106,7 +157,7 @@ impl Record for Peaks<'_> {
             (first, rest) = (first + these.len(), later);
             self.filled += these.len();
             if self.filled == BLOCK {
-                self.end();
+                self.judge(false);
             }
         }
     }
@@ -121,54 +172,179 @@ impl Record for Peaks<'_> {
         dispatch(LeaveOutKernel { peaks: self, states })
     }
 
-    #[inline(never)]
-    fn end(&mut self) {
-        if self.filled > 0 {
-            dispatch(BlockKernel(self));
-            self.filled = 0;
+    /// The load has a corner there.
+    fn contact_change(&mut self, (first, since): (usize, f64), state: &State, _: &[(usize, u8)]) {
+        let excitation = self.between.excitation();
+        let (mut sample, mut since) = (first, since);
+        while sample + 1 < excitation.count() && since > excitation.interval(sample) {
+            since -= excitation.interval(sample);
+            sample += 1;
         }
+        let time = excitation.time(sample) + since;
+        let input = if self.needs_input { excitation.input_at(time) } else { NO_INPUT };
+        self.add(time, Some((sample, since)), state, &input);
+    }
+
+    fn end(&mut self) {
+        self.judge(true);
+        self.between.search(self.loads, self.extremes);
     }
 }
 
 /// Updates the extremes with a block.
-struct BlockKernel<'a, 'b>(&'a mut Peaks<'b>);
+struct BlockKernel<'a, 'b> {
+    peaks: &'a mut Peaks<'b>,
+    is_last: bool,
+}
 
 impl Kernel for BlockKernel<'_, '_> {
     type Output = ();
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Peaks { loads, extremes, needs_input, times, states, inputs, filled, safe, scratch } = self.0;
+        let Peaks {
+            between,
+            loads,
+            extremes,
+            needs_input,
+            times,
+            places,
+            states,
+            inputs,
+            filled,
+            safe,
+            scratch,
+        } = self.peaks;
         // The last instant is repeated past the end; its copies come later, and so are no first occurrence of an extreme.
+        let last = *filled - 1;
         for k in *filled..BLOCK {
-            (times[k], states[k], inputs[k]) = (times[*filled - 1], states[*filled - 1], inputs[*filled - 1]);
+            (times[k], places[k], states[k], inputs[k]) =
+                (times[last], places[last], states[last], inputs[last]);
         }
         let here = StateBox::of(states);
-        if here.is_within(safe) && !*needs_input {
-            return;
-        }
-        let mut evaluated = false;
-        for (load, extremes) in loads.iter().zip(extremes.iter_mut()) {
-            let by_input = load.linear.by_input_at_all;
-            let wanted = if by_input { [true; 8] } else { here.may_pass(load, extremes) };
-            if wanted == [false; 8] {
-                continue;
-            }
-            if by_input {
-                for k in 0..BLOCK {
-                    for (row, value) in load.at(&states[k], &inputs[k]).into_iter().enumerate() {
-                        scratch.values[row][k] = value;
+        if !here.is_within(safe) || *needs_input {
+            let mut evaluated = false;
+            for index in 0..loads.len() {
+                let load = &loads[index];
+                let by_input = load.linear.by_input_at_all;
+                let wanted = if by_input { [true; 8] } else { here.may_pass(load, &extremes[index]) };
+                if wanted == [false; 8] {
+                    continue;
+                }
+                if !evaluated {
+                    transpose(states, &mut scratch.entries);
+                    scratch.measure(between, places);
+                    evaluated = true;
+                }
+                if by_input {
+                    for k in 0..BLOCK {
+                        for (row, value) in load.at(&states[k], &inputs[k]).into_iter().enumerate() {
+                            scratch.values[row][k] = value;
+                        }
                     }
                 }
-            } else if !evaluated {
-                transpose(states, &mut scratch.entries);
-                evaluated = true;
+                let extremes_here = &mut extremes[index];
+                dispatch_wide(UpdateKernel {
+                    load,
+                    wanted: &wanted,
+                    states,
+                    times,
+                    scratch,
+                    extremes: extremes_here,
+                });
+                for value in 0..8 {
+                    for largest in [true, false] {
+                        if !wanted[value] || value >= 6 && !largest {
+                            continue;
+                        }
+                        let goal = Goal { load: index, value, largest };
+                        let rounding = ROUNDING * extremes[index].size_of(value);
+                        let mut most = [0.0; BLOCK];
+                        if !dispatch_wide(BowKernel {
+                            scratch,
+                            goal,
+                            least: extremes[index].of(goal) + rounding,
+                            most: &mut most,
+                        }) {
+                            continue;
+                        }
+                        for k in 0..BLOCK - 1 {
+                            if let Some((sample, since)) = places[k]
+                                && most[k] > extremes[index].of(goal) + rounding
+                                && scratch.lengths[k] > 0.0
+                            {
+                                let ends = [states[k], states[k + 1]];
+                                let part =
+                                    Part { goal, sample, since, h: scratch.lengths[k], ends, most: most[k] };
+                                between.wait(part, loads, extremes);
+                            }
+                        }
+                    }
+                }
             }
-            dispatch_wide(UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes });
+            if !evaluated && !*needs_input {
+                *safe = safe_box(&here, loads, extremes);
+            }
         }
-        if !evaluated && !*needs_input {
-            *safe = safe_box(&here, loads, extremes);
+        // The last instant is also the first of the next block, for the part between them.
+        *filled = if self.is_last { 0 } else { 1 };
+        (times[0], places[0], states[0], inputs[0]) = (times[last], places[last], states[last], inputs[last]);
+    }
+}
+
+impl Scratch {
+    /// The lengths of the parts between these places, and what follows from them.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn measure(&mut self, between: &Between, places: &[Place; BLOCK]) {
+        self.lengths = [0.0; BLOCK];
+        for k in 0..BLOCK - 1 {
+            let ends = [places[k], places[k + 1]];
+            self.lengths[k] = between.length(ends);
+            self.jumps[k] = if between.jumps_at(ends) { f64::INFINITY } else { 0.0 };
         }
+        for k in 0..BLOCK {
+            let h = self.lengths[k];
+            let before = if k > 0 { self.lengths[k - 1] } else { 0.0 };
+            self.rates[k] = if h > 0.0 { 1.0 / h } else { 0.0 };
+            self.quotients[k] = if h > 0.0 && before > 0.0 { 2.0 / (h + before) } else { 0.0 };
+            self.bows[k] = BOW * 0.125 * h * h;
+        }
+    }
+}
+
+/// Estimates the largest value in the part from each instant to the next, negative values if the smallest is sought. Whether one passes
+/// `least`.
+struct BowKernel<'a> {
+    scratch: &'a Scratch,
+    goal: Goal,
+    least: f64,
+    most: &'a mut Values,
+}
+
+impl Kernel for BowKernel<'_> {
+    type Output = bool;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> bool {
+        let Self { scratch: Scratch { values, rates, quotients, bows, jumps, .. }, goal, least, most } = self;
+        let (values, sign) = (&values[goal.value], if goal.largest { 1.0 } else { -1.0 });
+        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for k in 0..BLOCK - 1 {
+            slopes[k] = sign * (values[k + 1] - values[k]) * rates[k];
+        }
+        // Only where a value bows upwards is it higher than at the ends.
+        for k in 1..BLOCK - 1 {
+            curvatures[k] = (slopes[k - 1] - slopes[k]) * quotients[k];
+        }
+        let mut passes = false;
+        for k in 0..BLOCK - 1 {
+            let (a, b) = (sign * values[k], sign * values[k + 1]);
+            let (high, bend) = (if a > b { a } else { b }, curvatures[k]);
+            let bend = if curvatures[k + 1] > bend { curvatures[k + 1] } else { bend };
+            most[k] = fma(bows[k], if bend > 0.0 { bend } else { 0.0 }, high) + jumps[k];
+            passes |= most[k] > least;
+        }
+        passes
     }
 }
 
@@ -188,7 +364,8 @@ impl Kernel for UpdateKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Self { load, wanted, states, times, scratch: Scratch { entries, values }, extremes } = self;
+        let Self { load, wanted, states, times, scratch, extremes } = self;
+        let Scratch { entries, values, .. } = scratch;
         if !load.linear.by_input_at_all {
             evaluate(load, &needed_for(wanted), entries, states, values);
         }

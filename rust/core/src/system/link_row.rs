@@ -148,4 +148,12 @@ impl LinkRow {
         };
         (elastic, damping)
     }
+
+    /// Rates of change of elastic and damping load at a state, N/s, from that of the state.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn load_rates(&self, state: &State, rate: &State) -> (f64, f64) {
+        let damping = if self.damper_is_idle(state) { 0.0 } else { self.damping_load(rate) };
+        let slope = self.link.law().tangent(self.deflection_at(state));
+        (slope * (self.deflection_at(rate) - self.rest), damping)
+    }
 }

@@ -88,7 +88,7 @@ fn a_jump_is_seen_by_the_search_for_contact_changes() {
 }
 
 /// Each interval between samples divided into `parts`.
-fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[f64; 3]>) {
+pub(crate) fn refined(time: &[f64], samples: &[[f64; 3]], parts: usize) -> (Vec<f64>, Vec<[f64; 3]>) {
     let (mut times, mut refined) = (vec![time[0]], vec![samples[0]]);
     for k in 1..time.len() {
         for part in 1..=parts {
@@ -349,8 +349,15 @@ fn peaks_and_instants_between_samples_are_those_of_a_finer_run() {
     let system = machine.system();
     let loads = [group_load(&system, 0..4, Vector3::zeros(), Part::Total)];
     let mut extremes = [Extremes::NONE];
-    run(&system, &Exact::<4>, ADAPTIVE, &finer, Output::Samples, &mut Peaks::new(&loads, &mut extremes))
-        .expect("a run that succeeds");
+    run(
+        &system,
+        &Exact::<4>,
+        ADAPTIVE,
+        &finer,
+        Output::Samples,
+        &mut Peaks::new(&system, &finer, &loads, &mut extremes),
+    )
+    .expect("a run that succeeds");
     let history: Vec<f64> = states.iter().map(|state| loads[0].at(state, &[0.0; 9])[1]).collect();
     close(
         extremes[0].smallest[1],

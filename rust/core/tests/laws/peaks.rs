@@ -1,23 +1,28 @@
-//! Running extremes are those of the history, though most instants are left out, or passed over unevaluated.
+//! Extremes are those of the loads at all times, though most instants are left out, or passed over unevaluated, and few parts between them
+//! are searched.
 
 use guideload::batch::{Batch, Measure, Motion, Quantity, Solver, Statistic};
 use guideload::{
     Control, Exact, Excitation, Exponential, Extremes, Law, Method, Output, Part, Peaks, Rk45, RunError,
-    Summary, Wrench, evaluate, group_load, reaction, run,
+    State, Summary, Wrench, evaluate, group_load, reaction, run,
 };
 
 use crate::batch::{base, cart_on, yardstick};
 use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise};
+use crate::contacts::refined;
 
-/// Runs twice, with a history and with running extremes, and compares them: bit for bit, or to 1e-13 after leaps and contact changes. Leaps
-/// round otherwise than steps, and contact changes decide which steps are made two at a time. Returns the outcomes, the latter first.
+/// Runs with extremes alone, and with histories of samples 16 times as dense, and compares them. `tolerance`: of the method, over the largest
+/// load. Returns the outcomes with extremes and with a history, for comparison.
 fn compare<M: Method>(
     machine: &Machine,
     method: &M,
     control: Control,
-    excitation: &Excitation,
+    samples: &[[f64; 3]],
     with_drive: bool,
+    tolerance: f64,
 ) -> [Result<Summary, RunError>; 2] {
+    let time: Vec<f64> = (0..samples.len()).map(|k| k as f64 * 1e-3).collect();
+    let excitation = Excitation::uniform(0.0, 1e-3, samples).expect("sound");
     let system = machine.system();
     let groups = CART_CENTERS.into_iter().enumerate();
     let mut loads: Vec<Wrench> =
@@ -25,45 +30,76 @@ fn compare<M: Method>(
     // About a point off the cart, all components and both magnitudes differ.
     loads.push(group_load(&system, 0..machine.links.len(), [0.3, 0.7, -0.4].into(), Part::Total));
     loads.extend(with_drive.then(|| reaction(&system)));
-    let mut extremes = vec![Extremes::NONE; loads.len()];
-    let mut peaks = Peaks::new(&loads, &mut extremes);
-    let outcome = run(&system, method, control, excitation, Output::Samples, &mut peaks);
-
-    let (states, other) = machine.run(method, control, excitation, Output::Samples);
-    let mut history = vec![0.0; states.len() * loads.len() * 6];
-    evaluate(&loads, &states, |k| excitation.input(k), &mut history);
-    let scale = largest(&history);
-    let leapt = matches!((&outcome, &other), (Ok(peaks), Ok(history)) if peaks.steps < history.steps);
-    let changed = matches!(&other, Ok(history) if history.contact_changes > 0);
-    let tolerance = if leapt || changed { 1e-13 } else { 0.0 };
-    for (l, extreme) in extremes.iter().enumerate() {
-        // Force and moment, the y-z resultant of the force, and the magnitude of the moment.
-        let values: Vec<[f64; 8]> = history
-            .chunks(6 * loads.len())
-            .map(|row| {
-                let load: [f64; 6] = row[6 * l..6 * l + 6].try_into().expect("six");
-                let [x, y, z, mx, my, mz] = load;
-                let moment = mx.mul_add(mx, my.mul_add(my, mz * mz)).sqrt();
-                [x, y, z, mx, my, mz, y.mul_add(y, z * z).sqrt(), moment]
-            })
-            .collect();
+    let extremes_of = |excitation: &Excitation| {
+        let mut extremes = vec![Extremes::NONE; loads.len()];
+        let mut peaks = Peaks::new(&system, excitation, &loads, &mut extremes);
+        let outcome = run(&system, method, control, excitation, Output::Samples, &mut peaks);
+        (extremes, outcome)
+    };
+    let (extremes, outcome) = extremes_of(&excitation);
+    let (states, other) = machine.run(method, control, &excitation, Output::Samples);
+    if outcome.is_err() {
+        return [outcome, other];
+    }
+    let values_of = |states: &[State], excitation: &Excitation| -> Vec<Vec<[f64; 8]>> {
+        let mut history = vec![0.0; states.len() * loads.len() * 6];
+        evaluate(&loads, states, |k| excitation.input(k), &mut history);
+        let value = |load: &[f64]| {
+            let [x, y, z, mx, my, mz]: [f64; 6] = load.try_into().expect("six");
+            let moment = mx.mul_add(mx, my.mul_add(my, mz * mz)).sqrt();
+            [x, y, z, mx, my, mz, y.mul_add(y, z * z).sqrt(), moment]
+        };
+        history.chunks(6 * loads.len()).map(|row| row.chunks(6).map(value).collect()).collect()
+    };
+    let (times, dense) = refined(&time, samples, 16);
+    let finer = Excitation::new(&times, &dense, None).expect("sound");
+    let (fine_extremes, _) = extremes_of(&finer);
+    let coarse = values_of(&states, &excitation);
+    let fine = values_of(&machine.run(method, control, &finer, Output::Samples).0, &finer);
+    for (l, (extreme, fine_extreme)) in extremes.iter().zip(&fine_extremes).enumerate() {
+        let of =
+            |values: &[Vec<[f64; 8]>], i: usize| -> Vec<f64> { values.iter().map(|at| at[l][i]).collect() };
         for i in 0..8 {
-            let trace: Vec<f64> = values.iter().map(|values| values[i]).collect();
-            let most = trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let least = trace.iter().copied().fold(f64::INFINITY, f64::min);
-            close(extreme.largest[i], most, tolerance, scale);
-            close(extreme.smallest[i], least, tolerance, scale);
-            // The first sample at which it is reached.
-            let when = |reaches: &dyn Fn(f64) -> bool| {
-                excitation.time(trace.iter().position(|&y| reaches(y)).expect("it is there"))
-            };
-            let margin = tolerance * scale;
-            assert!(extreme.time_of_largest[i] >= when(&|y| y >= most - margin));
-            assert!(extreme.time_of_smallest[i] >= when(&|y| y <= least + margin));
-            if tolerance == 0.0 || most - least > 1e-3 * scale {
-                assert_eq!(extreme.time_of_largest[i], when(&|y| y == most));
-                assert_eq!(extreme.time_of_smallest[i], when(&|y| y == least));
+            // Of forces and of moments the largest.
+            let alike = if i < 3 || i == 6 { [0, 1, 2] } else { [3, 4, 5] };
+            let scale = alike.map(|j| largest(&of(&fine, j))).into_iter().fold(0.0, f64::max);
+            let fine = of(&fine, i);
+            let most = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            assert!(
+                extreme.largest[i] >= most - (tolerance + 1e-12) * scale,
+                "{i}: {} {most}",
+                extreme.largest[i]
+            );
+            assert!(
+                extreme.largest[i] <= most + (tolerance + 1e-3) * scale,
+                "{i}: {} {most}",
+                extreme.largest[i]
+            );
+            close(extreme.largest[i], fine_extreme.largest[i], tolerance + 1e-12, scale);
+            if i < 6 {
+                close(extreme.smallest[i], fine_extreme.smallest[i], tolerance + 1e-12, scale);
+            } else {
+                // At the samples, and at contact changes.
+                let least = of(&coarse, i).into_iter().fold(f64::INFINITY, f64::min);
+                assert!(extreme.smallest[i] <= least + (tolerance + 1e-13) * scale);
             }
+        }
+        // At its time a load has its extreme.
+        let mut extremes: Vec<(f64, usize, f64)> =
+            (0..8).map(|i| (extreme.time_of_largest[i], i, extreme.largest[i])).collect();
+        extremes.extend((0..6).map(|i| (extreme.time_of_smallest[i], i, extreme.smallest[i])));
+        extremes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let at: Vec<f64> = extremes.iter().map(|extreme| extreme.0).collect();
+        let (there, _) = machine.run(method, control, &excitation, Output::Times(&at));
+        for ((time, i, value), state) in extremes.into_iter().zip(&there) {
+            let load = loads[l].at(state, &excitation.input_at(time));
+            let [_, y, z, mx, my, mz] = load;
+            let found = match i {
+                6 => y.hypot(z),
+                7 => mx.hypot(my).hypot(mz),
+                i => load[i],
+            };
+            close(found, value, tolerance + 1e-11, largest(&load));
         }
     }
     [outcome, other]
@@ -79,10 +115,9 @@ fn motion(random: &mut Random) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn peaks_are_the_extremes_of_the_history() {
+fn peaks_are_the_extremes_at_all_times() {
     let mut random = Random::new(61);
     let samples = motion(&mut random);
-    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let on = |law: Result<Law, _>| cart_on(law.expect("a law")).0;
     let play = on(Law::sided(6e7, 6e7, 5e-6));
     let mut idle = play.clone();
@@ -94,7 +129,7 @@ fn peaks_are_the_extremes_of_the_history() {
     for machine in [cart(), cart().with_damping(0.1), play, idle, on(Law::curve(&curve))] {
         // The drive force depends on the acceleration at every sample, so none is left out.
         for with_drive in [false, true] {
-            let outcomes = compare(&machine, &Exact::<4>, ADAPTIVE, &excitation, with_drive);
+            let outcomes = compare(&machine, &Exact::<4>, ADAPTIVE, &samples, with_drive, 0.0);
             let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
             with_leaps += usize::from(peaks.steps < history.steps);
             assert!(!with_drive || peaks.steps == history.steps);
@@ -105,9 +140,9 @@ fn peaks_are_the_extremes_of_the_history() {
     assert!(with_leaps >= 3);
     for exponent in [1.5, 10.0 / 9.0] {
         let machine = on(Law::preloaded(6e7, 300.0, exponent));
-        let [peaks, history] = compare(&machine, &Rk45, ADAPTIVE, &excitation, false);
+        let [peaks, history] = compare(&machine, &Rk45, ADAPTIVE, &samples, false, 1e-5);
         assert_eq!(peaks.expect("a run"), history.expect("a run"));
-        let outcomes = compare(&machine, &Exponential::<16>, ADAPTIVE, &excitation, false);
+        let outcomes = compare(&machine, &Exponential::<16>, ADAPTIVE, &samples, false, 1e-5);
         let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
         assert!(peaks.steps < history.steps);
         assert_eq!(Summary { steps: history.steps, end: history.end, ..peaks }, history);
@@ -117,10 +152,8 @@ fn peaks_are_the_extremes_of_the_history() {
 /// Peaks of a run that ends with an error are those of the instants before it.
 #[test]
 fn peaks_before_an_error_are_kept() {
-    let samples = cycle();
-    let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let control = Control::Fixed { step: 1e-3 };
-    let [outcome, other] = compare(&cart().with_damping(15.0), &Rk45, control, &excitation, false);
+    let [outcome, other] = compare(&cart().with_damping(15.0), &Rk45, control, &cycle(), false, 0.0);
     assert!(matches!(outcome, Err(RunError::Diverged { .. })), "{outcome:?}");
     assert_eq!(outcome, other);
 }
