@@ -18,6 +18,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -84,12 +85,15 @@ def change(file: Path, rng: np.random.Generator) -> None:
         file.write_bytes(change_bytes(file.read_bytes(), rng))
 
 
-def _queued(process: int) -> float:
-    """How long a process has been ready to run while others ran [s]; 0 where the system does not tell."""
-    try:
-        return int(Path(f"/proc/{process}/schedstat").read_text().split()[1]) / 1e9
-    except (OSError, IndexError, ValueError):
-        return 0.0
+def _queued(process: int, known: dict[str, float]) -> float:
+    """How long the threads of a process have been ready to run while others ran [s]; 0 where the system does not tell.
+
+    All threads, as one may wait for another. known: by thread, kept from call to call for those that have ended.
+    """
+    for file in Path(f"/proc/{process}/task").glob("*/schedstat"):
+        with suppress(OSError, IndexError, ValueError):
+            known[file.parent.name] = int(file.read_text().split()[1]) / 1e9
+    return sum(known.values())
 
 
 def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
@@ -100,9 +104,9 @@ def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
     if child == 0:
         _become(work, words, stdin)
     watch = os.pidfd_open(child)
-    patience, queued = 4.0 * SECONDS, 0.0  # one that sleeps has no processor time
+    patience, queued, delays = 4.0 * SECONDS, 0.0, dict[str, float]()  # one that sleeps has no processor time
     while not (ended := select.select([watch], [], [], patience)[0]):
-        patience = _queued(child) - queued  # other processes had the processor
+        patience = _queued(child, delays) - queued  # other processes had the processor
         queued += patience
         if patience < 1.0:
             break
