@@ -4,13 +4,13 @@ Repeats everything in one process: reading, smoothing, simulation with each meth
 in memory and in a folder. Prints resident memory over time. Exit code 1 if its minimum in the last quarter of the
 rounds exceeds that in the second quarter by more than BOUND.
 
-What is measured, and why:
+Allocators keep memory that is free, more or less of it as threads happen to meet, so that resident memory jumps by tens
+of MB, up and down, without a leak. Measured is what does not:
 
-- Resident memory after a collection and `malloc_trim`. The allocator keeps some 50 MB that are free, as long as a block
-  above them is in use, and which block lies there depends on the threads: resident memory as it is jumps by that much,
-  up and down, without a leak. `malloc_trim` returns the free pages to the system.
-- The minimum of a quarter. Blocks that live on, such as caches, lie differently in the arenas of the threads after each
-  round, and some pages stay for their sake. What a leak holds is there in each round, so also in the smallest.
+- anonymous memory: the system takes pages of libraries away and gives them back;
+- with one arena of malloc for all threads, which Arrow uses too, after a collection and `malloc_trim`, which returns
+  free pages to the system;
+- the smallest of a quarter: a leak is there in each round, so also in the smallest.
 
 `--leak 0.5` keeps so many MB in each round: the script must then fail.
 """
@@ -34,15 +34,15 @@ from guideload.reports.run import result_report
 from guideload.simulation.result import Result
 
 BOUND = 4.0  # MB: a round that keeps a history of its trace alive, 0.5 MB, passes this after some 16 rounds
-PAGE = os.sysconf("SC_PAGE_SIZE")
-LIBC = ctypes.CDLL(None)
+ALLOCATORS = {"MALLOC_ARENA_MAX": "1", "ARROW_DEFAULT_MEMORY_POOL": "system"}  # read when a process starts
 
 
 def resident() -> float:
-    """Resident memory of this process without what is free [MB]."""
+    """Resident anonymous memory of this process without what is free [MB]."""
     gc.collect()
-    LIBC.malloc_trim(0)
-    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE / 1e6
+    ctypes.CDLL(None).malloc_trim(0)
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    return 1.024e-3 * int(status.partition("RssAnon:")[2].split()[0])
 
 
 def once(folder: Path, seed: int) -> None:
@@ -75,6 +75,8 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--leak", type=float, default=0.0, help="MB to keep in each round, to see it found")
     asked = parser.parse_args()
+    if not ALLOCATORS.items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ALLOCATORS)
     begun, said, rows, kept = time.monotonic(), 0.0, [], []
     end = begun + 60.0 * asked.minutes
     with tempfile.TemporaryDirectory() as folder:
