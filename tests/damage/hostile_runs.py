@@ -85,31 +85,25 @@ def change(file: Path, rng: np.random.Generator) -> None:
         file.write_bytes(change_bytes(file.read_bytes(), rng))
 
 
-def _queued(process: int, known: dict[str, float]) -> float:
-    """How long the threads of a process have been ready to run while others ran [s]; 0 where the system does not tell.
-
-    All threads, as one may wait for another. known: by thread, kept from call to call for those that have ended.
-    """
-    for file in Path(f"/proc/{process}/task").glob("*/schedstat"):
-        with suppress(OSError, IndexError, ValueError):
-            known[file.parent.name] = int(file.read_text().split()[1]) / 1e9
-    return sum(known.values())
+def _sleeps(process: int) -> bool:
+    """Whether no thread of a process runs, waits for a processor while others run, or waits for a disk."""
+    for file in Path(f"/proc/{process}/task").glob("*/stat"):
+        with suppress(OSError):
+            if file.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()[0] in "RD":
+                return False
+    return True
 
 
 def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
     """Run a command in `folder / "case"`, in a process that is a copy of this one."""
     work = folder / "case"
-    begun = time.monotonic()
     child = os.fork()
     if child == 0:
         _become(work, words, stdin)
     watch = os.pidfd_open(child)
-    patience, queued, delays = 4.0 * SECONDS, 0.0, dict[str, float]()  # one that sleeps has no processor time
-    while not (ended := select.select([watch], [], [], patience)[0]):
-        patience = _queued(child, delays) - queued  # other processes had the processor
-        queued += patience
-        if patience < 1.0:
-            break
+    asleep = 0  # s; one that sleeps has no processor time
+    while not (ended := select.select([watch], [], [], 1.0)[0]) and asleep < 4 * SECONDS:
+        asleep += _sleeps(child)
     if not ended:
         os.kill(child, signal.SIGKILL)
     os.close(watch)
@@ -120,7 +114,7 @@ def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
         (folder / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")
     )
     if not ended:
-        return Outcome("failed", f"asleep for {time.monotonic() - begun:.0f} s", seconds)
+        return Outcome("failed", f"asleep for {asleep} s", seconds)
     if code < 0:
         what = (
             "beyond the processor time" if code in (-signal.SIGXCPU, -signal.SIGKILL) else f"signal {-code}"
