@@ -18,6 +18,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -84,28 +85,25 @@ def change(file: Path, rng: np.random.Generator) -> None:
         file.write_bytes(change_bytes(file.read_bytes(), rng))
 
 
-def _queued(process: int) -> float:
-    """How long a process has been ready to run while others ran [s]; 0 where the system does not tell."""
-    try:
-        return int(Path(f"/proc/{process}/schedstat").read_text().split()[1]) / 1e9
-    except (OSError, IndexError, ValueError):
-        return 0.0
+def _sleeps(process: int) -> bool:
+    """Whether no thread of a process runs, waits for a processor while others run, or waits for a disk."""
+    for file in Path(f"/proc/{process}/task").glob("*/stat"):
+        with suppress(OSError):
+            if file.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()[0] in "RD":
+                return False
+    return True
 
 
 def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
     """Run a command in `folder / "case"`, in a process that is a copy of this one."""
     work = folder / "case"
-    begun = time.monotonic()
     child = os.fork()
     if child == 0:
         _become(work, words, stdin)
     watch = os.pidfd_open(child)
-    patience, queued = 4.0 * SECONDS, 0.0  # one that sleeps has no processor time
-    while not (ended := select.select([watch], [], [], patience)[0]):
-        patience = _queued(child) - queued  # other processes had the processor
-        queued += patience
-        if patience < 1.0:
-            break
+    asleep = 0  # s; one that sleeps has no processor time
+    while not (ended := select.select([watch], [], [], 1.0)[0]) and asleep < 4 * SECONDS:
+        asleep += _sleeps(child)
     if not ended:
         os.kill(child, signal.SIGKILL)
     os.close(watch)
@@ -116,7 +114,7 @@ def run(folder: Path, words: list[str], stdin: str | None) -> Outcome:
         (folder / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")
     )
     if not ended:
-        return Outcome("failed", f"asleep for {time.monotonic() - begun:.0f} s", seconds)
+        return Outcome("failed", f"asleep for {asleep} s", seconds)
     if code < 0:
         what = (
             "beyond the processor time" if code in (-signal.SIGXCPU, -signal.SIGKILL) else f"signal {-code}"

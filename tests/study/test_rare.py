@@ -15,7 +15,16 @@ from guideload.base.errors import ArgumentError
 from guideload.motion.motion import Motion
 from guideload.reports.probability import probability_report
 from guideload.study.execution import run_study
-from guideload.study.rare import RareProbability, exceedance_probability, subset_simulation, wanted_limits
+from guideload.study.rare import (
+    LEAST,
+    PILOTS,
+    SAMPLES,
+    SHARE,
+    RareProbability,
+    exceedance_probability,
+    subset_simulation,
+    wanted_limits,
+)
 
 FACTORS, POPULATIONS = 10, 24
 DIAGONAL = np.full(FACTORS, FACTORS**-0.5)
@@ -112,6 +121,8 @@ def test_what_cannot_be_estimated_is_said() -> None:
     bounded = exceedance_probability(study(MASS, motion=REST), "peak_resultant_N", "1 MN", most_runs=200_000)
     assert (bounded.probability, bounded.low, bounded.high) == (0.0, 0.0, 1e-9)
     assert "No population came to the limit" in bounded.doubts[0]
+    levels = -np.log10(LEAST)  # each the best tenth of the one before, whose runs are not repeated
+    assert bounded.populations == PILOTS and bounded.runs <= PILOTS * SAMPLES * (1 + (1 - SHARE) * levels)
     assert "below 1e-9" in probability_report(bounded, study(MASS).plan().metadata).text()
     failing = exceedance_probability(
         study_standin.plan(), "peak_resultant_N", 0.5, coefficient_of_variation=0.5

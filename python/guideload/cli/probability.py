@@ -30,7 +30,7 @@ from guideload.cli.terminal import print_report, status
     "--most-runs",
     type=click.IntRange(min=20_000),
     default=1_000_000,
-    help="Maximum runs for each limit, at least 20000; the first ten populations run in any case.",
+    help="Maximum runs for each limit, at least 20000; the first ten populations may exceed it.",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
 @click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")

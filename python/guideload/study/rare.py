@@ -226,7 +226,10 @@ def _recording(plan: Plan, name: str) -> Plan:
 # ---- the probability
 
 
-FIRST = 10  # populations of the first round: their scatter is known to a quarter
+PILOTS = (
+    3  # populations before the others: if no machine reaches the limit, these tell it in a third of the time
+)
+FIRST = 10  # populations of the first estimate: their scatter is known to a quarter
 LEAST = 1e-9  # probability: the tails of measured parameters are not known farther out
 TARGET = 0.1
 CONFIDENCE = 0.75  # of the upper limit of the true scatter, from which the number of populations follows
@@ -285,7 +288,7 @@ def exceedance_probability(
     coefficient_of_variation
         Populations are run until it is at most so large.
     most_runs
-        Maximum runs for this limit; the first ten populations run in any case.
+        Maximum runs for this limit; the first ten populations may exceed it.
     threads
         By default one per core; the result does not depend on them.
     progress
@@ -315,16 +318,14 @@ def exceedance_probability(
 
     seed, factors = plan.metadata.seed or 0, len(plan.factors)
     generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4,)))
-    estimates = subset_simulation(margin, factors, FIRST, LEAST, generator)
-    each = state.runs / FIRST
-    while estimates.any():
+    estimates, more = subset_simulation(margin, factors, PILOTS, LEAST, generator), FIRST - PILOTS
+    while estimates.any() and more >= 1:
+        estimates = np.append(estimates, subset_simulation(margin, factors, more, LEAST, generator))
         # Few populations may scatter little by chance, so their number follows from an upper limit of the true scatter.
         larger = np.sqrt((estimates.size - 1) / chi2.ppf(1.0 - CONFIDENCE, estimates.size - 1))
         wanted = np.ceil(estimates.size * (larger * _variation(estimates) / coefficient_of_variation) ** 2)
-        more = int(min(wanted - estimates.size, 3 * estimates.size, (most_runs - state.runs) / each))
-        if more < 1:
-            break
-        estimates = np.append(estimates, subset_simulation(margin, factors, more, LEAST, generator))
+        affordable = (most_runs - state.runs) * estimates.size / state.runs
+        more = int(min(wanted - estimates.size, 3 * estimates.size, affordable))
     probability = float(estimates.mean())
     variation = _variation(estimates)
     factor = float(np.exp(t.ppf(0.975, estimates.size - 1) * variation)) if probability else np.nan
