@@ -36,6 +36,7 @@ from guideload import (
     Rail,
     ReadError,
     Result,
+    peak_loads,
     simulate,
 )
 from guideload import _core as core
