@@ -61,8 +61,8 @@ def rated_study(
     found = limit_notes(machine, criteria, travel, motion.position)
     unloaded = np.zeros((motion.time.size, 6))
     path = integrals(travel, unloaded, criteria[0].rule, criteria[0].rating.exponent)[1]
-    notes = (*found, *_preload_notes(criteria, factors))
-    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in notes), travel=float(path.sum()))
+    told = (*found, *_preload_notes(criteria, factors))
+    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in told), travel=float(path.sum()))
 
 
 def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> Iterator[str]:

@@ -70,11 +70,6 @@ fn compare<M: Method>(
                 "{i}: {} {most}",
                 extreme.largest[i]
             );
-            assert!(
-                extreme.largest[i] <= most + (tolerance + 1e-3) * scale,
-                "{i}: {} {most}",
-                extreme.largest[i]
-            );
             close(extreme.largest[i], fine_extreme.largest[i], tolerance + 1e-12, scale);
             if i < 6 {
                 close(extreme.smallest[i], fine_extreme.smallest[i], tolerance + 1e-12, scale);
