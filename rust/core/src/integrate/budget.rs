@@ -26,16 +26,10 @@ const WORK_PER_FIXED_STEP: f64 = 10.0;
 /// Longest step of an explicit method that damped modes allow, in radians of the fastest: the limit of Dormand-Prince 5(4) on the real axis.
 const MOST_RADIANS_PER_STEP: f64 = 3.31;
 
-/// Most work beside that for each interval: some ten seconds, for steps that the user has chosen a minute.
+/// Most work beside that for each interval: some ten seconds, for steps that the user has chosen a minute. The modes of a guided body are
+/// slower than 10 kHz; to follow faster ones, which belong to wrong numbers, may take years.
 const MOST_WORK: f64 = 1e8;
 const MOST_FIXED_WORK: f64 = 1e8;
-
-/// Frequency that the modes of a guided body are below, rad/s: 16 kHz. Faster ones belong to wrong numbers, and to follow them may take years.
-const FASTEST_OF_A_BODY: f64 = 1e5;
-
-/// Share of the most work that a run with error control may take with faster modes: a few seconds, enough for a stable method that need not
-/// follow them.
-const SHARE_IF_FASTER: f64 = 0.1;
 
 /// Addition to the most work for each interval. A mode of 170 Hz, excited anew every 10 ms, takes the implicit method 600 at a tolerance of
 /// 1e-9.
@@ -89,7 +83,6 @@ impl Budget {
         (start, other): (&State, OtherMethod),
     ) -> Result<Self, RunError> {
         let (duration, count) = (excitation.duration(), excitation.count());
-        let mode = fastest(system, false);
         let radians = duration * fastest(system, M::ERROR_ORDER.is_some());
         let (by_method, most) = match (control, M::ERROR_ORDER) {
             (Control::Fixed { step }, _) => {
@@ -106,12 +99,7 @@ impl Budget {
         };
         let nonlinear = system.links().filter(|link| !link.law().is_linear()).count();
         let time_of_unit = 1.0 + nonlinear as f64 / LINKS_PER_UNIT;
-        let mut most = most / time_of_unit + MOST_WORK_PER_INTERVAL * count as f64;
-        if let Control::Adaptive { .. } = control
-            && mode > FASTEST_OF_A_BODY
-        {
-            most *= SHARE_IF_FASTER;
-        }
+        let most = most / time_of_unit + MOST_WORK_PER_INTERVAL * count as f64;
         if let Control::Adaptive { .. } = control
             && !M::STABLE
         {
@@ -120,6 +108,7 @@ impl Budget {
             let moves = (0..count).find(|&k| !rests || excitation.input(k) != [0.0; 9]);
             let duration =
                 moves.map_or(0.0, |k| excitation.time(count - 1) - excitation.time(k.saturating_sub(1)));
+            let mode = fastest(system, false);
             let steps = duration * mode / MOST_RADIANS_PER_STEP;
             if steps > most {
                 return Err(RunError::TooLong { duration, steps, most, fastest: mode, other });
