@@ -14,6 +14,9 @@ from guideload.simulation.point_motion import Row
 from guideload.simulation.run import AXES, Run
 
 
+MOST_STEPS = 2_000_000  # of a run that is made again for its extremes: some seconds
+
+
 @dataclass(frozen=True, eq=False)
 class Peaks:
     """Extremes of the loads of the carriages, and their times [s]; each array is (carriage, 8).
@@ -42,8 +45,8 @@ def peaks_of(run: Run) -> Peaks:
 
 
 def peak_rows(run: Run) -> Iterator[Row]:
-    """The quantities of the largest loads at any time, if they are known."""
-    if run.extremes is None:
+    """The quantities of the largest loads at any time, if they are known and a second run is short."""
+    if run.solution.steps + run.solution.rejected > MOST_STEPS or run.extremes is None:
         return
     smallest, largest, _, times = run.extremes
     count = len(run.machine.carriages)
