@@ -63,7 +63,7 @@ def test_life_size_and_limit_take_it(moves: str) -> None:
     guideload("init", "--catalogue")
     assert "carriages last" in guideload("life", machine, moves, "--no-bands").stdout
     text = guideload("limit", machine, moves, "--of", "acceleration", "--safety", 14.5).stdout
-    assert "m/s2 as the limit of the acceleration" in " ".join(text.split())
+    assert "up to an acceleration limit of" in " ".join(text.split())
 
 
 def test_a_study_takes_it(moves: str) -> None:

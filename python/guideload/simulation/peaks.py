@@ -13,7 +13,6 @@ from guideload.motion.uncertainty import COVER
 from guideload.simulation.point_motion import Row
 from guideload.simulation.run import AXES, Run
 
-
 MOST_STEPS = 2_000_000  # of a run that is made again for its extremes: some seconds
 
 
