@@ -229,7 +229,10 @@ def _figures(answer: Answer, result: guideload.Result | None = None) -> Iterator
     (instant, place), time, margins = answer.peak, answer.time, answer.margins
     kind = "carriage" if answer.machine.carriages else "link"
     where = f"on {kind} {answer.names[place]} at {text(time[instant], 'time')} s"
-    yield Figure("Largest load", f"{text(answer.loads[instant, place], 'load')} N", where)
+    largest = answer.loads[instant, place]
+    if result is not None and answer.machine.carriages:  # between the samples too
+        largest = result.peak_columns["peak_resultant_N"].max()
+    yield Figure("Largest load", f"{text(largest, 'load')} N", where)
     life = answer.life
     if isinstance(life, str):
         yield Figure("Life", "not known", life)
