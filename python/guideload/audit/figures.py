@@ -226,7 +226,8 @@ class SimplerModels:
     """Peaks of simpler models, and the peaks of the result.
 
     names         names of the carriages; of the links if there are no carriages
-    peak          (name,) N, largest y-z resultant of the carriage, or largest load of the link, in the result
+    peak          (name,) N, largest y-z resultant of the carriage, or largest load of the link, at the instants
+    at_any_time   (name,) N, the same between the instants too, if it is known
     quasi_static  (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
     linear        (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the
                   instants do not contain the whole excitation from the start, or payloads come and go
@@ -237,6 +238,7 @@ class SimplerModels:
 
     names: tuple[str, ...]
     peak: Array
+    at_any_time: Array
     quasi_static: Array
     linear: Array | None
     links: tuple[str, ...]
@@ -245,9 +247,9 @@ class SimplerModels:
 
     @property
     def dynamic_factor(self) -> Array:
-        """Peak over quasi-static peak, (name,): the load factor f_W of catalogues; 1 without load."""
+        """Peak at any time over quasi-static peak, (name,): the load factor f_W of catalogues; 1 without load."""
         ones = np.ones_like(self.peak)
-        return np.divide(self.peak, self.quasi_static, out=ones, where=self.quasi_static > 0.0)
+        return np.divide(self.at_any_time, self.quasi_static, out=ones, where=self.quasi_static > 0.0)
 
     def deviation(self, peak: Array) -> tuple[float, str]:
         """Largest relative error of peaks of a simpler model (negative: too small), and the name where it occurs."""
@@ -268,9 +270,11 @@ def simpler_models(histories: Histories) -> SimplerModels:
     if histories.foot_load is not None:
         moved = moved + histories.foot_load
     repeat = not histories.linear and histories.repeatable and not histories.changes
+    peak, data = _peak(histories, load), histories.data
     return SimplerModels(
         names=tuple(carriage.name for carriage in machine.carriages) or links,
-        peak=_peak(histories, load),
+        peak=peak,
+        at_any_time=data["peak_resultant"] if machine.carriages and "peak_resultant" in data else peak,
         quasi_static=_peak(histories, at_rest + moved),
         linear=_peak(histories, histories.solve("exact", 1e-6, 1.0, machine.nominal_scene))
         if repeat

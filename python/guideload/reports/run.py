@@ -39,7 +39,6 @@ DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). f_W: dynamic factor, peak over quasi-static peak (statics "
     "with m a). Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. force over peak. "
-    "All values are those at the samples."
 )
 
 
@@ -69,6 +68,7 @@ def result_report(result: Result) -> Report:
 def comparison(results: Mapping[str, Result]) -> Report:
     """Largest load, warnings and peaks of several runs of one machine."""
     bands = dict.fromkeys(line for result in results.values() for line in _band_lines(result))
+    definitions = dict.fromkeys(map(_definitions, results.values()))
     return Report(
         title=f"Comparison: {', '.join(results)}",
         warnings=warnings_by_title({title: one.audit.warnings for title, one in results.items()}),
@@ -81,7 +81,7 @@ def comparison(results: Mapping[str, Result]) -> Report:
                 )
                 for title, result in results.items()
             ),
-            Section("Definitions", DEFINITIONS, *bands),
+            Section("Definitions", *definitions, *bands),
         ],
     )
 
@@ -117,8 +117,13 @@ def _peaks_section(result: Result) -> Section:
     title = "Peak loads of the carriages"
     if not result.machine.carriages:
         return Section(title)
-    terms = Definitions(DEFINITIONS, *_band_lines(result))
+    terms = Definitions(_definitions(result), *_band_lines(result))
     return Section(title, *_peaks_tables(result), terms)
+
+
+def _definitions(result: Result) -> str:
+    known = "peak_resultant" in result.quantities
+    return DEFINITIONS + f"Peaks are those at {'any time' if known else 'the reported instants'}."
 
 
 def _peaks_tables(result: Result) -> list[Table]:

@@ -16,19 +16,18 @@ from guideload.motion.motion import Motion
 from guideload.motion.refinement import refined
 
 STEP = 1.05  # rad of the fastest vibration, from one instant to the next
-MOST_PARTS = (
-    25  # of an interval: a vibration that is faster still is hardly excited by a motion with such samples
-)
+# Of an interval: a vibration that is faster still is hardly excited by a motion with such samples.
+MOST_PARTS = 25
 MOST_INSTANTS = 1_000_000
 
 
 def with_enough_instants(
     machine: Machine, motion: Motion, stretches: Stretches | None = None
 ) -> tuple[Motion, Stretches | None]:
-    """The motion with six stamps or more per period of the fastest vibration, within the limits above, and the
-    stretches between the changes of its payloads.
+    """The motion with six stamps or more per period of the fastest vibration, and the stretches of its payloads.
 
-    It is the same motion: acceleration and process forces are linear between the stamps anyway.
+    Each interval has at most `MOST_PARTS`, and all together have some `MOST_INSTANTS`. It is the same motion:
+    acceleration and process forces are linear between the stamps anyway.
     """
     parts = _parts(machine, motion)
     if parts.max() == 1:

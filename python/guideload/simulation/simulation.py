@@ -91,21 +91,6 @@ def peak_loads(
     return peaks_of(run)
 
 
-@checked
-def with_forces_of_drive(
-    machine: Machine,
-    motion: Motion,
-    method: Method = "auto",
-    rtol: float = 1e-6,
-    start: Start = "auto",
-) -> Motion:
-    """The motion with the forces of the drive on the body: the push of a rack, if the drive has a pressure angle.
-
-    `simulate` and `peak_loads` add them themselves. Errors as for `simulate`.
-    """
-    return prepared_run(machine, motion, method, rtol, None, None, start).motion
-
-
 def prepared_run(
     machine: Machine,
     motion: Motion,

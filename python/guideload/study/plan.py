@@ -178,7 +178,7 @@ class Plan:
 
 
 def _payloads(machine: Machine, motion: Motion) -> list[PayloadOfBatch]:
-    """The payloads of the core's batch; motion: with two stamps at each change, as `with_forces_of_drive` gives it."""
+    """The payloads of the core's batch; motion: with two stamps at each change, as `prepared_run` gives it."""
     stretches = with_changes(machine, motion)[1]
     if stretches is None:
         return []

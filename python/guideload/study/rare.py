@@ -226,9 +226,8 @@ def _recording(plan: Plan, name: str) -> Plan:
 # ---- the probability
 
 
-PILOTS = (
-    3  # populations before the others: if no machine reaches the limit, these tell it in a third of the time
-)
+# Populations before the others: if no machine reaches the limit, these tell it in a third of the time.
+PILOTS = 3
 FIRST = 10  # populations of the first estimate: their scatter is known to a quarter
 LEAST = 1e-9  # probability: the tails of measured parameters are not known farther out
 TARGET = 0.1

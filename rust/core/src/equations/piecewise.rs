@@ -54,8 +54,8 @@ impl SegmentEquations {
         }
     }
 
-    /// With the nonlinear links, each on a segment of its law, asked for link by link; preloaded ones, which have no straight segments, as springs with their
-    /// stiffness at rest.
+    /// With the nonlinear links, each on a segment of its law, asked for link by link; preloaded ones, which have no straight segments, as
+    /// springs with their stiffness at rest.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn with_links(mut self, system: &System, mut segment: impl FnMut(&LinkRow) -> usize) -> Self {
         for row in system.rows().iter().filter(|row| !row.link.law().is_linear()) {

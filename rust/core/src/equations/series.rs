@@ -3,7 +3,7 @@
 use super::Equations;
 use super::propagator::Propagator;
 use crate::excitation::{Instant, Ramp};
-use crate::numeric::float::{add_scaled, ceil, sqrt};
+use crate::numeric::float::{add_scaled, ceil, scale, sqrt};
 use crate::system::{Force, NO_FORCE, State, size};
 
 /// Terms of the exponential series. For a norm of at most one, the first omitted term is below rounding (1/19! = 8e-18).
@@ -248,12 +248,5 @@ pub(crate) fn work(parts: f64) -> usize {
         parts as usize
     } else {
         LONG_SERIES as usize + 2 * (parts.to_bits() >> 52) as usize - 2046
-    }
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn scale(column: &mut [f64; 12], factor: f64) {
-    for entry in column {
-        *entry *= factor;
     }
 }

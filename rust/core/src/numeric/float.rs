@@ -34,3 +34,11 @@ pub(crate) fn add_scaled<const N: usize>(sum: &mut [f64; N], column: &[f64; N], 
         sum[i] = fma(column[i], factor, sum[i]);
     }
 }
+
+/// Multiplies a column by a factor.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn scale<const N: usize>(column: &mut [f64; N], factor: f64) {
+    for entry in column {
+        *entry *= factor;
+    }
+}

@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use super::axes::Axes;
 use crate::model::Dof;
 use crate::numeric::bounded_vec::BoundedVec;
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::{add_scaled, fma};
 use crate::system::LinkRow;
 use crate::system::{Input, ModelLevel, NO_FORCE, State, System};
 
@@ -111,6 +111,31 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
             let (elastic, damping) = link.row.loads(state);
             add_scaled(&mut out, &link.elastic, elastic);
             add_scaled(&mut out, &link.damping, damping);
+        }
+        out
+    }
+
+    /// The quantity while each link stays on the straight segment of its law that it is on in a state; preloaded links have none.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn on_segments(&self, state: &State) -> Self {
+        let Some(first) = self.nonlinear.as_slice().first() else { return self.clone() };
+        let mut out = Self { linear: self.linear, nonlinear: BoundedVec::filled(*first, 0) };
+        for link in self.nonlinear.as_slice() {
+            let NonlinearLink { row, elastic, damping } = link;
+            let law = row.link.law();
+            if !law.is_piecewise_linear() {
+                out.nonlinear.push(*link);
+                continue;
+            }
+            let (load_at_zero, stiffness) = law.segment(law.segment_of(row.deflection_at(state)));
+            add_scaled(&mut out.linear.constant, elastic, fma(stiffness, row.rest, load_at_zero));
+            for j in 0..6 {
+                add_scaled(&mut out.linear.by_state[j], elastic, stiffness * row.deflection[j]);
+            }
+            // In its clearance a link has no stiffness, and its damper does not act.
+            for j in 0..if stiffness > 0.0 { 6 } else { 0 } {
+                add_scaled(&mut out.linear.by_state[6 + j], damping, row.damping[j]);
+            }
         }
         out
     }

@@ -1,15 +1,18 @@
 //! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), those of
-//! a body with moving riders (`riding`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` and `between`).
+//! a body with moving riders (`riding`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` at the instants,
+//! `bows`, `between` and `search` between them).
 
 mod axes;
 mod between;
 mod bounds;
+mod bows;
 mod evaluate;
 mod extremes;
 mod loads;
 mod peaks;
 mod record;
 mod riding;
+mod search;
 
 pub use axes::Axes;
 #[cfg(feature = "std")]

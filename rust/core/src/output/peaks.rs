@@ -2,11 +2,12 @@
 //!
 //! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
 //! lie within its extremes so far is not evaluated at all. Of the others, the components that may pass their extremes are evaluated, at all
-//! instants of the block side by side, and where they may pass them between two instants, this part of the run is searched (`between`).
+//! instants of the block side by side, and where they may pass them between two instants (`bows`), this piece of the run is searched (`between`).
 //! Instants that a run may leave out are judged by the same bounds.
 
-use super::between::{Between, Part, Place};
-use super::extremes::{Extremes, Goal};
+use super::between::{Between, Place};
+use super::bows::{BLOCK, Bows, Pieces, Values};
+use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
 use super::record::Record;
 use crate::error::RunError;
@@ -16,20 +17,7 @@ use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch, dispatch_wide};
 use crate::system::{Input, NO_INPUT, State, StateBox, System};
 
-/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough that bounds pay.
-const BLOCK: usize = 32;
-
-/// By how much a load bows away from the chord between two instants, over what the larger second difference quotient at them says. For
-/// six instants per period of a vibration it is 1.3.
-const BOW: f64 = 2.0;
-
-/// Gain of a value between two instants, over the largest of its load, that is rounding.
-const ROUNDING: f64 = 1e-12;
-
-/// One number at each instant of a block.
-type Values = [f64; BLOCK];
-
-/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 18 kB.
+/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 22 kB.
 ///
 /// For this the fastest vibration should have six samples per period or more. Instants other than samples are only instants to it.
 #[derive(Debug)]
@@ -56,14 +44,7 @@ struct Scratch {
     entries: [Values; 12],
     /// Components of a load, y-z resultant of its force, and magnitude of its moment.
     values: [Values; 8],
-    /// Length of the part from each instant to the next, zero if there is none; its inverse; the inverse of the time from the middle of
-    /// the part before; and a bow over the larger second difference quotient.
-    lengths: Values,
-    rates: Values,
-    quotients: Values,
-    bows: Values,
-    /// Infinite for a part at an end of which a load may jump, else zero.
-    jumps: Values,
+    bows: Bows,
 }
 
 impl<'a> Peaks<'a> {
@@ -87,15 +68,7 @@ impl<'a> Peaks<'a> {
             inputs: [NO_INPUT; BLOCK],
             filled: 0,
             safe: StateBox::NOTHING,
-            scratch: Scratch {
-                entries: [[0.0; BLOCK]; 12],
-                values: [[0.0; BLOCK]; 8],
-                lengths: [0.0; BLOCK],
-                rates: [0.0; BLOCK],
-                quotients: [0.0; BLOCK],
-                bows: [0.0; BLOCK],
-                jumps: [0.0; BLOCK],
-            },
+            scratch: Scratch { entries: [[0.0; BLOCK]; 12], values: [[0.0; BLOCK]; 8], bows: Bows::NONE },
         }
     }
 
@@ -108,15 +81,15 @@ impl<'a> Peaks<'a> {
         }
         self.filled += 1;
         if self.filled == BLOCK {
-            self.judge(false);
+            self.judge();
         }
     }
 
-    /// Updates the extremes with the block. All parts are judged if it is the last.
+    /// Updates the extremes with the block.
     #[inline(never)]
-    fn judge(&mut self, is_last: bool) {
+    fn judge(&mut self) {
         if self.filled > 0 {
-            dispatch(BlockKernel { peaks: self, is_last });
+            dispatch(BlockKernel(self));
         }
     }
 }
@@ -157,7 +130,7 @@ impl Record for Peaks<'_> {
             (first, rest) = (first + these.len(), later);
             self.filled += these.len();
             if self.filled == BLOCK {
-                self.judge(false);
+                self.judge();
             }
         }
     }
@@ -186,16 +159,13 @@ impl Record for Peaks<'_> {
     }
 
     fn end(&mut self) {
-        self.judge(true);
+        self.judge();
         self.between.search(self.loads, self.extremes);
     }
 }
 
 /// Updates the extremes with a block.
-struct BlockKernel<'a, 'b> {
-    peaks: &'a mut Peaks<'b>,
-    is_last: bool,
-}
+struct BlockKernel<'a, 'b>(&'a mut Peaks<'b>);
 
 impl Kernel for BlockKernel<'_, '_> {
     type Output = ();
@@ -214,7 +184,7 @@ impl Kernel for BlockKernel<'_, '_> {
             filled,
             safe,
             scratch,
-        } = self.peaks;
+        } = self.0;
         // The last instant is repeated past the end; its copies come later, and so are no first occurrence of an extreme.
         let last = *filled - 1;
         for k in *filled..BLOCK {
@@ -233,7 +203,7 @@ impl Kernel for BlockKernel<'_, '_> {
                 }
                 if !evaluated {
                     transpose(states, &mut scratch.entries);
-                    scratch.measure(between, places);
+                    scratch.bows.measure(between, places);
                     evaluated = true;
                 }
                 if by_input {
@@ -243,108 +213,21 @@ impl Kernel for BlockKernel<'_, '_> {
                         }
                     }
                 }
-                let extremes_here = &mut extremes[index];
-                dispatch_wide(UpdateKernel {
-                    load,
-                    wanted: &wanted,
-                    states,
-                    times,
-                    scratch,
-                    extremes: extremes_here,
-                });
-                for value in 0..8 {
-                    for largest in [true, false] {
-                        if !wanted[value] || value >= 6 && !largest {
-                            continue;
-                        }
-                        let goal = Goal { load: index, value, largest };
-                        let rounding = ROUNDING * extremes[index].size_of(value);
-                        let mut most = [0.0; BLOCK];
-                        if !dispatch_wide(BowKernel {
-                            scratch,
-                            goal,
-                            least: extremes[index].of(goal) + rounding,
-                            most: &mut most,
-                        }) {
-                            continue;
-                        }
-                        for k in 0..BLOCK - 1 {
-                            if let Some((sample, since)) = places[k]
-                                && most[k] > extremes[index].of(goal) + rounding
-                                && scratch.lengths[k] > 0.0
-                            {
-                                let ends = [states[k], states[k + 1]];
-                                let part =
-                                    Part { goal, sample, since, h: scratch.lengths[k], ends, most: most[k] };
-                                between.wait(part, loads, extremes);
-                            }
-                        }
-                    }
+                let here = &mut extremes[index];
+                dispatch_wide(UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes: here });
+                for (value, _) in wanted.iter().enumerate().filter(|(_, wanted)| **wanted) {
+                    let pieces =
+                        Pieces { places, states, bows: &scratch.bows, values: &scratch.values[value] };
+                    pieces.wait(between, (index, value), loads, extremes);
                 }
             }
             if !evaluated && !*needs_input {
                 *safe = safe_box(&here, loads, extremes);
             }
         }
-        // The last instant is also the first of the next block, for the part between them.
-        *filled = if self.is_last { 0 } else { 1 };
+        // The last instant is also the first of the next block, for the piece between them.
+        *filled = 1;
         (times[0], places[0], states[0], inputs[0]) = (times[last], places[last], states[last], inputs[last]);
-    }
-}
-
-impl Scratch {
-    /// The lengths of the parts between these places, and what follows from them.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn measure(&mut self, between: &Between, places: &[Place; BLOCK]) {
-        self.lengths = [0.0; BLOCK];
-        for k in 0..BLOCK - 1 {
-            let ends = [places[k], places[k + 1]];
-            self.lengths[k] = between.length(ends);
-            self.jumps[k] = if between.jumps_at(ends) { f64::INFINITY } else { 0.0 };
-        }
-        for k in 0..BLOCK {
-            let h = self.lengths[k];
-            let before = if k > 0 { self.lengths[k - 1] } else { 0.0 };
-            self.rates[k] = if h > 0.0 { 1.0 / h } else { 0.0 };
-            self.quotients[k] = if h > 0.0 && before > 0.0 { 2.0 / (h + before) } else { 0.0 };
-            self.bows[k] = BOW * 0.125 * h * h;
-        }
-    }
-}
-
-/// Estimates the largest value in the part from each instant to the next, negative values if the smallest is sought. Whether one passes
-/// `least`.
-struct BowKernel<'a> {
-    scratch: &'a Scratch,
-    goal: Goal,
-    least: f64,
-    most: &'a mut Values,
-}
-
-impl Kernel for BowKernel<'_> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { scratch: Scratch { values, rates, quotients, bows, jumps, .. }, goal, least, most } = self;
-        let (values, sign) = (&values[goal.value], if goal.largest { 1.0 } else { -1.0 });
-        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for k in 0..BLOCK - 1 {
-            slopes[k] = sign * (values[k + 1] - values[k]) * rates[k];
-        }
-        // Only where a value bows upwards is it higher than at the ends.
-        for k in 1..BLOCK - 1 {
-            curvatures[k] = (slopes[k - 1] - slopes[k]) * quotients[k];
-        }
-        let mut passes = false;
-        for k in 0..BLOCK - 1 {
-            let (a, b) = (sign * values[k], sign * values[k + 1]);
-            let (high, bend) = (if a > b { a } else { b }, curvatures[k]);
-            let bend = if curvatures[k + 1] > bend { curvatures[k + 1] } else { bend };
-            most[k] = fma(bows[k], if bend > 0.0 { bend } else { 0.0 }, high) + jumps[k];
-            passes |= most[k] > least;
-        }
-        passes
     }
 }
 

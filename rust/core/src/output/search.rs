@@ -1,0 +1,279 @@
+//! The search for the largest value of a load within a piece of a run: on the series of linear equations, or on an integration.
+
+use super::extremes::{Extremes, Goal};
+use super::loads::Wrench;
+use crate::equations::{Equations, Moments, PowerSeries, advance};
+use crate::excitation::Ramp;
+use crate::numeric::float::{add_scaled, fma, scale, sqrt};
+use crate::system::{Input, NO_FORCE, NO_INPUT, State};
+
+/// Steps of an integration over a piece.
+const STEPS: usize = 32;
+const STEP: f64 = 1.0 / STEPS as f64;
+
+/// Most steps of the search for a largest value.
+const MOST_STEPS: usize = 60;
+
+/// Fraction of a piece over which four derivatives of a value give it, and its largest value, to rounding.
+const NEAR: f64 = 1e-3;
+
+/// By how much more than a cubic through its ends a value may bow away from its chord, over the bow of the cubic.
+const BEYOND_CUBIC: f64 = 0.05;
+
+/// Norm of a step up to which the cubic through the ends of a piece tells whether a value may pass its extreme.
+const SMOOTH: f64 = 4.0;
+
+/// A value and its slope.
+type Slope = [f64; 2];
+
+/// A piece, with the load whose value is sought. Times in it are fractions of it.
+pub(super) struct Search<'a> {
+    pub goal: Goal,
+    pub ends: &'a [State; 2],
+    /// The load on the segments of the piece.
+    pub load: Wrench<'a>,
+    pub ramp: &'a Ramp<'a>,
+    /// By how much the time of a load at an end is moved into the piece, if it may jump there.
+    pub beside: f64,
+    /// Time of its start, s.
+    pub time: f64,
+    /// The excitation at its start, and the rise over it, if the load depends on the excitation.
+    pub input: [Input; 2],
+    pub extremes: &'a mut Extremes,
+}
+
+impl Search<'_> {
+    /// Searches on the series of linear equations: between an end where the value rises and one where it falls, first where the cubic
+    /// through both ends is largest, then where the derivatives there say.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn follow<E: Equations>(&mut self, equations: &E, series: &PowerSeries) {
+        let [start, _] = self.ends;
+        let mut ends = [[0.0; 2]; 2];
+        for (i, state) in self.ends.iter().enumerate() {
+            ends[i] = self.derivatives(equations, state, i as f64, 2).slope(0.0);
+            self.note_end(i, ends[i][0]);
+        }
+        if !self.may_pass(&ends, series.norm(self.ramp.h) <= SMOOTH) {
+            return;
+        }
+        let (mut a, mut b, mut theta) = (0.0, 1.0, top(ends[0], ends[1]));
+        for _ in 0..MOST_STEPS {
+            let end = self.ramp.values(theta);
+            let there =
+                advance(equations, series, &Ramp { h: theta * self.ramp.h, end: &end, ..*self.ramp }, start);
+            let local = self.derivatives(equations, &there, theta, 4);
+            let step = local.top();
+            if step.abs() <= NEAR {
+                self.note(local.slope(step)[0], theta + step);
+                return;
+            }
+            let here = local.slope(0.0);
+            self.note(here[0], theta);
+            if here[1] > 0.0 {
+                a = theta;
+            } else {
+                b = theta;
+            }
+            theta += step;
+            // Not for NaN.
+            if !(theta > a && theta < b) {
+                theta = 0.5 * (a + b);
+            }
+            if b - a <= 2.0 * f64::EPSILON * b {
+                return;
+            }
+        }
+    }
+
+    /// Notes the value at an end.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn note_end(&mut self, end: usize, value: f64) {
+        self.note(value, if end == 0 { self.beside } else { 1.0 - self.beside });
+    }
+
+    /// The first `count` derivatives of the value, from that of order 0, at a state of linear equations.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn derivatives<E: Equations>(&self, equations: &E, state: &State, theta: f64, count: usize) -> Taylor {
+        let goal = self.goal;
+        let mut local = Taylor { rows: [[0.0; 4]; 3], goal };
+        let mut input = self.input[0];
+        add_scaled(&mut input, &self.input[1], theta);
+        local.set(0, &self.load.at(state, &input));
+        let mut rate = equations.rate(state, &self.ramp.force(theta), (&Moments::NONE, 0));
+        scale(&mut rate, self.ramp.h);
+        local.set(1, &self.load.rate(state, &rate, &self.input[1]));
+        let mut force = self.ramp.rise();
+        for order in 2..count {
+            rate = equations.linear(&rate, &force);
+            scale(&mut rate, self.ramp.h);
+            local.set(order, &self.load.rate(state, &rate, &NO_INPUT));
+            force = NO_FORCE;
+        }
+        local
+    }
+
+    /// Searches on cubics through the steps of an integration by the Runge-Kutta method of order 4.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn integrate<E: Equations>(&mut self, equations: &E) {
+        let mut moments = Moments::NONE;
+        let mut ends = [[0.0; 2]; 2];
+        equations.prepare(self.ramp, &[0.0, 1.0], &mut moments);
+        for node in 0..2 {
+            let state = &self.ends[node];
+            let mut rate = equations.rate(state, &self.ramp.force(node as f64), (&moments, node));
+            scale(&mut rate, self.ramp.h);
+            ends[node] = self.slope(state, &rate);
+            self.note_end(node, ends[node][0]);
+        }
+        if !self.may_pass(&ends, true) {
+            return;
+        }
+        let (mut state, mut before) = (self.ends[0], [0.0; 2]);
+        for step in 0..=STEPS {
+            let from = step as f64 * STEP;
+            let nodes = [from, fma(0.5, STEP, from), from + STEP];
+            equations.prepare(self.ramp, &nodes, &mut moments);
+            let first = self.change(equations, &moments, &nodes, 0, &state);
+            let here = self.slope(&state, &first);
+            if step > 0 && before[1] > 0.0 && here[1] < 0.0 {
+                let share = top(before, here);
+                self.note(cubic(&[before, here], share), fma(share, STEP, from - STEP));
+            }
+            before = here;
+            let second = self.change(equations, &moments, &nodes, 1, &moved(&state, &first, 0.5));
+            let third = self.change(equations, &moments, &nodes, 1, &moved(&state, &second, 0.5));
+            let fourth = self.change(equations, &moments, &nodes, 2, &moved(&state, &third, 1.0));
+            add_scaled(&mut state, &first, 1.0 / 6.0);
+            add_scaled(&mut state, &second, 1.0 / 3.0);
+            add_scaled(&mut state, &third, 1.0 / 3.0);
+            add_scaled(&mut state, &fourth, 1.0 / 6.0);
+        }
+    }
+
+    /// Change of a state over a step of an integration at its rate at a node.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn change<E: Equations>(
+        &self,
+        equations: &E,
+        moments: &Moments,
+        nodes: &[f64; 3],
+        node: usize,
+        state: &State,
+    ) -> State {
+        let mut rate = equations.rate(state, &self.ramp.force(nodes[node]), (moments, node));
+        scale(&mut rate, STEP * self.ramp.h);
+        rate
+    }
+
+    /// The value and its slope, from a state and its rate. Beside smooth laws loads do not depend on the excitation.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn slope(&self, state: &State, rate: &State) -> Slope {
+        let mut local = Taylor { rows: [[0.0; 4]; 3], goal: self.goal };
+        local.set(0, &self.load.at(state, &NO_INPUT));
+        local.set(1, &self.load.rate(state, rate, &NO_INPUT));
+        local.slope(0.0)
+    }
+
+    /// Whether the value may pass its extreme between these ends. `by_cubic`: whether the cubic through them tells.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn may_pass(&self, ends: &[Slope; 2], by_cubic: bool) -> bool {
+        if !(ends[0][1] > 0.0 && ends[1][1] < 0.0) {
+            return false;
+        }
+        let highest = cubic(ends, top(ends[0], ends[1]));
+        let chord = f64::min(ends[0][0], ends[1][0]);
+        !by_cubic || fma(BEYOND_CUBIC, highest - chord, highest) > self.extremes.of(self.goal)
+    }
+
+    /// Notes a value at a time.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn note(&mut self, value: f64, theta: f64) {
+        self.extremes.note(self.goal, value, fma(theta, self.ramp.h, self.time));
+    }
+}
+
+/// The value near a point: of the component that is sought, or of those whose magnitude is sought, the derivatives there from order 0 on.
+struct Taylor {
+    rows: [[f64; 4]; 3],
+    goal: Goal,
+}
+
+impl Taylor {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn set(&mut self, order: usize, load: &[f64; 6]) {
+        match self.goal {
+            Goal { value: 6, .. } => (self.rows[0][order], self.rows[1][order]) = (load[1], load[2]),
+            Goal { value: 7, .. } => {
+                for i in 0..3 {
+                    self.rows[i][order] = load[3 + i];
+                }
+            }
+            Goal { value, largest, .. } => {
+                self.rows[0][order] = if largest { load[value] } else { -load[value] }
+            }
+        }
+    }
+
+    /// The value and its slope at a distance from the point.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn slope(&self, x: f64) -> Slope {
+        let (mut square, mut product, mut first) = (0.0, 0.0, [0.0; 2]);
+        for (i, [value, slope, second, third]) in self.rows.iter().enumerate() {
+            let y = fma(x, fma(0.5 * x, fma(x / 3.0, *third, *second), *slope), *value);
+            let dy = fma(x, fma(0.5 * x, *third, *second), *slope);
+            square = fma(y, y, square);
+            product = fma(y, dy, product);
+            if i == 0 {
+                first = [y, dy];
+            }
+        }
+        if self.goal.value < 6 {
+            return first;
+        }
+        let size = sqrt(square);
+        [size, if size > 0.0 { product / size } else { 0.0 }]
+    }
+
+    /// Distance to the largest value, where the slope is zero by its derivatives at the point.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn top(&self) -> f64 {
+        // Slope, its rate, and half of the rate of that: of the component, or of half the square of the magnitude.
+        let (mut slope, mut rate, mut half) = (0.0, 0.0, 0.0);
+        for [value, first, second, third] in &self.rows {
+            slope = fma(*value, *first, slope);
+            rate = fma(*first, *first, fma(*value, *second, rate));
+            half = fma(1.5 * first, *second, fma(0.5 * value, *third, half));
+        }
+        if self.goal.value < 6 {
+            let [_, first, second, third] = self.rows[0];
+            (slope, rate, half) = (first, second, 0.5 * third);
+        }
+        let x = -slope / rate;
+        // Once more, by the slope at x.
+        x - fma(x, fma(x, half, rate), slope) / fma(2.0 * x, half, rate)
+    }
+}
+
+/// Where the cubic with these values and slopes at both ends, rising at the first and falling at the last, is largest.
+#[cfg_attr(feature = "std", inline(always))]
+fn top([start, rise]: Slope, [end, fall]: Slope) -> f64 {
+    let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
+    let share = rise / (sqrt(f64::max(fma(square, square, -3.0 * cube * rise), 0.0)) - square);
+    // Of ends so close that rounding decides, the root of the straight slope.
+    if share > 0.0 && share < 1.0 { share } else { rise / (rise - fall) }
+}
+
+/// The cubic with these values and slopes at both ends.
+#[cfg_attr(feature = "std", inline(always))]
+fn cubic([[start, rise], [end, fall]]: &[Slope; 2], share: f64) -> f64 {
+    let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
+    fma(fma(fma(cube, share, square), share, *rise), share, *start)
+}
+
+/// The state moved by a share of a change.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn moved(state: &State, by: &State, share: f64) -> State {
+    let mut moved = *state;
+    add_scaled(&mut moved, by, share);
+    moved
+}

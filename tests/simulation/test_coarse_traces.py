@@ -1,0 +1,40 @@
+"""Peaks do not depend on how densely a motion is sampled: it is the same motion, linear between its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import reference as ref
+
+from guideload import Machine, Motion, Payload, peak_loads
+
+CORNERS = np.array([0.0, 0.1, 0.14, 0.5, 0.54, 1.0, 1.04, 1.4, 1.44, 2.0])  # s
+ACCELERATION = np.array([0.0, 0.0, 2.2, 2.2, 0.0, 0.0, -2.2, -2.2, 0.0, 0.0])  # m/s2
+
+
+def sampled(rate: int) -> Motion:
+    """A move there and back; all corners are samples at 100 Hz and its multiples."""
+    time = np.arange(2 * rate + 1) / rate
+    return Motion.along_x(time, np.interp(time, CORNERS, ACCELERATION))
+
+
+def with_payload() -> Machine:
+    inertia = ((9.0, 0.0, 0.0), (0.0, 9.0, 0.0), (0.0, 0.0, 9.0))
+    part = Payload(
+        name="part", mass=200.0, center_of_mass=(0.1, -0.2, 0.3), inertia=inertia, times=((0.3, 1.2),)
+    )
+    return ref.cart().model_copy(update={"payloads": (part,)})
+
+
+@pytest.mark.parametrize("rate", [100, 200, 500, 1000])
+@pytest.mark.parametrize(
+    ("machine", "error"),
+    [(ref.cart, 1e-10), (ref.cart_clear, 1e-10), (with_payload, 1e-10), (ref.preloaded, 1e-5)],
+)
+def test_peaks_at_any_rate_are_the_same(machine: Callable[[], Machine], error: float, rate: int) -> None:
+    coarse, dense = (peak_loads(machine(), sampled(each)) for each in (rate, 10_000))
+    for size, of in (("largest", slice(0, 8)), ("smallest", slice(0, 6))):
+        mine, theirs = getattr(coarse, size)[:, of], getattr(dense, size)[:, of]
+        assert np.abs(mine - theirs).max() <= error * np.abs(theirs).max()
