@@ -116,6 +116,30 @@ impl<T: Real> Rule<T> {
         larger + self.minor * smaller
     }
 
+    /// Derivative of P, without the effect of the preload, by each component of the load; by components that are zero, that for positive ones.
+    pub fn gradient(&self, load: &[T; COMPONENTS]) -> [T; COMPONENTS] {
+        let Weighed { groups: [first, second], signs } = self.weigh(load);
+        self.gradients(signs)[usize::from(first < second)]
+    }
+
+    /// The derivatives of P, without the effect of the preload, by each component, for these signs of the components (bit 0 for Fy, set if it
+    /// is negative): where group A is the larger one, and where B is. P is the largest of such linear combinations of the components.
+    pub fn gradients(&self, signs: u32) -> [[T; COMPONENTS]; 2] {
+        let [first, second] = self.weights.map(|[sizes, signed]| {
+            core::array::from_fn::<T, COMPONENTS, _>(|component| {
+                let is_negative = signs >> component & 1 != 0;
+                signed[component] + if is_negative { T::ZERO - sizes[component] } else { sizes[component] }
+            })
+        });
+        if self.plain != 0 {
+            return [first; 2];
+        }
+        let added = |larger: &[T; COMPONENTS], smaller: &[T; COMPONENTS]| {
+            core::array::from_fn(|component| larger[component] + self.minor * smaller[component])
+        };
+        [added(&first, &second), added(&second, &first)]
+    }
+
     /// P with the effect of the preload, from P without it, N.
     #[inline(always)]
     pub fn raised(&self, load: T) -> T {

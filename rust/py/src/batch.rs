@@ -26,6 +26,8 @@ pub struct PyBatch {
     solver: Solver,
     rtol: f64,
     start: Start,
+    /// Whether extremes are those at the samples, or those at any time.
+    at_samples: bool,
     /// Draws of the motion, and the column of values with their numbers.
     draws: Option<(Arc<MotionDraws>, usize)>,
 }
@@ -39,7 +41,7 @@ type Failures = Vec<(usize, String)>;
 #[pymethods]
 impl PyBatch {
     #[new]
-    #[pyo3(signature = (scene, *, time, acceleration, wrench, speed, exponent, measures, method, rtol, rules=None, start="rest", draws=None))]
+    #[pyo3(signature = (scene, *, time, acceleration, wrench, speed, exponent, measures, method, rtol, rules=None, start="rest", draws=None, at_samples=false))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn new(
         py: Python<'_>,
@@ -55,6 +57,7 @@ impl PyBatch {
         rules: Option<List<(Rule<'_>, Rule<'_>)>>,
         start: &str,
         draws: Option<(PyRef<'_, PyMotionDraws>, usize)>,
+        at_samples: bool,
     ) -> PyResult<Self> {
         let mut base = scene.base.clone();
         let rules = rules.map_or_else(Vec::new, |rules| rules.0);
@@ -75,6 +78,7 @@ impl PyBatch {
             solver: solver(method)?,
             rtol,
             start: convert::start(start)?,
+            at_samples,
             draws: draws.map(|(draws, column)| (Arc::clone(&draws.0), column)),
         };
         let of_motion = batch.samples.time.len();
@@ -146,6 +150,7 @@ impl PyBatch {
         let batch =
             Batch::new(self.base.base(), motion, &self.changes, &self.measures, self.solver, self.rtol)?;
         let batch = batch.with_start(self.start).with_watch(watch);
+        let batch = if self.at_samples { batch.at_samples() } else { batch };
         Ok(then(match &self.draws {
             Some((draws, column)) => batch.with_motion_draws(draws, *column),
             None => batch,

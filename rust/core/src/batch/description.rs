@@ -106,6 +106,14 @@ impl<'a> Batch<'a> {
         self.with_width(width)
     }
 
+    /// The batch with the extremes of loads at the samples of the motion, not at any time.
+    pub fn at_samples(mut self) -> Self {
+        for window in &mut self.windows {
+            window.requirements.at_samples = true;
+        }
+        self
+    }
+
     /// Columns of values that changes and draws need.
     pub fn columns(&self) -> usize {
         usize::max(self.plan.columns(), self.draws.map_or(0, |(_, column)| column + 1))
@@ -125,7 +133,6 @@ impl<'a> Batch<'a> {
     pub(super) fn runs<'b>(&'b self, drawn: Option<&'b [[f64; 3]]>) -> RunSettings<'b> {
         RunSettings {
             start: self.start,
-            excitation: &self.motion.excitation,
             drawn,
             windows: &self.windows,
             typical_interval: self.typical_interval,

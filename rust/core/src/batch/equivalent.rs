@@ -9,7 +9,7 @@ use crate::variation::{Group, Instance};
 pub(super) struct EquivalentRows {
     pub rule: Rule<f64>,
     /// The group, and the preload of its links in the base, N.
-    group: usize,
+    pub group: usize,
     preload: f64,
     pub rows: [Option<usize>; COMPONENTS],
     /// Per group of the rule: rows x and factors c, d; the group is `Σ c |x| + d x`. One group if the rule adds both.

@@ -5,8 +5,8 @@ use crate::excitation::Excitation;
 use crate::model::{Law, forces};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
-use crate::output::{Part, Wrench, force_bounds, group_load_along, reaction};
-use crate::system::{Bounded, LinkRow, ROUNDING, State, StateBox, System};
+use crate::output::{Part, Wrench, group_load_along, reaction};
+use crate::system::{LinkRow, State, System};
 use crate::variation::Group;
 use nalgebra::Vector3;
 
@@ -40,12 +40,6 @@ impl StateBlock {
     pub(super) fn pad(&mut self, filled: usize) {
         let last = self.states[filled - 1];
         self.states[filled..].fill(last);
-    }
-
-    /// The ranges of the entries of the states.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn ranges(&self) -> StateBox {
-        StateBox::of(&self.states)
     }
 
     /// Sets the entries of the states.
@@ -87,28 +81,6 @@ impl LinearCombination {
 
     fn add(&mut self, kind: usize, factors: impl Iterator<Item = (usize, f64)>) {
         self.terms[kind].extend(factors.filter(|(_, factor)| *factor != 0.0));
-    }
-
-    /// Bounds from those of the states, of the forces of links, and of dampers that act in contact only; infinite if it depends on the
-    /// excitation.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn bounds(&self, states: &StateBox, forces: &[Bounded], dampers: &[f64]) -> Bounded {
-        if !self.terms[1].is_empty() {
-            return [0.0, f64::INFINITY];
-        }
-        let (mut middle, mut radius) = (self.constant, ROUNDING * self.constant.abs());
-        for &(index, factor) in &self.terms[0] {
-            let [at, reach] = states.entry(index);
-            (middle, radius) = (fma(factor, at, middle), fma(factor.abs(), reach, radius));
-        }
-        for &(index, factor) in &self.terms[2] {
-            let [at, reach] = forces[index];
-            (middle, radius) = (fma(factor, at, middle), fma(factor.abs(), reach, radius));
-        }
-        for &(index, factor) in &self.terms[3] {
-            radius = fma(factor.abs(), dampers[index], radius);
-        }
-        [middle, radius]
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -155,10 +127,6 @@ pub(super) struct LoadRows {
     dampers: Vec<Values>,
     /// The loads at the block.
     pub values: Vec<Values>,
-    /// Bounds on the forces of the nonlinear links, on those of their dampers that act in contact only, and on the loads, over a block.
-    force_bounds: Vec<Bounded>,
-    largest_damping: Vec<f64>,
-    pub bounds: Vec<Bounded>,
 }
 
 impl LoadRows {
@@ -171,9 +139,6 @@ impl LoadRows {
             forces: Vec::new(),
             dampers: Vec::new(),
             values: Vec::new(),
-            force_bounds: Vec::new(),
-            largest_damping: Vec::new(),
-            bounds: Vec::new(),
         }
     }
 
@@ -260,27 +225,6 @@ impl LoadRows {
         self.nonlinear.len() - 1
     }
 
-    /// Bounds all rows over some states.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn bound(&mut self, states: &StateBox) {
-        let Self { sums, nonlinear, force_bounds: forces_of_links, largest_damping, bounds, .. } = self;
-        forces_of_links.clear();
-        largest_damping.clear();
-        for link in nonlinear.iter() {
-            forces_of_links.push(force_bounds(&link.law, link.deflection.bounds(states, &[], &[])));
-            let mut largest = 0.0;
-            if let Some(damper) = &link.damper {
-                let [middle, radius] = damper.bounds(states, &[], &[]);
-                largest = middle.abs() + radius;
-            }
-            largest_damping.push(largest);
-        }
-        bounds.clear();
-        for sum in sums.iter() {
-            bounds.push(sum.bounds(states, forces_of_links, largest_damping));
-        }
-    }
-
     /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&mut self, block: &StateBlock, lost: &mut [bool]) {
@@ -336,22 +280,4 @@ fn lost_between(law: &Law) -> [f64; 3] {
         }
     }
     [f64::INFINITY, f64::INFINITY, 1.0]
-}
-
-/// Smallest and largest value.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn extremes(values: &Values) -> (f64, f64) {
-    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    for chunk in values.as_chunks::<LANES>().0 {
-        for i in 0..LANES {
-            low[i] = if chunk[i] < low[i] { chunk[i] } else { low[i] };
-            high[i] = if chunk[i] > high[i] { chunk[i] } else { high[i] };
-        }
-    }
-    let (mut smallest, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
-    for i in 0..LANES {
-        smallest = if low[i] < smallest { low[i] } else { smallest };
-        largest = if high[i] > largest { high[i] } else { largest };
-    }
-    (smallest, largest)
 }

@@ -2,7 +2,7 @@
 //!
 //! Files in the order of the data: `description` (of a batch) → `run`, `worker` (its threads) → `variation` (the scene of a sample) →
 //! `motion_draws` (its motion, if drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector
-//! lane), `preloaded` (preloaded scenes side by side) or `single` (any other scene), the last two with `load_rows` and `reduce` →
+//! lane), `preloaded` (preloaded scenes side by side) or `single` (any other scene), the last two with `load_extremes`, `load_rows` and `reduce` →
 //! `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
 
 mod description;
@@ -10,6 +10,7 @@ mod drawn;
 mod equivalent;
 mod error;
 mod lanes;
+mod load_extremes;
 mod load_rows;
 mod measure;
 mod motion_draws;

@@ -37,13 +37,6 @@ fn combined([first, second]: [f64; 2], minor: f64) -> f64 {
     fma(minor, smaller, larger)
 }
 
-/// Equivalent loads at the instants of a block, without the effect of a preload.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn equivalent_loads(equivalent: &EquivalentRows, rows: &[Values]) -> Values {
-    let [first, second] = groups(equivalent, rows);
-    core::array::from_fn(|i| combined([first[i], second[i]], equivalent.rule.minor))
-}
-
 /// The values one instant before.
 #[cfg_attr(feature = "std", inline(always))]
 fn earlier(values: &Values, before: f64) -> Values {

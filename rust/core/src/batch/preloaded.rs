@@ -6,7 +6,7 @@ use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::ScaledExcitation;
 use crate::integrate::{NamedMethod, SceneRun, Start, run_side_by_side};
-use crate::output::Watched;
+use crate::output::{Record, Watched, Wrench};
 use crate::system::{State, System};
 use crate::variation::{Group, Instance, SampleError};
 
@@ -60,7 +60,7 @@ pub(super) fn measure_side_by_side(
         if by_itself[index] {
             *done = measure(&one.runs, groups, one.sample, one.memory, out);
         } else if done.is_ok() {
-            let written = one.memory.write(&windows[0].requirements, one.runs.excitation, out);
+            let written = one.memory.write(&windows[0].requirements, out);
             *done = written.map_err(SampleError::from);
         }
     }
@@ -79,13 +79,15 @@ fn run_window(
         return Vec::new();
     };
     let excitations: Vec<_> = settings.iter().map(|one| one.excitation(window)).collect();
+    let mut loads: Vec<Vec<Wrench>> = Vec::with_capacity(begun.len());
+    for (index, (system, _)) in begun {
+        loads.push(window.requirements.extremes.of(system, samples[*index].sample, groups));
+    }
     let mut records = Vec::with_capacity(begun.len());
     for (index, one) in samples.iter_mut().enumerate() {
         let Some(place) = begun.iter().position(|(other, _)| *other == index) else { continue };
-        let (system, sample) = (&begun[place].1.0, one.sample);
-        let requirements = &window.requirements;
-        one.memory.rows.set_system(system, requirements, groups, sample.centers(), sample.factors());
-        let record = Reduce::new(window, &excitations[place].0, one.memory);
+        let (of_system, sample) = ((&begun[place].1.0, &loads[place][..]), one.sample);
+        let record = Reduce::new(window, &excitations[place].0, of_system, (sample, groups), one.memory);
         records.push((Watched { record, watch: one.runs.watch }, sample.factors()));
     }
     let runs = begun.iter().zip(&excitations).zip(&mut records);
@@ -97,7 +99,7 @@ fn run_window(
     });
     let ends = run_side_by_side(runs.collect(), rtol, typical_interval);
     for (record, _) in &mut records {
-        record.record.flush();
+        record.end();
     }
     ends
 }

@@ -1,8 +1,8 @@
-//! Measures from the states of a run, block by block: no history is stored, and only the loads that the measures need are computed.
+//! Measures from the states of a run: the extremes of loads, and block by block what needs their values at all samples. No history is stored.
 
-use super::load_rows::{BLOCK, LoadRows, StateBlock, extremes};
-use super::power_integral::{Ends, equivalent_loads, power_integral};
-use super::requirements::{Requirements, Signal, SignalRequest};
+use super::load_rows::{BLOCK, LoadRows, StateBlock};
+use super::power_integral::{Ends, power_integral};
+use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::error::RunError;
@@ -10,14 +10,16 @@ use crate::excitation::Excitation;
 use crate::life::Rule;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
-use crate::output::Record;
-use crate::system::{Bounded, Input, ROUNDING, State, StateBox};
+use crate::output::{Extremes, Peaks, Record, Wrench};
+use crate::system::{Input, NO_INPUT, State, StateBox, System};
 use crate::variation::{Group, Instance};
 
 /// Memory of one thread.
 #[derive(Debug)]
 pub(super) struct Memory {
-    pub rows: LoadRows,
+    /// Of the loads in [`Requirements::extremes`].
+    extremes: Vec<Extremes>,
+    rows: LoadRows,
     block: StateBlock,
     statistics: Vec<RunningStatistics>,
     /// The last instant before the block, of each equivalent load.
@@ -30,6 +32,7 @@ pub(super) struct Memory {
 impl Memory {
     pub(super) fn new() -> Self {
         Self {
+            extremes: Vec::new(),
             rows: LoadRows::new(),
             block: StateBlock::new(),
             statistics: Vec::new(),
@@ -41,6 +44,8 @@ impl Memory {
 
     /// Begins the statistics of a sample.
     pub(super) fn begin(&mut self, requirements: &Requirements, sample: &Instance, groups: &[Group]) {
+        self.extremes.clear();
+        self.extremes.extend_from_slice(requirements.extremes.begin());
         self.statistics.clear();
         self.statistics.resize(requirements.signals.len(), RunningStatistics::NONE);
         self.ends.clear();
@@ -51,20 +56,16 @@ impl Memory {
         self.rules.extend(requirements.equivalents.iter().map(|one| one.rule_of(sample, groups)));
     }
 
-    /// Writes one number per measure to `out`; excitation: of the whole motion.
-    pub(super) fn write(
-        &self,
-        requirements: &Requirements,
-        excitation: &Excitation,
-        out: &mut [f64],
-    ) -> Result<(), RunError> {
+    /// Writes one number per measure to `out`.
+    pub(super) fn write(&self, requirements: &Requirements, out: &mut [f64]) -> Result<(), RunError> {
         let mut statistics = self.statistics.clone();
+        requirements.extremes.write(&self.extremes, &mut statistics);
         for (wanted, found) in requirements.signals.iter().zip(&mut statistics) {
             if let Signal::Equivalent(index) = wanted.signal {
                 *found = found.raised(&self.rules[index]);
             }
         }
-        requirements.write_measures(excitation, &statistics, &self.lost, out)
+        requirements.write_measures(&statistics, &self.lost, out)
     }
 }
 
@@ -73,74 +74,108 @@ impl Memory {
 pub(super) struct Reduce<'a> {
     window: &'a Window<'a>,
     excitation: &'a Excitation<'a>,
-    memory: &'a mut Memory,
-    /// Samples of the window at the instants of the present block, and the number of these instants.
-    samples: [usize; BLOCK],
+    peaks: Peaks<'a>,
+    rows: &'a mut LoadRows,
+    block: &'a mut StateBlock,
+    statistics: &'a mut [RunningStatistics],
+    ends: &'a mut [Ends],
+    lost: &'a mut [bool],
+    rules: &'a [Rule<f64>],
+    /// Samples of the window before the block, and in it.
+    before: usize,
     filled: usize,
-    /// Sample of the next instant.
-    next: usize,
-    /// Whether nothing but extremes of loads is wanted, so that a block without new ones need not be evaluated.
-    only_extremes: bool,
-    /// Within it no load passes its extremes.
-    safe: StateBox,
 }
 
 impl<'a> Reduce<'a> {
-    /// A reduction with the load rows in `memory`, which adds to its statistics.
+    /// A reduction that adds to the statistics in `memory`. `loads`: those in [`Requirements::extremes`], of the system.
     pub(super) fn new(
         window: &'a Window<'a>,
         excitation: &'a Excitation<'a>,
+        (system, loads): (&'a System, &'a [Wrench<'a>]),
+        (sample, groups): (&Instance, &[Group]),
         memory: &'a mut Memory,
     ) -> Self {
-        let of_rows = |wanted: &SignalRequest| {
-            !wanted.squares && matches!(wanted.signal, Signal::Row(_) | Signal::Resultant(..))
-        };
-        let requirements = &window.requirements;
-        let only_extremes = requirements.contacts.is_empty() && requirements.signals.iter().all(of_rows);
-        let (samples, filled, next, safe) = ([0; BLOCK], 0, 0, StateBox::NOTHING);
-        Self { window, excitation, memory, samples, filled, next, only_extremes, safe }
+        let (requirements, factors) = (&window.requirements, sample.factors());
+        let Memory { extremes, rows, block, statistics, ends, lost, rules } = memory;
+        if requirements.needs_blocks {
+            rows.set_system(system, requirements, groups, sample.centers(), factors);
+        }
+        let peaks = Peaks::after(system, excitation, factors, loads, extremes);
+        Self { window, excitation, peaks, rows, block, statistics, ends, lost, rules, before: 0, filled: 0 }
+    }
+
+    /// Adds a sample to the block.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn add(&mut self, state: &State) {
+        self.block.set(self.filled, state);
+        self.filled += 1;
+        if self.filled == BLOCK {
+            self.flush();
+        }
     }
 
     /// Reduces what is left in the block.
     #[inline(never)]
-    pub(super) fn flush(&mut self) {
+    fn flush(&mut self) {
         if self.filled > 0 {
             dispatch_wide(FlushKernel(self));
+            self.before += self.filled;
             self.filled = 0;
         }
     }
 }
 
 impl Record for Reduce<'_> {
-    fn reserve(&mut self, _: usize) -> Result<(), RunError> {
-        Ok(())
+    fn reserve(&mut self, count: usize) -> Result<(), RunError> {
+        self.peaks.reserve(count)
     }
 
     fn needs_input(&self) -> bool {
-        false
+        self.peaks.needs_input()
     }
 
     fn needs_all(&self) -> bool {
-        !self.only_extremes || self.window.requirements.needs_drive()
+        self.window.requirements.needs_blocks || self.peaks.needs_all()
     }
 
     fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
-        let left_out = dispatch_wide(LeaveOutKernel { reduce: self, states });
-        if left_out {
-            self.next += count;
-        }
-        left_out
+        self.peaks.leave_out(count, states)
     }
 
-    #[cfg_attr(feature = "std", inline(always))]
-    fn instant(&mut self, _: f64, state: &State, _: &Input) {
-        self.memory.block.set(self.filled, state);
-        self.samples[self.filled] = self.next;
-        self.filled += 1;
-        self.next += 1;
-        if self.filled == BLOCK {
-            self.flush();
+    fn instant(&mut self, time: f64, state: &State, input: &Input) {
+        self.peaks.instant(time, state, input);
+        if self.window.requirements.needs_blocks {
+            self.add(state);
         }
+    }
+
+    fn samples(&mut self, excitation: &Excitation, first: usize, states: &[State]) {
+        let Requirements { at_samples, needs_blocks, .. } = self.window.requirements;
+        if at_samples {
+            let needs_input = self.peaks.needs_input();
+            for (k, state) in (first..).zip(states) {
+                let input = if needs_input { excitation.input(k) } else { NO_INPUT };
+                self.peaks.instant(excitation.time(k), state, &input);
+            }
+        } else {
+            self.peaks.samples(excitation, first, states);
+        }
+        if needs_blocks {
+            for state in states {
+                self.add(state);
+            }
+        }
+    }
+
+    fn contact_change(&mut self, at: (usize, f64), state: &State, segments: &[(usize, u8)]) {
+        if !self.window.requirements.at_samples {
+            self.peaks.contact_change(at, state, segments);
+        }
+    }
+
+    fn end(&mut self) {
+        self.flush();
+        self.peaks.end();
     }
 }
 
@@ -152,25 +187,18 @@ impl Kernel for FlushKernel<'_, '_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) {
-        let Reduce { window, excitation, memory, samples, filled, only_extremes, safe, .. } = self.0;
+        let Reduce { window, excitation, rows, block, statistics, ends, lost, rules, before, filled, .. } =
+            self.0;
         let Window { requirements, first: offset, .. } = *window;
-        let Memory { rows, block, statistics, ends, lost, rules } = &mut **memory;
-        // Where more than extremes are wanted, no sample is left out.
-        let (before, filled) = (samples[0], *filled);
+        let (before, filled) = (*before, *filled);
         // The last instant is repeated past the end; these copies do not count.
         block.pad(filled);
-        if *only_extremes
-            && offset + before > 0
-            && holds_no_new_extreme(&block.ranges(), safe, requirements, rows, statistics)
-        {
-            return;
-        }
         if requirements.needs_drive() {
             block.set_inputs(excitation, before, filled);
         }
         block.set_entries();
         rows.evaluate(block, lost);
-        for (wanted, statistics) in requirements.signals.iter().zip(statistics) {
+        for (wanted, statistics) in requirements.signals.iter().zip(statistics.iter_mut()) {
             let mut values = [0.0; BLOCK];
             match wanted.signal {
                 Signal::Row(row) => values = rows.values[row],
@@ -180,9 +208,7 @@ impl Kernel for FlushKernel<'_, '_> {
                         values[i] = sqrt(fma(y[i], y[i], z[i] * z[i]));
                     }
                 }
-                Signal::Equivalent(index) => {
-                    values = equivalent_loads(&requirements.equivalents[index], &rows.values);
-                }
+                Signal::Equivalent(_) => continue,
                 Signal::Power(index) => {
                     if let Some(travel) = &requirements.travel {
                         let equivalent = &requirements.equivalents[index];
@@ -201,17 +227,6 @@ impl Kernel for FlushKernel<'_, '_> {
             if offset + before == 0 {
                 statistics.start = values[0];
             }
-            if wanted.extremes {
-                let (smallest, largest) = extremes(&values);
-                if smallest < statistics.smallest {
-                    statistics.smallest = smallest;
-                    statistics.at_smallest = offset + samples[first(&values, smallest)];
-                }
-                if largest > statistics.largest {
-                    statistics.largest = largest;
-                    statistics.at_largest = offset + samples[first(&values, largest)];
-                }
-            }
             if wanted.squares {
                 for value in &mut values {
                     *value *= *value;
@@ -220,81 +235,6 @@ impl Kernel for FlushKernel<'_, '_> {
             }
         }
     }
-}
-
-/// Decides whether instants in a box may be left out.
-struct LeaveOutKernel<'a, 'b, 'c> {
-    reduce: &'a mut Reduce<'b>,
-    states: &'c StateBox,
-}
-
-impl Kernel for LeaveOutKernel<'_, '_, '_> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Reduce { window, memory, safe, .. } = self.reduce;
-        let Memory { rows, statistics, .. } = &mut **memory;
-        holds_no_new_extreme(self.states, safe, &window.requirements, rows, statistics)
-    }
-}
-
-/// Whether no load passes its extremes in a box. If so, `safe` becomes this box or a wider one.
-#[cfg_attr(feature = "std", inline(always))]
-fn holds_no_new_extreme(
-    states: &StateBox,
-    safe: &mut StateBox,
-    requirements: &Requirements,
-    rows: &mut LoadRows,
-    statistics: &[RunningStatistics],
-) -> bool {
-    if states.is_within(safe) {
-        return true;
-    }
-    rows.bound(states);
-    if !all_within(&requirements.signals, &rows.bounds, statistics) {
-        return false;
-    }
-    // A larger box holds more of the states to come.
-    *safe = states.widened();
-    rows.bound(safe);
-    if !all_within(&requirements.signals, &rows.bounds, statistics) {
-        *safe = *states;
-    }
-    true
-}
-
-/// Whether all signals are within their extremes, by the bounds on the rows. False for NaN.
-#[cfg_attr(feature = "std", inline(always))]
-fn all_within(signals: &[SignalRequest], rows: &[Bounded], statistics: &[RunningStatistics]) -> bool {
-    let mut within = true;
-    for (wanted, statistics) in signals.iter().zip(statistics) {
-        let (low, high) = match wanted.signal {
-            Signal::Row(row) => (rows[row][0] - rows[row][1], rows[row][0] + rows[row][1]),
-            Signal::Resultant(y, z) => {
-                let (mut least, mut most) = (0.0, 0.0);
-                for [middle, radius] in [rows[y], rows[z]] {
-                    let (inner, outer) = (middle.abs() - radius, middle.abs() + radius);
-                    least = if inner > 0.0 { fma(inner, inner, least) } else { least };
-                    most = fma(outer, outer, most);
-                }
-                (sqrt(least) * (1.0 - ROUNDING), sqrt(most) * (1.0 + ROUNDING))
-            }
-            Signal::Equivalent(_) | Signal::Power(_) => return false,
-        };
-        within &= !wanted.extremes | ((low >= statistics.smallest) & (high <= statistics.largest));
-    }
-    within
-}
-
-/// The first index of a value that occurs.
-#[cfg_attr(feature = "std", inline(always))]
-fn first(values: &[f64; BLOCK], value: f64) -> usize {
-    let mut found = BLOCK - 1;
-    for i in (0..BLOCK).rev() {
-        found = if values[i] == value { i } else { found };
-    }
-    found
 }
 
 /// `Σ weight * value`, over the number of weights.

@@ -4,11 +4,11 @@ use core::ops::Range;
 
 use super::equivalent::EquivalentRows;
 use super::error::BatchError;
+use super::load_extremes::ExtremeLoads;
 use super::measure::{Measure, Quantity, Statistic, time_weights};
 use super::time_statistics::RunningStatistics;
 use super::travel::{Motion, Travel};
 use crate::error::RunError;
-use crate::excitation::Excitation;
 use crate::life::{COMPONENTS, EquivalentLoad};
 use crate::numeric::float::{pow, sqrt};
 use crate::variation::Base;
@@ -51,6 +51,12 @@ pub(super) struct Requirements {
     sources: Vec<Source>,
     /// Equivalent loads of groups.
     pub equivalents: Vec<EquivalentRows>,
+    /// The loads whose extremes are needed.
+    pub extremes: ExtremeLoads,
+    /// Whether something needs the loads at all samples: more than their extremes.
+    pub needs_blocks: bool,
+    /// Whether extremes are those at the samples, or those at any time.
+    pub at_samples: bool,
     /// Weights of the samples in time.
     pub time: Vec<f64>,
     /// None for a motion without speed, or that never moves.
@@ -84,6 +90,13 @@ pub(super) fn check(base: &Base, measures: &[Measure]) -> Result<(), BatchError>
 impl Requirements {
     pub(super) fn new(measures: &[Measure], drive_is_held: bool, base: &Base, motion: &Motion) -> Self {
         let has_mean = measures.iter().any(|measure| matches!(measure, Measure::MeanLoad(_)));
+        let has_only_extremes = measures.iter().all(|measure| match measure {
+            Measure::Load(_, _, statistic) | Measure::Drive(statistic) => {
+                !matches!(statistic, Statistic::Rms | Statistic::Start)
+            }
+            Measure::PeakLoad(_) => true,
+            Measure::MeanLoad(_) | Measure::ContactLost(_) => false,
+        });
         let travel = motion.speed.filter(|_| has_mean);
         let mut requirements = Self {
             rows: Vec::new(),
@@ -91,6 +104,9 @@ impl Requirements {
             signals: Vec::new(),
             sources: Vec::new(),
             equivalents: Vec::new(),
+            extremes: ExtremeLoads::default(),
+            needs_blocks: !has_only_extremes,
+            at_samples: false,
             time: time_weights(&motion.excitation),
             travel: travel.and_then(|speed| Travel::new(&motion.excitation, speed, motion.exponent)),
         };
@@ -100,6 +116,7 @@ impl Requirements {
         requirements.rows.sort();
         (requirements.signals, requirements.sources, requirements.equivalents) = Default::default();
         requirements.add_measures(measures, drive_is_held, base);
+        requirements.extremes = ExtremeLoads::new(&requirements);
         requirements
     }
 
@@ -187,7 +204,6 @@ impl Requirements {
     /// one is beyond the range of numbers.
     pub(super) fn write_measures(
         &self,
-        excitation: &Excitation,
         statistics: &[RunningStatistics],
         lost: &[bool],
         out: &mut [f64],
@@ -199,9 +215,9 @@ impl Requirements {
                     let statistics = &statistics[signal];
                     match statistic {
                         Statistic::Min => statistics.smallest,
-                        Statistic::TimeOfMin => excitation.time(statistics.at_smallest),
+                        Statistic::TimeOfMin => statistics.time_of_smallest,
                         Statistic::Max => statistics.largest,
-                        Statistic::TimeOfMax => excitation.time(statistics.at_largest),
+                        Statistic::TimeOfMax => statistics.time_of_largest,
                         Statistic::Rms => sqrt(statistics.sum),
                         Statistic::Start => statistics.start,
                     }

@@ -14,11 +14,10 @@ use crate::system::{ModelLevel, State, System, input_from};
 use crate::variation::SampleError;
 use crate::variation::{Group, Instance};
 
-/// Start, excitation, method and tolerance of all samples.
+/// Start, motion, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunSettings<'a> {
     pub start: Start,
-    pub excitation: &'a Excitation<'a>,
     /// Accelerations in place of those of the excitation, where the motion of the sample is drawn.
     pub drawn: Option<&'a [[f64; 3]]>,
     pub windows: &'a [Window<'a>],
@@ -117,14 +116,13 @@ pub(super) fn measure(
     let mut last = None;
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;
-        memory.rows.set_system(&system, requirements, groups, sample.centers(), sample.factors());
         let (excitation, peak) = runs.excitation(window);
-        let reduce = Reduce::new(window, &excitation, memory);
-        let (mut reduce, end) = runs.run((&system, start), (&excitation, peak), sample.factors(), reduce)?;
-        reduce.flush();
+        let loads = requirements.extremes.of(&system, sample, groups);
+        let reduce = Reduce::new(window, &excitation, (&system, &loads), (sample, groups), memory);
+        let (_, end) = runs.run((&system, start), (&excitation, peak), sample.factors(), reduce)?;
         last = Some((system, end));
     }
-    Ok(memory.write(requirements, runs.excitation, out)?)
+    Ok(memory.write(requirements, out)?)
 }
 
 /// Runs a sample and writes the loads of its groups to `out`, (time, group, 6).

@@ -7,9 +7,9 @@ use crate::life::Rule;
 pub(super) struct RunningStatistics {
     pub smallest: f64,
     pub largest: f64,
-    /// Instants of the extremes.
-    pub at_smallest: usize,
-    pub at_largest: usize,
+    /// s.
+    pub time_of_smallest: f64,
+    pub time_of_largest: f64,
     /// Weighted sum of squares, or integral of powers.
     pub sum: f64,
     /// Rounding errors of the integral so far.
@@ -22,8 +22,8 @@ impl RunningStatistics {
     pub(super) const NONE: Self = Self {
         smallest: f64::INFINITY,
         largest: f64::NEG_INFINITY,
-        at_smallest: 0,
-        at_largest: 0,
+        time_of_smallest: 0.0,
+        time_of_largest: 0.0,
         sum: 0.0,
         rest: 0.0,
         start: 0.0,

@@ -105,10 +105,10 @@ impl Worker {
                 batch.lanes.run(&batch.windows, &scenes, deviations, &mut self.lanes, batch.watch);
             }
             for (lane, &index) in linear.iter().enumerate() {
-                if batch.lanes.statistics(batch.requirements(), &self.lanes, lane, &mut self.statistics) {
+                let (requirements, excitation) = (batch.requirements(), &batch.motion.excitation);
+                if batch.lanes.statistics(requirements, excitation, &self.lanes, lane, &mut self.statistics) {
                     let out = &mut rows[index * width..(index + 1) * width];
-                    let excitation = &batch.motion.excitation;
-                    let done = batch.requirements().write_measures(excitation, &self.statistics, &lost, out);
+                    let done = requirements.write_measures(&self.statistics, &lost, out);
                     self.note(first + index, done.map_err(SampleError::from), out);
                 } else {
                     rest.push(index);

@@ -98,6 +98,11 @@ impl Forcing {
         &self.influence[..self.count]
     }
 
+    /// The components, with the modal force of a unit of each.
+    pub(crate) fn influences(&self) -> impl Iterator<Item = (usize, &Force)> {
+        self.components.iter().copied().zip(self.influence())
+    }
+
     /// The last sample up to which the excitation from sample `k` on is a straight line to within rounding; at least sample `k + 1`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn straight_until(&self, excitation: &Excitation, k: usize) -> usize {

@@ -12,7 +12,7 @@ use crate::excitation::{Excitation, Forcing, Instant, Ramp};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, scale};
 use crate::numeric::simd::{Kernel, dispatch};
-use crate::system::{LinkRow, ModelLevel, NO_INPUT, State, System};
+use crate::system::{Force, LinkRow, ModelLevel, NO_INPUT, State, System};
 
 /// Pieces that may wait.
 const WAITING: usize = 24;
@@ -55,12 +55,13 @@ pub(super) struct Between<'a> {
 }
 
 impl<'a> Between<'a> {
-    pub(super) fn new(system: &'a System, excitation: &'a Excitation<'a>) -> Self {
+    /// `factors`: on the accelerations and external loads of the excitation.
+    pub(super) fn new(system: &'a System, excitation: &'a Excitation<'a>, factors: [f64; 2]) -> Self {
         let linear = SegmentEquations::of_linear_links(system);
         Self {
             system,
             excitation,
-            forcing: Forcing::new(system, &excitation.peak(), [1.0; 2]).with_riders(excitation),
+            forcing: Forcing::new(system, &excitation.peak(), factors).with_riders(excitation),
             linear,
             segments: BoundedVec::filled(u8::MAX, nonlinear(system).count()),
             on_segments: (linear, PowerSeries::new(&linear)),
@@ -84,6 +85,29 @@ impl<'a> Between<'a> {
         } else {
             0.0
         }
+    }
+
+    /// The components of the excitation, with the modal force of a unit of each.
+    pub(super) fn influences(&self) -> impl Iterator<Item = (usize, &Force)> {
+        self.forcing.influences()
+    }
+
+    /// The change of the rate of each of these components at a sample, 1/s; zero beside an interval without length.
+    pub(super) fn changes_of_rate(&self, sample: usize) -> [f64; 9] {
+        let mut changes = [0.0; 9];
+        if sample == 0 || sample + 1 >= self.excitation.count() {
+            return changes;
+        }
+        let lengths = [self.excitation.interval(sample - 1), self.excitation.interval(sample)];
+        if lengths.iter().any(|length| *length <= 0.0) {
+            return changes;
+        }
+        for (change, (component, _)) in changes.iter_mut().zip(self.influences()) {
+            let [before, here, after] =
+                [sample - 1, sample, sample + 1].map(|at| self.excitation.component(at, component));
+            *change = (after - here) / lengths[1] - (here - before) / lengths[0];
+        }
+        changes
     }
 
     /// Whether a load may jump at one of these places.

@@ -3,7 +3,7 @@
 use super::between::{Between, Piece, Place};
 use super::extremes::{Extremes, Goal};
 use super::loads::Wrench;
-use crate::numeric::float::fma;
+use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch_wide};
 use crate::system::State;
 
@@ -15,7 +15,7 @@ pub(super) type Values = [f64; BLOCK];
 
 /// How far a value bows away from the chord between two instants, over what the larger second difference quotient at them says. For six
 /// instants per period of a vibration it is 1.3.
-const BOW: f64 = 2.0;
+pub(crate) const BOW: f64 = 2.0;
 
 /// Gain of a value between two instants, over the largest of its load, that is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -34,6 +34,8 @@ pub(super) struct Bows {
     /// Infinite for a piece whose bow is not known: at one end a load may jump, or at neither a second difference quotient is known, as
     /// between two jumps of the excitation. Else zero.
     unknown: Values,
+    /// Curvature per unit of the effects of the excitation that second differences do not show; see [`Bows::hidden`].
+    kinks: [[f64; 2]; 9],
 }
 
 impl Bows {
@@ -44,6 +46,7 @@ impl Bows {
         quotients: [0.0; BLOCK],
         bows: [0.0; BLOCK],
         unknown: [0.0; BLOCK],
+        kinks: [[0.0; 2]; 9],
     };
 
     /// Takes the pieces between these places.
@@ -58,7 +61,9 @@ impl Bows {
             let h = self.lengths[k];
             let before = if k > 0 { self.lengths[k - 1] } else { 0.0 };
             self.inverses[k] = if h > 0.0 { 1.0 / h } else { 0.0 };
-            self.quotients[k] = if h > 0.0 && before > 0.0 { 2.0 / (h + before) } else { 0.0 };
+            // A load has a corner at a contact change.
+            let is_smooth = h > 0.0 && before > 0.0 && places[k].is_some_and(|(_, since)| since == 0.0);
+            self.quotients[k] = if is_smooth { 2.0 / (h + before) } else { 0.0 };
             self.bows[k] = BOW * 0.125 * h * h;
         }
         for k in 0..BLOCK - 1 {
@@ -66,6 +71,50 @@ impl Bows {
                 self.unknown[k] = f64::INFINITY;
             }
         }
+        self.kinks = [[0.0; 2]; 9];
+        for k in 1..BLOCK - 1 {
+            if let Some((sample, _)) = places[k]
+                && self.quotients[k] > 0.0
+            {
+                let larger = f64::max(self.lengths[k - 1], self.lengths[k]);
+                let factors = [0.5 * larger * self.quotients[k], self.quotients[k]];
+                for (kinks, change) in self.kinks.iter_mut().zip(between.changes_of_rate(sample)) {
+                    for (most, factor) in kinks.iter_mut().zip(factors) {
+                        *most = f64::max(*most, factor * change.abs());
+                    }
+                }
+            }
+        }
+    }
+
+    /// The curvature of each value of a load in a piece that second differences do not show: at a sample the rate of the excitation changes,
+    /// and with it the curvature of a load, by its dampers, or its slope. The second difference there is that of the mean curvature on both
+    /// sides.
+    pub(super) fn hidden(&self, between: &Between, load: &Wrench) -> [f64; 8] {
+        let mut hidden = [0.0; 8];
+        for ((component, influence), kinks) in between.influences().zip(self.kinks) {
+            let mut by_rate = [0.0; 6];
+            for (column, factor) in load.linear.by_state[6..].iter().zip(influence) {
+                add_scaled(&mut by_rate, column, *factor);
+            }
+            for row in 0..6 {
+                hidden[row] = fma(by_rate[row].abs(), kinks[0], hidden[row]);
+                hidden[row] = fma(load.linear.by_input[component][row].abs(), kinks[1], hidden[row]);
+            }
+            for link in load.nonlinear.as_slice() {
+                let mut damped = 0.0;
+                for (own, factor) in link.row.damping.iter().zip(influence) {
+                    damped = fma(*own, *factor, damped);
+                }
+                for row in 0..6 {
+                    hidden[row] = fma((link.damping[row] * damped).abs(), kinks[0], hidden[row]);
+                }
+            }
+        }
+        let [_, y, z, mx, my, mz, ..] = hidden;
+        hidden[6] = sqrt(fma(y, y, z * z));
+        hidden[7] = sqrt(fma(mx, mx, fma(my, my, mz * mz)));
+        hidden
     }
 }
 
@@ -75,6 +124,8 @@ pub(super) struct Pieces<'a> {
     pub states: &'a [State; BLOCK],
     pub bows: &'a Bows,
     pub values: &'a Values,
+    /// See [`Bows::hidden`].
+    pub hidden: f64,
 }
 
 impl Pieces<'_> {
@@ -87,7 +138,7 @@ impl Pieces<'_> {
         loads: &[Wrench],
         extremes: &mut [Extremes],
     ) {
-        let Self { bows, values, .. } = self;
+        let Self { bows, values, hidden, .. } = self;
         let mut most = [0.0; BLOCK];
         for largest in [true, false] {
             if value >= 6 && !largest {
@@ -97,7 +148,7 @@ impl Pieces<'_> {
             let (sign, rounding) =
                 (if largest { 1.0 } else { -1.0 }, ROUNDING * extremes[load].size_of(value));
             let least = extremes[load].of(goal) + rounding;
-            let kernel = BowKernel { bows, values, sign, least, most: &mut most };
+            let kernel = BowKernel { bows, values, hidden: *hidden, sign, least, most: &mut most };
             if !dispatch_wide(kernel) {
                 continue;
             }
@@ -115,10 +166,12 @@ impl Pieces<'_> {
     }
 }
 
-/// Estimates the largest value in each piece of a block, or with the `sign` -1 the largest negative value. Whether one passes `least`.
+/// Estimates the largest value in each piece of a block, or with the `sign` -1 the largest negative value; -∞ where it is at an end. Whether
+/// one passes `least`.
 struct BowKernel<'a> {
     bows: &'a Bows,
     values: &'a Values,
+    hidden: f64,
     sign: f64,
     least: f64,
     most: &'a mut Values,
@@ -129,7 +182,8 @@ impl Kernel for BowKernel<'_> {
 
     #[cfg_attr(feature = "std", inline(always))]
     fn run(self) -> bool {
-        let Self { bows: Bows { inverses, quotients, bows, unknown, .. }, values, sign, least, most } = self;
+        let Self { bows: Bows { inverses, quotients, bows, unknown, .. }, values, hidden, sign, least, most } =
+            self;
         let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK]);
         for k in 0..BLOCK - 1 {
             slopes[k] = sign * (values[k + 1] - values[k]) * inverses[k];
@@ -141,9 +195,12 @@ impl Kernel for BowKernel<'_> {
         let mut passes = false;
         for k in 0..BLOCK - 1 {
             let (a, b) = (sign * values[k], sign * values[k + 1]);
-            let (high, bend) = (if a > b { a } else { b }, curvatures[k]);
-            let bend = if curvatures[k + 1] > bend { curvatures[k + 1] } else { bend };
-            most[k] = fma(bows[k], if bend > 0.0 { bend } else { 0.0 }, high) + unknown[k];
+            let bend = if curvatures[k] > curvatures[k + 1] { curvatures[k] } else { curvatures[k + 1] };
+            let bow = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
+            let (change, middle) = (b - a, 0.5 * (a + b));
+            // The parabola with this bow over the middle of the chord.
+            let top = middle + bow + change * change / (16.0 * bow);
+            most[k] = if change.abs() < 4.0 * bow { top } else { f64::NEG_INFINITY };
             passes |= most[k] > least;
         }
         passes

@@ -33,6 +33,12 @@ impl Extremes {
         time_of_largest: [f64::NAN; 8],
     };
 
+    /// Extremes that no value passes, where values are not wanted.
+    #[cfg(feature = "studies")]
+    pub(crate) fn unwanted() -> Self {
+        Self { smallest: [f64::NEG_INFINITY; 8], largest: [f64::INFINITY; 8], ..Self::NONE }
+    }
+
     /// The extremes over these instants and `later` ones.
     #[must_use]
     pub fn with(mut self, later: &Self) -> Self {
@@ -52,7 +58,9 @@ impl Extremes {
     pub(super) fn size_of(&self, value: usize) -> f64 {
         let mut size = 0.0;
         for i in if matches!(value, 0..3 | 6) { 0..3 } else { 3..6 } {
-            size = f64::max(size, f64::max(self.largest[i], -self.smallest[i]));
+            let most = f64::max(self.largest[i], -self.smallest[i]);
+            // Infinite where the value is not wanted.
+            size = if most < f64::INFINITY { f64::max(size, most) } else { size };
         }
         size
     }

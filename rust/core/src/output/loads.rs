@@ -98,6 +98,36 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         self
     }
 
+    /// Linear combinations of the entries: one row of factors for each.
+    #[cfg(feature = "studies")]
+    pub(crate) fn combined(&self, rows: &[[f64; ROWS]; ROWS]) -> Self {
+        let by_row = |column: &[f64; ROWS]| {
+            core::array::from_fn(|row| {
+                rows[row].iter().zip(column).map(|(factor, entry)| factor * entry).sum()
+            })
+        };
+        let mut out = self.clone();
+        out.linear.constant = by_row(&self.linear.constant);
+        for column in out.linear.by_state.iter_mut().chain(&mut out.linear.by_input) {
+            *column = by_row(column);
+        }
+        for link in out.nonlinear.as_mut_slice() {
+            (link.elastic, link.damping) = (by_row(&link.elastic), by_row(&link.damping));
+        }
+        out
+    }
+
+    /// With factors on the direct effect of accelerations and of external loads.
+    #[cfg(feature = "studies")]
+    pub(crate) fn scaled(mut self, factors: [f64; 2]) -> Self {
+        for (component, column) in self.linear.by_input.iter_mut().enumerate() {
+            for entry in column {
+                *entry *= factors[usize::from(component >= 3)];
+            }
+        }
+        self
+    }
+
     /// Value at rest.
     pub fn at_rest(&self) -> [f64; ROWS] {
         self.at(&[0.0; 12], &[0.0; 9])

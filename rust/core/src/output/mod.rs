@@ -15,8 +15,8 @@ mod riding;
 mod search;
 
 pub use axes::Axes;
-#[cfg(feature = "std")]
-pub(crate) use bounds::force_bounds;
+#[cfg(feature = "studies")]
+pub(crate) use bows::BOW;
 pub use evaluate::evaluate;
 pub use extremes::Extremes;
 #[cfg(feature = "std")]

@@ -57,8 +57,20 @@ impl<'a> Peaks<'a> {
         extremes: &'a mut [Extremes],
     ) -> Self {
         extremes.fill(Extremes::NONE);
+        Self::after(system, excitation, [1.0; 2], loads, extremes)
+    }
+
+    /// The same, after the extremes of earlier runs. `factors`: on the accelerations and external loads of the excitation in the run; those on
+    /// its direct effect are in the loads.
+    pub(crate) fn after(
+        system: &'a System,
+        excitation: &'a Excitation<'a>,
+        factors: [f64; 2],
+        loads: &'a [Wrench<'a>],
+        extremes: &'a mut [Extremes],
+    ) -> Self {
         Self {
-            between: Between::new(system, excitation),
+            between: Between::new(system, excitation, factors),
             loads,
             extremes,
             needs_input: loads.iter().any(|load| load.linear.by_input_at_all),
@@ -215,9 +227,10 @@ impl Kernel for BlockKernel<'_, '_> {
                 }
                 let here = &mut extremes[index];
                 dispatch_wide(UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes: here });
+                let hidden = scratch.bows.hidden(between, load);
                 for (value, _) in wanted.iter().enumerate().filter(|(_, wanted)| **wanted) {
-                    let pieces =
-                        Pieces { places, states, bows: &scratch.bows, values: &scratch.values[value] };
+                    let (bows, values) = (&scratch.bows, &scratch.values[value]);
+                    let pieces = Pieces { places, states, bows, values, hidden: hidden[value] };
                     pieces.wait(between, (index, value), loads, extremes);
                 }
             }

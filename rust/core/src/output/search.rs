@@ -96,9 +96,7 @@ impl Search<'_> {
     fn derivatives<E: Equations>(&self, equations: &E, state: &State, theta: f64, count: usize) -> Taylor {
         let goal = self.goal;
         let mut local = Taylor { rows: [[0.0; 4]; 3], goal };
-        let mut input = self.input[0];
-        add_scaled(&mut input, &self.input[1], theta);
-        local.set(0, &self.load.at(state, &input));
+        local.set(0, &self.load.at(state, &self.input_at(theta)));
         let mut rate = equations.rate(state, &self.ramp.force(theta), (&Moments::NONE, 0));
         scale(&mut rate, self.ramp.h);
         local.set(1, &self.load.rate(state, &rate, &self.input[1]));
@@ -122,7 +120,7 @@ impl Search<'_> {
             let state = &self.ends[node];
             let mut rate = equations.rate(state, &self.ramp.force(node as f64), (&moments, node));
             scale(&mut rate, self.ramp.h);
-            ends[node] = self.slope(state, &rate);
+            ends[node] = self.slope(state, &rate, node as f64);
             self.note_end(node, ends[node][0]);
         }
         if !self.may_pass(&ends, true) {
@@ -134,7 +132,7 @@ impl Search<'_> {
             let nodes = [from, fma(0.5, STEP, from), from + STEP];
             equations.prepare(self.ramp, &nodes, &mut moments);
             let first = self.change(equations, &moments, &nodes, 0, &state);
-            let here = self.slope(&state, &first);
+            let here = self.slope(&state, &first, from);
             if step > 0 && before[1] > 0.0 && here[1] < 0.0 {
                 let share = top(before, here);
                 self.note(cubic(&[before, here], share), fma(share, STEP, from - STEP));
@@ -165,13 +163,21 @@ impl Search<'_> {
         rate
     }
 
-    /// The value and its slope, from a state and its rate. Beside smooth laws loads do not depend on the excitation.
+    /// The value and its slope, from a state and its rate.
     #[cfg_attr(feature = "std", inline(always))]
-    fn slope(&self, state: &State, rate: &State) -> Slope {
+    fn slope(&self, state: &State, rate: &State, theta: f64) -> Slope {
         let mut local = Taylor { rows: [[0.0; 4]; 3], goal: self.goal };
-        local.set(0, &self.load.at(state, &NO_INPUT));
-        local.set(1, &self.load.rate(state, rate, &NO_INPUT));
+        local.set(0, &self.load.at(state, &self.input_at(theta)));
+        local.set(1, &self.load.rate(state, rate, &self.input[1]));
         local.slope(0.0)
+    }
+
+    /// The excitation, if the load depends on it.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn input_at(&self, theta: f64) -> Input {
+        let mut input = self.input[0];
+        add_scaled(&mut input, &self.input[1], theta);
+        input
     }
 
     /// Whether the value may pass its extreme between these ends. `by_cubic`: whether the cubic through them tells.

@@ -62,7 +62,7 @@ pub fn yardstick(links: usize) -> Vec<Change> {
     changes
 }
 
-fn draws(random: &mut Random, count: usize) -> Vec<[f64; 14]> {
+pub fn draws(random: &mut Random, count: usize) -> Vec<[f64; 14]> {
     let mut draw = || {
         let mut values = [0.0; 14];
         values[0] = random.between(0.9, 1.1);
@@ -307,7 +307,8 @@ fn a_row_equals_a_single_run() {
                 solver,
                 1e-9,
             )
-            .expect("a batch");
+            .expect("a batch")
+            .at_samples();
             let mut table = vec![0.0; values.len() * measures.len()];
             let failures =
                 batch.run(values.len(), values.as_flattened(), 1, &mut table).expect("tables that fit");
@@ -533,7 +534,8 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
         .collect();
     let measures = [Measure::ContactLost(0), PEAK];
     let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, Solver::Auto, 1e-6)
-        .expect("a batch");
+        .expect("a batch")
+        .at_samples();
     let mut table = [0.0; 4];
     assert_eq!(batch.run(2, &[0.0, 5e-6], 1, &mut table), Ok(vec![]));
     assert_eq!([table[0], table[2]], [0.0, 1.0]);
@@ -562,7 +564,8 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
         let motion = trace.motion(3.0);
         let count = motion.excitation.count();
         let base = base(&machine, &groups);
-        let batch = Batch::new(base, motion, &yardstick(16), &measures, Solver::Auto, rtol).expect("a batch");
+        let batch = Batch::new(base, motion, &yardstick(16), &measures, Solver::Auto, rtol);
+        let batch = batch.expect("a batch").at_samples();
         let mut values = draws(&mut random, 11);
         values[5][12] = 1e306;
         let mut table = vec![0.0; values.len() * measures.len()];

@@ -64,7 +64,7 @@ impl Study {
         self.values.len() / self.count
     }
 
-    fn table(&self, motion: Motion, measures: &[Measure], width: Width, threads: usize) -> Vec<f64> {
+    fn batch<'a>(&'a self, motion: Motion<'a>, measures: &[Measure]) -> Batch<'a> {
         let Machine { body, links, gravity, free } = &self.machine;
         let base = Base {
             mass: body.mass(),
@@ -78,11 +78,13 @@ impl Study {
             groups: &self.groups,
             payloads: &[],
         };
-        let batch = Batch::new(base, motion, &self.changes, measures, Solver::Auto, 1e-6)
-            .expect("sound")
-            .with_width(width);
-        let mut table = vec![0.0; self.count * measures.len()];
-        let failures = batch.run(self.count, &self.values, threads, &mut table).expect("sizes");
+        Batch::new(base, motion, &self.changes, measures, Solver::Auto, 1e-6).expect("sound")
+    }
+
+    fn table(&self, batch: Batch, width: Width, threads: usize) -> Vec<f64> {
+        let mut table = vec![0.0; self.count * batch.measures().len()];
+        let failures =
+            batch.with_width(width).run(self.count, &self.values, threads, &mut table).expect("sizes");
         assert_eq!(failures, []);
         table
     }
@@ -170,9 +172,10 @@ fn agree(study: &Study, samples: &Samples, exponent: f64) {
     let excitation =
         Excitation::new(&samples.time, &samples.acceleration, samples.wrench.as_deref()).expect("sound");
     let motion = Motion { excitation, speed: Some(&samples.speed), exponent };
-    let table = study.table(motion, &measures, Width::Widest, 1);
+    let batch = study.batch(motion, &measures).at_samples();
+    let table = study.table(batch.clone(), Width::Widest, 1);
     for width in [Width::Four, Width::One] {
-        let other = study.table(motion, &measures, width, 2);
+        let other = study.table(batch.clone(), width, 2);
         assert!(table.iter().zip(&other).all(|(a, b)| a.to_bits() == b.to_bits()), "{width:?}");
     }
     for (index, row) in table.chunks_exact(measures.len()).enumerate() {
@@ -272,13 +275,13 @@ fn neighbours_do_not_matter() {
         let samples = Samples::new(ticks(1000, 1e-3), &mut random);
         let excitation = Excitation::new(&samples.time, &samples.acceleration, None).expect("sound");
         let motion = Motion { excitation, speed: Some(&samples.speed), exponent: 3.0 };
-        let table = study.table(motion, &measures, Width::Widest, 1);
+        let table = study.table(study.batch(motion, &measures), Width::Widest, 1);
         let (columns, width) = (study.columns(), measures.len());
         // One moved on, the last left out.
         study.values.drain(..columns);
         study.values.truncate(18 * columns);
         study.count = 18;
-        let moved = study.table(motion, &measures, Width::Widest, 1);
+        let moved = study.table(study.batch(motion, &measures), Width::Widest, 1);
         let same = table[width..19 * width].iter().zip(&moved).all(|(a, b)| a.to_bits() == b.to_bits());
         assert!(same);
     }
@@ -311,10 +314,10 @@ fn skipped_blocks_contain_no_new_extreme() {
             let excitation = Excitation::new(&samples.time, &samples.acceleration, None).expect("sound");
             let motion = Motion { excitation, speed: Some(&samples.speed), exponent: 3.0 };
             let measures = all_measures();
-            let whole = study.table(motion, &measures, Width::Widest, 1);
+            let whole = study.table(study.batch(motion, &measures), Width::Widest, 1);
             let some: Vec<Measure> = measures.iter().copied().filter(is_extreme).collect();
             for width in [Width::Widest, Width::Four, Width::One] {
-                let alone = study.table(motion, &some, width, 1);
+                let alone = study.table(study.batch(motion, &some), width, 1);
                 let asked =
                     whole.iter().zip(measures.iter().cycle()).filter(|(_, measure)| is_extreme(measure));
                 assert!(asked.zip(&alone).all(|((a, _), b)| a.to_bits() == b.to_bits()));

@@ -128,7 +128,7 @@ fn a_batch_varies_offsets_as_single_machines_have_them() {
         let motion = Motion { excitation, speed: None, exponent: 3.0 };
         let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, solver, 1e-9);
         let (values, mut rows) = ([0.0, -1e-6, 7e-6], [0.0; 6]);
-        let failed = batch.expect("a batch").run(3, &values, 1, &mut rows).expect("rows");
+        let failed = batch.expect("a batch").at_samples().run(3, &values, 1, &mut rows).expect("rows");
         assert!(failed.is_empty());
         for (value, row) in values.iter().zip(rows.as_chunks::<2>().0) {
             let one = moved(machine.clone(), &Vector6::zeros(), |i| if i < 8 { 1e-6 + value } else { 0.0 });

@@ -7,8 +7,10 @@ use guideload::{
     State, Summary, Wrench, evaluate, group_load, reaction, run,
 };
 
-use crate::batch::{base, cart_on, yardstick};
-use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise};
+use crate::batch::{base, cart_on, draws, yardstick};
+use crate::common::{
+    ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise, rules,
+};
 use crate::contacts::refined;
 
 /// Runs with extremes alone, and with histories of samples 16 times as dense, and compares them. `tolerance`: of the method, over the largest
@@ -60,9 +62,11 @@ fn compare<M: Method>(
         let of =
             |values: &[Vec<[f64; 8]>], i: usize| -> Vec<f64> { values.iter().map(|at| at[l][i]).collect() };
         for i in 0..8 {
-            // Of forces and of moments the largest.
-            let alike = if i < 3 || i == 6 { [0, 1, 2] } else { [3, 4, 5] };
-            let scale = alike.map(|j| largest(&of(&fine, j))).into_iter().fold(0.0, f64::max);
+            // Of forces and of moments the largest; moments are also differences of those of forces at arms of 0.06 m.
+            let most =
+                |alike: [usize; 3]| alike.map(|j| largest(&of(&fine, j))).into_iter().fold(0.0, f64::max);
+            let forces = most([0, 1, 2]);
+            let scale = if i < 3 || i == 6 { forces } else { f64::max(most([3, 4, 5]), 0.06 * forces) };
             let fine = of(&fine, i);
             let most = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             assert!(
@@ -203,5 +207,86 @@ fn extremes_of_a_study_do_not_depend_on_what_else_is_asked() {
         for (alone, whole) in alone.chunks(few.len()).zip(whole.chunks(all.len())) {
             alike(alone, &whole[..few.len()], 1e-12); // Leaps round otherwise than steps.
         }
+    }
+}
+
+/// Of all measures that are extremes, on every way that a study takes: lanes, runs side by side, and single runs.
+#[test]
+fn studies_find_the_extremes_at_any_time() {
+    let mut random = Random::new(63);
+    let mut samples = cycle()[550..900].to_vec();
+    samples.extend(noise(&mut random, 60));
+    samples.extend(vec![[0.0; 3]; 90]);
+    let time: Vec<f64> = (0..samples.len()).map(|k| k as f64 * 1e-3).collect();
+    let (times, dense) = refined(&time, &samples, 16);
+    let coarse = Excitation::new(&time, &samples, None).expect("sound");
+    let fine = Excitation::new(&times, &dense, None).expect("sound");
+    let (play, preloaded) = (Law::sided(6e7, 6e7, 5e-6), Law::preloaded(6e7, 300.0, 1.5));
+    for (law, solver) in [
+        (Law::linear(6e7), Solver::Auto),
+        (Law::linear(6e7), Solver::Rk45),
+        (play, Solver::Auto),
+        (preloaded, Solver::Auto),
+        (preloaded, Solver::Implicit),
+    ] {
+        let (machine, mut groups) = cart_on(law.expect("a law"));
+        for (group, rule) in groups.iter_mut().zip(rules()) {
+            group.peak_rule = rule;
+        }
+        let extremes = [Statistic::Min, Statistic::Max];
+        let mut measures: Vec<Measure> = extremes.map(Measure::Drive).to_vec();
+        for group in 0..groups.len() {
+            let all = |quantity| extremes.map(|statistic| Measure::Load(group, quantity, statistic));
+            measures.extend(Quantity::ALL.into_iter().flat_map(all));
+            measures.push(Measure::PeakLoad(group));
+        }
+        // The smallest resultants are those at the samples where loads are nonlinear.
+        measures.retain(|one| !matches!(one, Measure::Load(_, Quantity::Resultant, Statistic::Min)));
+        let (rtol, values) = (1e-7, draws(&mut random, 4));
+        let table = |excitation, at_samples: bool| {
+            let motion = Motion { excitation, speed: None, exponent: 3.0 };
+            let base = base(&machine, &groups);
+            let batch = Batch::new(base, motion, &yardstick(16), &measures, solver, rtol).expect("sound");
+            let batch = if at_samples { batch.at_samples() } else { batch };
+            let mut table = vec![0.0; values.len() * measures.len()];
+            assert_eq!(batch.run(values.len(), values.as_flattened(), 1, &mut table).expect("sizes"), []);
+            table
+        };
+        let tolerance = if solver == Solver::Auto && law != preloaded { 1e-11 } else { 10.0 * rtol };
+        let (found, same) = (table(coarse, false), table(fine, false));
+        let (at_samples, between) = (table(coarse, true), table(fine, true));
+        let mut higher = 0;
+        for (index, measure) in measures.iter().cycle().take(found.len()).enumerate() {
+            let scale = match measure {
+                Measure::Load(_, Quantity::Mx | Quantity::My | Quantity::Mz, _) => 1000.0,
+                _ => 10_000.0,
+            };
+            let is_least =
+                matches!(measure, Measure::Load(_, _, Statistic::Min) | Measure::Drive(Statistic::Min));
+            let sign = if is_least { -1.0 } else { 1.0 };
+            let error = (found[index] - same[index]).abs() / scale;
+            if error > tolerance {
+                eprintln!(
+                    "index {} row {} at {}",
+                    index % measures.len(),
+                    index / measures.len(),
+                    at_samples[index]
+                );
+            }
+            assert!(
+                error <= tolerance,
+                "{law:?} {solver:?} {measure:?}: {} {} {error}",
+                found[index],
+                same[index]
+            );
+            assert!(
+                sign * (found[index] - between[index]) >= -tolerance * scale,
+                "{measure:?}: {} {}",
+                found[index],
+                between[index]
+            );
+            higher += usize::from(sign * (found[index] - at_samples[index]) > 1e-4 * scale);
+        }
+        assert!(higher > found.len() / 10, "{higher} of {} are higher between the samples", found.len());
     }
 }

@@ -147,7 +147,7 @@ fn batches_start_as_single_runs_do() {
         for start in [Start::AtRest, Start::QuasiStatic] {
             let batch = Batch::new(base, motion, &[], &measures, Solver::Auto, 1e-6).expect("a batch");
             let mut out = [0.0; 4];
-            let failures = batch.with_start(start).run(1, &[], 1, &mut out).expect("a run");
+            let failures = batch.with_start(start).at_samples().run(1, &[], 1, &mut out).expect("a run");
             assert!(failures.is_empty());
             let system = machine.system();
             let group = guideload::group_load(&system, 0..4, Vector3::zeros(), guideload::Part::Total);

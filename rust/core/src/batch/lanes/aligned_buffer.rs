@@ -39,4 +39,9 @@ impl AlignedBuffer {
     pub(super) fn lane(&self, vector: usize, lane: usize, lanes: usize) -> f64 {
         self.numbers[self.start + vector * lanes + lane]
     }
+
+    /// The same, mutable.
+    pub(super) fn lane_mut(&mut self, vector: usize, lane: usize, lanes: usize) -> &mut f64 {
+        &mut self.numbers[self.start + vector * lanes + lane]
+    }
 }

@@ -33,12 +33,14 @@ impl<'a> Deviations<'a> {
     }
 }
 
-/// Places of a drawn block: the values at its samples, their changes, the last value before it, and the smallest and largest value.
+/// Places of a drawn block: the values at its samples, their changes, the last value before it, the smallest and largest of all these, and the
+/// largest changes of its rate with the factors of [`super::bows::Bow::kink`].
 pub(super) const VALUES: usize = 0;
 pub(super) const CHANGES: usize = BLOCK;
-const BEFORE: usize = 2 * BLOCK;
+pub(super) const BEFORE: usize = 2 * BLOCK;
 const RANGE: usize = BEFORE + 1;
-pub(super) const SIZE: usize = RANGE + 2;
+const KINK: usize = RANGE + 2;
+pub(super) const SIZE: usize = KINK + 2;
 
 /// Writes the first component of the excitation of each scene in a block.
 pub(super) struct DrawnBlock<'a> {
@@ -55,27 +57,63 @@ impl WithSimd for DrawnBlock<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { deviations, timeline, block, to } = self;
         let Some(to) = to.vectors_mut::<S>().first_chunk_mut::<SIZE>() else { return };
-        let components = timeline.components.len();
-        let mut before = Real::new(simd, to[BEFORE]);
+        let mut before = Real::new(simd, to[VALUES + BLOCK - 1]);
+        to[BEFORE] = before.lanes;
         let (mut least, mut most) = (before, before);
         for k in 0..BLOCK {
             let sample = block * BLOCK + k;
-            let estimate = Real::splat(simd, timeline.values[sample * components]);
-            // Past the end, the last value is repeated.
-            let value = estimate + deviations.at(simd, usize::min(sample, timeline.count - 1));
+            let value = value(simd, timeline, deviations, sample);
             if sample == 0 && timeline.starts_still {
                 before = value;
             }
-            (least, most) = if k == 0 { (value, value) } else { (least.min(value), most.max(value)) };
+            (least, most) = if sample == 0 { (value, value) } else { (least.min(value), most.max(value)) };
             (to[VALUES + k], to[CHANGES + k]) = (value.lanes, (value - before).lanes);
             before = value;
         }
-        to[BEFORE] = before.lanes;
         (to[RANGE], to[RANGE + 1]) = (least.lanes, most.lanes);
+        let first = (block * BLOCK).saturating_sub(1);
+        let mut rate_before = rate(simd, timeline, deviations, first);
+        let mut kinks = [Real::splat(simd, 0.0); 2];
+        for k in first..(block + 1) * BLOCK {
+            let next = rate(simd, timeline, deviations, k + 1);
+            let change = (next - rate_before).abs();
+            for i in 0..2 {
+                kinks[i] = kinks[i].max(change * Real::splat(simd, timeline.bows.at(k).kink[i]));
+            }
+            rate_before = next;
+        }
+        (to[KINK], to[KINK + 1]) = (kinks[0].lanes, kinks[1].lanes);
     }
 }
 
-/// Smallest and largest value of a drawn block.
+/// The value at a sample; past the end, the last one.
+#[inline(always)]
+fn value<S: Simd>(simd: S, timeline: &Timeline, deviations: Deviations, sample: usize) -> Real<S> {
+    let sample = usize::min(sample, timeline.count - 1);
+    let estimate = Real::splat(simd, timeline.values[sample * timeline.components.len()]);
+    estimate + deviations.at(simd, sample)
+}
+
+/// The rate in the interval before a sample, 1/s; zero if it has no length.
+#[inline(always)]
+fn rate<S: Simd>(simd: S, timeline: &Timeline, deviations: Deviations, sample: usize) -> Real<S> {
+    let length = timeline.intervals.get(sample).copied().unwrap_or(0.0);
+    if length == 0.0 {
+        return Real::splat(simd, 0.0);
+    }
+    let [last, now] =
+        [value(simd, timeline, deviations, sample - 1), value(simd, timeline, deviations, sample)];
+    (now - last) / Real::splat(simd, length)
+}
+
+/// Largest changes of the rate in a drawn block, with the factors of [`super::bows::Bow::kink`].
+#[inline(always)]
+pub(super) fn kinks<S: Simd>(simd: S, block: &AlignedBuffer) -> [Real<S>; 2] {
+    let block = block.vectors::<S>();
+    [Real::new(simd, block[KINK]), Real::new(simd, block[KINK + 1])]
+}
+
+/// Smallest and largest value from the sample before a drawn block to its last one.
 #[inline(always)]
 pub(super) fn range<S: Simd>(simd: S, block: &AlignedBuffer) -> [Real<S>; 2] {
     let block = block.vectors::<S>();

@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
+use super::between::{Search, Waiting};
 use super::drawn::{self, CHANGES, Deviations, DrawnBlock};
 use super::loads::{BoundPlan, LaneLoads};
 use super::modal::{ModalScenes, TILE};
@@ -16,14 +17,21 @@ use crate::numeric::watch::Watch;
 /// Memory of one thread, and the results of a run.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    states: AlignedBuffer,
-    values: AlignedBuffer,
-    extremes: AlignedBuffer,
+    /// v at the samples of a block, and before it.
+    pub states: AlignedBuffer,
+    pub before: AlignedBuffer,
+    /// Values of the rows in the block, their extremes there, and those so far.
+    pub values: AlignedBuffer,
+    pub extremes: AlignedBuffer,
+    pub known: AlignedBuffer,
+    /// Last values of the rows before the block.
+    pub last: AlignedBuffer,
+    /// Whether a tile of rows was evaluated at the block.
+    pub evaluated: Vec<bool>,
     steps: AlignedBuffer,
-    /// Last values of the rows before a block.
-    last: AlignedBuffer,
     /// The block of drawn motions; see `drawn`.
     pub drawn: AlignedBuffer,
+    pub waiting: Waiting,
     /// [`STATISTICS`] numbers for each signal.
     pub found: AlignedBuffer,
     /// v at the end.
@@ -39,8 +47,8 @@ pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub requirements: &'a Requirements,
     /// Index of the first sample of the window in the motion.
     pub first: usize,
-    /// Whether values at the samples are needed, not only extremes of rows.
-    pub stores_values: bool,
+    /// Whether nothing but extremes of rows is needed, so that blocks without new ones need not be evaluated.
+    pub only_extremes: bool,
     pub memory: &'a mut Memory,
     pub watch: Watch<'a>,
 }
@@ -60,117 +68,59 @@ impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
 impl<const N: usize> LaneIntegrator<'_, N> {
     #[inline(always)]
     fn run<S: Simd, const DRAWN: bool>(self, simd: S) {
-        let Self { modal, timeline, deviations, requirements, first, stores_values, memory, watch } = self;
-        let Memory { states, values, extremes, steps, last, drawn, found, end } = memory;
+        let Self { modal, timeline, deviations, requirements, first, only_extremes, memory, watch } = self;
         let rows = modal.rows.next_multiple_of(TILE);
         if first == 0 {
-            let found = found.clear::<S>(requirements.signals.len() * STATISTICS);
+            let found = memory.found.clear::<S>(requirements.signals.len() * STATISTICS);
             for place in found.as_chunks_mut::<STATISTICS>().0 {
                 *place = nothing(simd);
             }
-            extremes.clear::<S>(rows * 2);
+            memory.known.clear::<S>(rows * 2);
         }
-        end.clear::<S>(2 * N).copy_from_slice(modal.start.vectors::<S>());
-        states.clear::<S>(2 * N * BLOCK);
-        values.clear::<S>(if stores_values { rows * BLOCK } else { 0 });
-        last.clear::<S>(rows);
-        drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });
-        simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: steps });
+        memory.end.clear::<S>(2 * N).copy_from_slice(modal.start.vectors::<S>());
+        memory.states.clear::<S>(2 * N * BLOCK);
+        memory.before.clear::<S>(2 * N);
+        memory.values.clear::<S>(rows * BLOCK);
+        memory.extremes.clear::<S>(rows * 2);
+        memory.last.clear::<S>(rows);
+        memory.evaluated.clear();
+        memory.evaluated.resize(rows / TILE, true);
+        memory.drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });
+        simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: &mut memory.steps });
         let mut plan = BoundPlan::default();
         for block in 0..timeline.blocks() {
             if watch.stops_at(block) {
                 return;
             }
             if let Some(deviations) = deviations {
-                simd.vectorize(DrawnBlock { deviations, timeline, block, to: &mut *drawn });
+                simd.vectorize(DrawnBlock { deviations, timeline, block, to: &mut memory.drawn });
             }
-            let drawn = &*drawn;
+            memory.before.vectors_mut::<S>().copy_from_slice(memory.end.vectors::<S>());
             if let Some(kind) = timeline.kind(block) {
-                simd.vectorize(Advance::<N, DRAWN> { steps, kind, timeline, drawn, block, states, end });
+                simd.vectorize(Advance::<N, DRAWN> { kind, timeline, block, memory });
             } else {
                 for sample in 0..BLOCK {
-                    simd.vectorize(AdvanceOnce::<N, DRAWN> {
-                        modal,
-                        steps,
-                        timeline,
-                        drawn,
-                        block,
-                        sample,
-                        states,
-                        end,
-                    });
+                    simd.vectorize(AdvanceOnce::<N, DRAWN> { modal, timeline, block, sample, memory });
                 }
             }
-            let is_first = first == 0 && block == 0;
-            if stores_values {
-                simd.vectorize(LaneLoads::<true, DRAWN> {
-                    modal,
-                    timeline,
-                    drawn,
-                    block,
-                    is_first,
-                    is_bounded: false,
-                    states,
-                    values,
-                    extremes,
-                });
-            } else {
-                let is_bounded = !is_first && plan.bounds_next();
-                let all = simd.vectorize(LaneLoads::<false, DRAWN> {
-                    modal,
-                    timeline,
-                    drawn,
-                    block,
-                    is_first,
-                    is_bounded,
-                    states,
-                    values,
-                    extremes,
-                });
-                if is_bounded {
-                    plan.note(all);
-                }
+            let is_bounded = only_extremes && block > 0 && plan.bounds_next();
+            let all = simd.vectorize(LaneLoads::<DRAWN> { modal, timeline, block, is_bounded, memory });
+            if is_bounded {
+                plan.note(all);
             }
-            if stores_values {
-                simd.vectorize(Reduce {
-                    requirements,
-                    timeline,
-                    block,
-                    first,
-                    starts: &modal.starts,
-                    values,
-                    extremes,
-                    last,
-                    found,
-                });
-            }
+            simd.vectorize(Reduce { requirements, modal, timeline, block, first, memory });
         }
-        if !stores_values {
-            simd.vectorize(Reduce {
-                requirements,
-                timeline,
-                block: 0,
-                first,
-                starts: &modal.starts,
-                values,
-                extremes,
-                last,
-                found,
-            });
-        }
+        let Memory { waiting, found, .. } = memory;
+        Search { modal, timeline, deviations, requirements, first, waiting, found }.run(simd);
     }
 }
 
 /// Advances from sample to sample of a block with one interval length.
 struct Advance<'a, const N: usize, const DRAWN: bool> {
-    steps: &'a AlignedBuffer,
     kind: usize,
     timeline: &'a Timeline,
-    drawn: &'a AlignedBuffer,
     block: usize,
-    states: &'a mut AlignedBuffer,
-    /// v before the block, and after it.
-    end: &'a mut AlignedBuffer,
+    memory: &'a mut Memory,
 }
 
 impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
@@ -178,7 +128,8 @@ impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { steps, kind, timeline, drawn, block, states, end } = self;
+        let Self { kind, timeline, block, memory } = self;
+        let Memory { steps, drawn, states, end, .. } = memory;
         let components = timeline.components.len();
         let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
         let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
@@ -223,13 +174,10 @@ impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
 /// Advances to one sample of a block, with an interval length of its own.
 struct AdvanceOnce<'a, const N: usize, const DRAWN: bool> {
     modal: &'a ModalScenes,
-    steps: &'a mut AlignedBuffer,
     timeline: &'a Timeline,
-    drawn: &'a AlignedBuffer,
     block: usize,
     sample: usize,
-    states: &'a mut AlignedBuffer,
-    end: &'a mut AlignedBuffer,
+    memory: &'a mut Memory,
 }
 
 impl<const N: usize, const DRAWN: bool> WithSimd for AdvanceOnce<'_, N, DRAWN> {
@@ -237,7 +185,8 @@ impl<const N: usize, const DRAWN: bool> WithSimd for AdvanceOnce<'_, N, DRAWN> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, steps, timeline, drawn, block, sample, states, end } = self;
+        let Self { modal, timeline, block, sample, memory } = self;
+        let Memory { steps, drawn, states, end, .. } = memory;
         let components = timeline.components.len();
         let at = block * BLOCK + sample;
         let kind = match &timeline.kinds {

@@ -4,40 +4,35 @@ use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
 use super::drawn;
+use super::integrate::Memory;
 use super::matrix::MAX_MODES;
-use super::modal::{ModalScenes, TILE};
+use super::modal::{ModalScenes, TILE, width};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};
 
 /// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
 const SAMPLES: usize = 4;
 
-/// Smallest and largest value of all rows: over a block if the values at the samples are stored, otherwise over all blocks so far.
-pub(super) struct LaneLoads<'a, const STORES_VALUES: bool, const DRAWN: bool> {
+/// Evaluates the rows of loads in a block: their values, and the smallest and the largest one.
+pub(super) struct LaneLoads<'a, const DRAWN: bool> {
     pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
-    /// The block of drawn motions.
-    pub drawn: &'a AlignedBuffer,
     pub block: usize,
-    /// Whether it is the first block of the motion.
-    pub is_first: bool,
-    /// Whether tiles without a new extreme are passed over, by bounds: not in the first block, nor where values are stored.
+    /// Whether tiles without a new extreme are passed over, by bounds.
     pub is_bounded: bool,
-    pub states: &'a AlignedBuffer,
-    pub values: &'a mut AlignedBuffer,
-    pub extremes: &'a mut AlignedBuffer,
+    pub memory: &'a mut Memory,
 }
 
-impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, STORES_VALUES, DRAWN> {
+impl<const DRAWN: bool> WithSimd for LaneLoads<'_, DRAWN> {
     /// Whether all tiles were evaluated.
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self { modal, timeline, drawn, block, is_first, is_bounded, states, values, extremes } = self;
+        let Self { modal, timeline, block, is_bounded, memory } = self;
+        let Memory { states, before, values, extremes, known, last, evaluated, drawn, .. } = memory;
         let components = timeline.components.len();
-        let inputs = &timeline.values[block * BLOCK * components..][..BLOCK * components];
-        let inputs = Inputs::<DRAWN> { drawn, shared: inputs, components };
+        let inputs = Inputs::<DRAWN> { drawn, timeline, block, components };
         let mut ranges = [[Real::splat(simd, 0.0); 2]; 9];
         for (to, [least, most]) in ranges.iter_mut().zip(timeline.range(block)) {
             *to = [Real::splat(simd, 0.5 * (least + most)), Real::splat(simd, 0.5 * (most - least))];
@@ -47,28 +42,43 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
             ranges[0] = [half * (least + most), half * (most - least)];
         }
         let ranges = &ranges[..components];
-        let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
-        let width = 1 + 2 * components + states.len() / 2 * 3;
+        let (states, before) = (states.vectors::<S>().as_chunks::<BLOCK>().0, before.vectors::<S>());
+        let width = width(states.len() / 2, components);
         let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
         let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
+        let known = known.vectors::<S>().as_chunks::<2>().0.as_chunks::<TILE>().0;
+        let last = last.vectors_mut::<S>().as_chunks_mut::<TILE>().0;
         let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
         let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
-        let mut all = true;
         if is_bounded {
-            let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
-            let states = states.as_chunks::<2>().0;
+            let deviations = Deviations { modal, states, before, inputs, ranges };
             if ranges.len() == 1 {
-                deviations::<S, true, DRAWN>(simd, states, drives, inputs, ranges, &mut sizes);
+                deviations.find::<true>(simd, timeline.longest(block), &mut sizes);
             } else {
-                deviations::<S, false, DRAWN>(simd, states, drives, inputs, ranges, &mut sizes);
+                deviations.find::<false>(simd, timeline.longest(block), &mut sizes);
             }
         }
+        let mut all = true;
         for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
             let (head, tile) = tile.split_at(1 + components);
             let (tile, bounds) = tile.split_at(states.len());
-            if is_bounded && !may_be_new(simd, head, ranges, bounds, &sizes, extremes) {
+            let was_evaluated = evaluated[index];
+            evaluated[index] = !is_bounded || may_be_new(simd, head, ranges, bounds, &sizes, &known[index]);
+            if !evaluated[index] {
                 all = false;
                 continue;
+            }
+            if !was_evaluated {
+                for row in 0..TILE {
+                    let mut sum = Real::new(simd, head[0][row]);
+                    for (component, feed) in head[1..].iter().enumerate() {
+                        sum = Real::new(simd, feed[row]).mul_add(inputs.before(simd, component), sum);
+                    }
+                    for (coefficients, state) in tile.iter().zip(before) {
+                        sum = Real::new(simd, coefficients[row]).mul_add(Real::new(simd, *state), sum);
+                    }
+                    last[index][row] = sum.lanes;
+                }
             }
             for part in 0..BLOCK / SAMPLES {
                 let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
@@ -93,15 +103,12 @@ impl<const STORES_VALUES: bool, const DRAWN: bool> WithSimd for LaneLoads<'_, ST
                 for row in 0..TILE {
                     let [a, b, c, d] = sums[row];
                     let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-                    if part > 0 || (!STORES_VALUES && !is_first) {
+                    if part > 0 {
                         low = low.min(Real::new(simd, extremes[row][0]));
                         high = high.max(Real::new(simd, extremes[row][1]));
                     }
                     extremes[row] = [low.lanes, high.lanes];
-                    if STORES_VALUES {
-                        values[index][row].as_chunks_mut::<SAMPLES>().0[part] =
-                            sums[row].map(|sum| sum.lanes);
-                    }
+                    values[index][row].as_chunks_mut::<SAMPLES>().0[part] = sums[row].map(|sum| sum.lanes);
                 }
             }
         }
@@ -149,8 +156,8 @@ const ROUNDING: f64 = 1e-13;
 #[derive(Clone, Copy)]
 struct Inputs<'a, const DRAWN: bool> {
     drawn: &'a AlignedBuffer,
-    /// Sample by sample.
-    shared: &'a [f64],
+    timeline: &'a Timeline,
+    block: usize,
     components: usize,
 }
 
@@ -160,57 +167,87 @@ impl<const DRAWN: bool> Inputs<'_, DRAWN> {
         if DRAWN && component == 0 {
             Real::new(simd, self.drawn.vectors::<S>()[drawn::VALUES + sample])
         } else {
-            Real::splat(simd, self.shared[sample * self.components + component])
+            let at = self.block * BLOCK + sample;
+            Real::splat(simd, self.timeline.values[at * self.components + component])
+        }
+    }
+
+    /// At the last sample before the block.
+    #[inline(always)]
+    fn before<S: Simd>(&self, simd: S, component: usize) -> Real<S> {
+        if DRAWN && component == 0 {
+            Real::new(simd, self.drawn.vectors::<S>()[drawn::BEFORE])
+        } else {
+            let at = self.block * BLOCK - 1;
+            Real::splat(simd, self.timeline.values[at * self.components + component])
         }
     }
 }
 
-/// Largest distance of z of each mode over a block from its quasi-static value in the middle of the range of the excitation, and more than
-/// rounding can add to its effect. `drives`: `g/λ` of each mode for each component; `ranges`: middle and half of each component. (Noise of
-/// the excitation is in v and in the quasi-static value, so that the two together are smaller than either.) `ONE`: whether there is one component, as usual.
-#[inline(always)]
-fn deviations<S: Simd, const ONE: bool, const DRAWN: bool>(
-    simd: S,
-    states: &[[[S::f64s; BLOCK]; 2]],
-    drives: &[[S::f64s; 2]],
-    inputs: Inputs<DRAWN>,
-    ranges: &[[Real<S>; 2]],
-    sizes: &mut [Real<S>; MAX_MODES],
-) {
-    let count = if ONE { 1 } else { ranges.len() };
-    let mut first = [simd.splat_f64s(0.0); BLOCK];
-    if ONE {
-        for k in 0..BLOCK {
-            first[k] = (ranges[0][0] - inputs.at(simd, k, 0)).lanes;
+/// What bounds z of each mode from the sample before a block to its last one.
+struct Deviations<'a, S: Simd, const DRAWN: bool> {
+    modal: &'a ModalScenes,
+    states: &'a [[S::f64s; BLOCK]],
+    before: &'a [S::f64s],
+    inputs: Inputs<'a, DRAWN>,
+    /// Middle and half of the range of each component of the excitation.
+    ranges: &'a [[Real<S>; 2]],
+}
+
+impl<S: Simd, const DRAWN: bool> Deviations<'_, S, DRAWN> {
+    /// Largest distance of z of each mode from its quasi-static value in the middle of the range of the excitation, and more than rounding
+    /// can add to its effect. (Noise of the excitation is in v and in the quasi-static value, so that the two together are smaller than
+    /// either.) `ONE`: whether there is one component, as usual. `longest`: interval, s.
+    ///
+    /// Between two samples the distance d follows `d' = λ d + λ (g/λ) (u - middle)`, so that it grows by at most `|λ| h |g/λ| half`.
+    #[inline(always)]
+    fn find<const ONE: bool>(&self, simd: S, longest: f64, sizes: &mut [Real<S>; MAX_MODES]) {
+        let Self { modal, states, before, inputs, ranges } = self;
+        let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
+        let eigenvalues = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
+        let states = states.as_chunks::<2>().0;
+        let count = if ONE { 1 } else { ranges.len() };
+        let mut first = [simd.splat_f64s(0.0); BLOCK];
+        if ONE {
+            for k in 0..BLOCK {
+                first[k] = (ranges[0][0] - inputs.at(simd, k, 0)).lanes;
+            }
         }
-    }
-    for (mode, ([re, im], size)) in states.iter().zip(sizes).enumerate() {
-        let mut reach = Real::splat(simd, 0.0);
-        let mut most = [Real::splat(simd, TINY); 4];
-        for component in 0..count {
-            let drive = Complex::of(simd, drives[component * states.len() + mode]);
-            reach = (drive.re.abs() + drive.im.abs()).mul_add(ranges[component][1], reach);
-        }
-        for k in 0..BLOCK {
-            let mut z = Complex::of(simd, [re[k], im[k]]);
+        let longest = Real::splat(simd, longest);
+        for (mode, ([re, im], size)) in states.iter().zip(sizes).enumerate() {
+            let mut reach = Real::splat(simd, 0.0);
+            let mut most = [Real::splat(simd, TINY); 4];
+            let mut z = Complex::of(simd, [before[2 * mode], before[2 * mode + 1]]);
             for component in 0..count {
-                let off = if ONE {
-                    Real::new(simd, first[k])
-                } else {
-                    ranges[component][0] - inputs.at(simd, k, component)
-                };
                 let drive = Complex::of(simd, drives[component * states.len() + mode]);
+                reach = (drive.re.abs() + drive.im.abs()).mul_add(ranges[component][1], reach);
+                let off = ranges[component][0] - inputs.before(simd, component);
                 z = Complex::new(drive.re.mul_add(off, z.re), drive.im.mul_add(off, z.im));
             }
-            most[k % 4] = most[k % 4].max(z.norm_squared());
+            most[0] = most[0].max(z.norm_squared());
+            for k in 0..BLOCK {
+                let mut z = Complex::of(simd, [re[k], im[k]]);
+                for component in 0..count {
+                    let off = if ONE {
+                        Real::new(simd, first[k])
+                    } else {
+                        ranges[component][0] - inputs.at(simd, k, component)
+                    };
+                    let drive = Complex::of(simd, drives[component * states.len() + mode]);
+                    z = Complex::new(drive.re.mul_add(off, z.re), drive.im.mul_add(off, z.im));
+                }
+                most[k % 4] = most[k % 4].max(z.norm_squared());
+            }
+            let largest = most[0].max(most[1]).max(most[2].max(most[3])).sqrt();
+            let turn = Complex::of(simd, eigenvalues[mode]).norm_squared().sqrt() * longest;
+            let between = turn.mul_add(reach, largest);
+            *size = (between + reach).mul_add(Real::splat(simd, ROUNDING), between);
         }
-        let largest = most[0].max(most[1]).max(most[2].max(most[3])).sqrt();
-        *size = (largest + reach).mul_add(Real::splat(simd, ROUNDING), largest);
     }
 }
 
-/// Whether a row of a tile may have a new extreme in a block, in any lane, by the range of the excitation in the block and the largest
-/// deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot
+/// Whether a row of a tile may have a new extreme between the sample before a block and its last one, in any lane, by the range of the
+/// excitation there and the largest deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot
 /// of a ramp, and those at standstill.
 #[inline(always)]
 fn may_be_new<S: Simd>(

@@ -3,12 +3,14 @@
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
 //! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` →
-//! `integrate` (from sample to sample) → `loads` → `time_statistics` with `power_integral` and `bent`. The results of a scene have the same
+//! `integrate` (from sample to sample) → `loads` → `time_statistics` with `bows` and `between` (the samples), `power_integral` and `bent`. The results of a scene have the same
 //! bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
 mod bent;
+mod between;
+mod bows;
 mod damped;
 mod dense;
 mod drawn;
@@ -31,6 +33,7 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
+use crate::excitation::Excitation;
 use crate::integrate::Start;
 use crate::numeric::simd::{LaneCount, MAX_LANES};
 use crate::numeric::watch::Watch;
@@ -66,7 +69,7 @@ impl Width {
 pub(super) struct Lanes<'a> {
     /// For each window of the motion.
     parts: Vec<(ModalRequest<'a>, Timeline)>,
-    stores_values: bool,
+    only_extremes: bool,
     width: Width,
 }
 
@@ -94,11 +97,9 @@ impl<'a> Lanes<'a> {
             };
             (request, timeline)
         };
-        let more = |request: &SignalRequest| {
-            request.times || request.squares || !matches!(request.signal, Signal::Row(_))
-        };
-        let stores_values = windows[0].requirements.signals.iter().any(more);
-        Self { parts: windows.iter().map(part).collect(), stores_values, width }
+        let of_rows = |request: &SignalRequest| !request.squares && matches!(request.signal, Signal::Row(_));
+        let only_extremes = windows[0].requirements.signals.iter().all(of_rows);
+        Self { parts: windows.iter().map(part).collect(), only_extremes, width }
     }
 
     /// The vector width.
@@ -129,11 +130,12 @@ impl<'a> Lanes<'a> {
         self.dispatch(Run { lanes: self, windows, scenes, deviations, memory, watch });
     }
 
-    /// Writes the statistics of each signal of a scene of the last run. False if rounding in the lanes leaves too few digits; such a scene
+    /// Writes the statistics of each signal of a scene of the last run through the excitation. False if rounding in the lanes leaves too few digits; such a scene
     /// must run by itself.
     pub(super) fn statistics(
         &self,
         requirements: &Requirements,
+        excitation: &Excitation,
         memory: &LaneMemory,
         lane: usize,
         out: &mut Vec<RunningStatistics>,
@@ -141,7 +143,8 @@ impl<'a> Lanes<'a> {
         let lanes = self.count();
         let LaneMemory { modal, memory } = memory;
         let finite = (0..2 * self.parts[0].0.dofs.len()).all(|i| memory.end.lane(i, lane, lanes).is_finite());
-        let finite = time_statistics::statistics(requirements, &memory.found, lane, lanes, out) && finite;
+        let finite =
+            time_statistics::statistics(requirements, excitation, &memory.found, lane, lanes, out) && finite;
         finite && modal.accurate.lane(0, lane, lanes) > 0.0
     }
 
@@ -213,7 +216,7 @@ impl Run<'_, '_> {
                 deviations,
                 requirements: &window.requirements,
                 first: window.first,
-                stores_values: lanes.stores_values,
+                only_extremes: lanes.only_extremes,
                 memory,
                 watch,
             });

@@ -23,8 +23,9 @@ pub(super) struct ModalScenes {
     /// Number of wanted rows.
     pub(super) rows: usize,
     /// For each [`TILE`] rows side by side: the values at rest, the coefficients of each component of the excitation, then, mode by mode,
-    /// those of the real and the imaginary part of v; then for bounds the coefficients of each component while z stays the same, and the
-    /// largest effect of a z of each mode of size one. The last tile is filled up with zeros.
+    /// those of the real and the imaginary part of v; then the sizes of some effects: the direct effect of each component, the largest one of
+    /// a z of each mode of size one, and the effect of the rate of each component on the curvature, `2 Re(Σ c g)`. The last tile is filled up
+    /// with zeros.
     pub(super) tiles: AlignedBuffer,
     /// Value of each row at the first sample.
     pub(super) starts: AlignedBuffer,
@@ -43,6 +44,19 @@ const MAX_ROW_SIZE: f64 = 1e150;
 
 /// Load rows evaluated side by side.
 pub(super) const TILE: usize = 4;
+
+/// Vectors of each row of a tile, for some modes and components of the excitation.
+pub(super) fn width(modes: usize, components: usize) -> usize {
+    1 + 3 * components + 3 * modes
+}
+
+impl ModalScenes {
+    /// The place of a number of a row among the vectors of `tiles`.
+    #[inline(always)]
+    pub(super) fn place(row: usize, number: usize, width: usize) -> usize {
+        (row / TILE * width + number) * TILE + row % TILE
+    }
+}
 
 /// Computes the [`ModalScenes`] of one scene per lane.
 pub(super) struct ModalSetup<'a> {
@@ -82,7 +96,7 @@ impl WithSimd for ModalSetup<'_> {
             set_state_rows(simd, &undamped, &damped, &mut to.state_rows);
         }
 
-        let width = 1 + 2 * count + 3 * n;
+        let width = width(n, count);
         to.rows = request.rows.len();
         let tiles = to.tiles.clear::<S>(to.rows.next_multiple_of(TILE) * width).as_chunks_mut::<TILE>().0;
         let starts = to.starts.clear::<S>(to.rows);
@@ -100,14 +114,17 @@ impl WithSimd for ModalSetup<'_> {
             starts[index] = start.lanes;
             size = size + start.abs();
             let (head, bounds) = tile.split_at_mut(1 + count + 2 * n);
+            let mut kinks = [undamped.zero; 9];
             for (feed, to) in feeds.iter().zip(&mut *bounds) {
                 to[place] = feed.abs().lanes;
             }
             for k in 0..n {
                 let c = damped.coefficient(simd, &of, k, n);
-                for (feed, drive) in feeds.iter_mut().zip(drives.chunks_exact(n)) {
+                for ((feed, kink), drive) in feeds.iter_mut().zip(&mut kinks).zip(drives.chunks_exact(n)) {
                     let still = c * Complex::of(simd, drive[k]);
                     *feed = *feed - (still.re + still.re);
+                    let rate = still * damped.eigenvalues[k];
+                    *kink = *kink + (rate.re + rate.re);
                 }
                 size = size + c.re.abs() + c.im.abs();
                 let coefficients = &mut head[1 + count + 2 * k..];
@@ -115,6 +132,9 @@ impl WithSimd for ModalSetup<'_> {
                     ((c.re + c.re).lanes, (-(c.im + c.im)).lanes);
                 let modulus = c.norm_squared().sqrt();
                 bounds[count + k][place] = (modulus + modulus).lanes;
+            }
+            for (kink, to) in kinks.iter().zip(&mut bounds[count + n..]) {
+                to[place] = kink.abs().lanes;
             }
             if request.quasi_static {
                 starts[index] = first_value(&of.constant, &feeds, &first).lanes;

@@ -45,15 +45,25 @@ pub(super) fn equivalent_loads<S: Simd>(
 ) -> [S::f64s; BLOCK] {
     let mut loads = [simd.splat_f64s(0.0); BLOCK];
     for k in 0..BLOCK {
-        let mut groups = [Real::splat(simd, 0.0); 2];
-        for (sum, terms) in groups.iter_mut().zip(&equivalent.groups) {
-            for &(row, size, sign) in terms {
-                *sum = added(*sum, Real::new(simd, values[row][k]), size, sign);
-            }
-        }
-        loads[k] = combined(equivalent, groups).lanes;
+        loads[k] = equivalent_load(simd, equivalent, |row| values[row][k]).lanes;
     }
     loads
+}
+
+/// The equivalent load of the values of the rows, without the effect of a preload.
+#[inline(always)]
+pub(super) fn equivalent_load<S: Simd>(
+    simd: S,
+    equivalent: &EquivalentRows,
+    row: impl Fn(usize) -> S::f64s,
+) -> Real<S> {
+    let mut groups = [Real::splat(simd, 0.0); 2];
+    for (sum, terms) in groups.iter_mut().zip(&equivalent.groups) {
+        for &(index, size, sign) in terms {
+            *sum = added(*sum, Real::new(simd, row(index)), size, sign);
+        }
+    }
+    combined(equivalent, groups)
 }
 
 impl<S: Simd> PowerIntegral<'_, S> {

@@ -44,7 +44,7 @@ impl WithSimd for Steps<'_> {
 
 /// `exp(z) - 1`, and that over z.
 #[inline(always)]
-fn exponential<S: Simd>(simd: S, z: Complex<S>) -> (Complex<S>, Complex<S>) {
+pub(super) fn exponential<S: Simd>(simd: S, z: Complex<S>) -> (Complex<S>, Complex<S>) {
     let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
     let (half, two) = (Real::splat(simd, 0.5), Real::splat(simd, 2.0));
     // The series for z halved until its size is at most 1/2; then as many doublings.

@@ -3,14 +3,24 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
-use super::power_integral::{PowerIntegral, equivalent_loads};
+use super::between::{BlockStates, Components, Kinks, SignalBlock};
+use super::integrate::Memory;
+use super::modal::{ModalScenes, TILE};
+use super::power_integral::{PowerIntegral, equivalent_load, equivalent_loads};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 use crate::batch::requirements::{Requirements, Signal, SignalRequest};
 use crate::batch::time_statistics::RunningStatistics;
+use crate::excitation::Excitation;
 
-/// Number of statistics of a signal, in the order of [`RunningStatistics`]; for a resultant, statistics of its square.
+/// Number of statistics of a signal, in the order of [`LaneStatistics`]; for a resultant, statistics of its square.
 pub(super) const STATISTICS: usize = 6;
+
+/// Places of the extremes among the statistics, and of the instants: the sample before, and the share of the interval after it.
+pub(super) const LOW: usize = 0;
+pub(super) const HIGH: usize = 1;
+pub(super) const LOW_AT: usize = 2;
+pub(super) const HIGH_AT: usize = 3;
 
 /// Running statistics of a signal in each lane.
 struct LaneStatistics<S: Simd> {
@@ -30,9 +40,10 @@ pub(super) fn nothing<S: Simd>(simd: S) -> [S::f64s; STATISTICS] {
         .lanes()
 }
 
-/// Writes the statistics of one scene, one entry per signal; returns whether all requested ones are finite.
+/// Writes the statistics of one scene, one entry per signal; returns whether all requested ones are finite. `excitation`: of the whole motion.
 pub(super) fn statistics(
     requirements: &Requirements,
+    excitation: &Excitation,
     found: &AlignedBuffer,
     lane: usize,
     lanes: usize,
@@ -47,12 +58,12 @@ pub(super) fn statistics(
         let root = |x: f64| if let Signal::Resultant(..) = wanted.signal { x.sqrt() } else { x };
         let found = RunningStatistics {
             // Adding zero removes the sign of a zero, which differs between processors.
-            smallest: root(number(0)) + 0.0,
-            largest: root(number(1)) + 0.0,
-            at_smallest: number(2) as usize,
-            at_largest: number(3) as usize,
+            smallest: root(number(LOW)) + 0.0,
+            largest: root(number(HIGH)) + 0.0,
+            time_of_smallest: if wanted.times { time_at(excitation, number(LOW_AT)) } else { 0.0 },
+            time_of_largest: if wanted.times { time_at(excitation, number(HIGH_AT)) } else { 0.0 },
             sum: number(4),
-            rest: number(2),
+            rest: number(LOW_AT),
             start: root(number(5)) + 0.0,
         };
         out.push(match wanted.signal {
@@ -63,19 +74,23 @@ pub(super) fn statistics(
     finite
 }
 
+/// Time of a sample and a share of the interval after it, s.
+fn time_at(excitation: &Excitation, place: f64) -> f64 {
+    let sample = place as usize;
+    let share = place - sample as f64;
+    let rest = if share > 0.0 { share * excitation.interval(sample) } else { 0.0 };
+    excitation.time(sample) + rest
+}
+
 /// Updates the statistics with a block.
 pub(super) struct Reduce<'a> {
     pub requirements: &'a Requirements,
+    pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
     pub block: usize,
     /// Index of the first sample of the window in the motion.
     pub first: usize,
-    pub starts: &'a AlignedBuffer,
-    pub values: &'a AlignedBuffer,
-    pub extremes: &'a AlignedBuffer,
-    /// Last values of the rows before the block; afterwards, in it.
-    pub last: &'a mut AlignedBuffer,
-    pub found: &'a mut AlignedBuffer,
+    pub memory: &'a mut Memory,
 }
 
 impl WithSimd for Reduce<'_> {
@@ -83,74 +98,114 @@ impl WithSimd for Reduce<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { requirements, timeline, block, first, starts, values, extremes, last, found } = self;
-        let starts = starts.vectors::<S>();
+        let Self { requirements, modal, timeline, block, first, memory } = self;
+        let Memory {
+            states, before, values, extremes, known, last, evaluated, drawn, found, waiting, ..
+        } = memory;
+        let starts = modal.starts.vectors::<S>();
         let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
         let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
+        let known = known.vectors_mut::<S>().as_chunks_mut::<2>().0;
         let start = block * BLOCK;
         let (at, is_first) = (first + start, first + start == 0);
         let Some(time) = timeline.time[start..].first_chunk::<BLOCK>() else { return };
+        let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
+        let here = BlockStates { timeline, block, states, before: before.vectors::<S>() };
+        let kinks = Kinks::new(simd, modal, timeline, block, drawn);
         let last = last.vectors_mut::<S>();
         if block == 0 {
             last.iter_mut().zip(values).for_each(|(last, values)| *last = values[0]);
         }
-        for (wanted, place) in
-            requirements.signals.iter().zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0)
+        for (signal, (wanted, place)) in requirements
+            .signals
+            .iter()
+            .zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0)
+            .enumerate()
         {
             let mut found = LaneStatistics::of(simd, *place);
-            match wanted.signal {
+            let (squares, loads);
+            // The values with their smallest and largest one, and the last one before.
+            let (values_of, range, last_of, components) = match wanted.signal {
                 Signal::Row(row) => {
-                    let [low, high] = extremes[row].map(|lanes| Real::new(simd, lanes));
+                    if !evaluated[row / TILE] {
+                        continue;
+                    }
                     if is_first {
                         found.first = Real::new(simd, starts[row]);
                     }
-                    if wanted.extremes {
-                        found.take_extremes(simd, wanted, [low, high], values.get(row), at);
-                    }
+                    let range = extremes[row].map(|lanes| Real::new(simd, lanes));
                     if wanted.squares {
                         found.take_squares(simd, &values[row], time, |value, sum| value.mul_add(value, sum));
                     }
+                    (&values[row], range, Real::new(simd, last[row]), None)
                 }
                 Signal::Resultant(y, z) => {
-                    let mut squares = values[y];
-                    for k in 0..BLOCK {
-                        let (y, z) = (Real::new(simd, values[y][k]), Real::new(simd, values[z][k]));
-                        squares[k] = y.mul_add(y, z * z).lanes;
-                    }
+                    squares = squares_of(simd, &values[y], &values[z]);
                     if is_first {
-                        let (y, z) = (Real::new(simd, starts[y]), Real::new(simd, starts[z]));
-                        found.first = y.mul_add(y, z * z);
-                    }
-                    if wanted.extremes {
-                        found.take_extremes(
-                            simd,
-                            wanted,
-                            least_and_largest(simd, &squares),
-                            Some(&squares),
-                            at,
-                        );
+                        found.first = square(simd, starts[y], starts[z]);
                     }
                     if wanted.squares {
                         found.take_squares(simd, &squares, time, |square, sum| square + sum);
                     }
+                    if !wanted.extremes {
+                        *place = found.lanes();
+                        continue;
+                    }
+                    (&squares, least_and_largest(simd, &squares), square(simd, last[y], last[z]), None)
                 }
                 Signal::Equivalent(index) => {
-                    let loads = equivalent_loads(simd, &requirements.equivalents[index], values);
-                    let extremes = least_and_largest(simd, &loads);
-                    found.take_extremes(simd, wanted, extremes, Some(&loads), at);
+                    let equivalent = &requirements.equivalents[index];
+                    loads = equivalent_loads(simd, equivalent, values);
+                    let last_of = equivalent_load(simd, equivalent, |row| last[row]);
+                    let rows = Some(Components { equivalent, values, last: &*last });
+                    (&loads, least_and_largest(simd, &loads), last_of, rows)
                 }
                 Signal::Power(index) => {
                     if let Some(travel) = &requirements.travel {
                         let equivalent = &requirements.equivalents[index];
                         let integral = PowerIntegral { simd, equivalent, travel, values, last };
                         found.add(integral.over_block(start));
+                        *place = found.lanes();
                     }
+                    continue;
                 }
-            }
+            };
+            found.take_extremes(simd, wanted, range, values_of, at);
             *place = found.lanes();
+            if let Signal::Row(row) = wanted.signal {
+                known[row] = [found.low.lanes, found.high.lanes];
+            }
+            if wanted.extremes && !requirements.at_samples {
+                let (values, known) = (values_of, [found.low, found.high]);
+                let hidden = match wanted.signal {
+                    Signal::Row(row) => kinks.of(row),
+                    Signal::Resultant(y, z) => kinks.of_squares([y, z], range[1].max(last_of)),
+                    Signal::Equivalent(index) | Signal::Power(index) => {
+                        kinks.of_equivalent(&requirements.equivalents[index])
+                    }
+                };
+                SignalBlock { signal, values, last: last_of, range, known, hidden, components }
+                    .wait(simd, &here, waiting);
+            }
         }
         last.iter_mut().zip(values).for_each(|(last, values)| *last = values[BLOCK - 1]);
     }
+}
+
+/// The squares of the resultants of two rows.
+#[inline(always)]
+fn squares_of<S: Simd>(simd: S, y: &[S::f64s; BLOCK], z: &[S::f64s; BLOCK]) -> [S::f64s; BLOCK] {
+    let mut squares = *y;
+    for k in 0..BLOCK {
+        squares[k] = square(simd, y[k], z[k]).lanes;
+    }
+    squares
+}
+
+#[inline(always)]
+fn square<S: Simd>(simd: S, y: S::f64s, z: S::f64s) -> Real<S> {
+    let (y, z) = (Real::new(simd, y), Real::new(simd, z));
+    y.mul_add(y, z * z)
 }
 
 impl<S: Simd> LaneStatistics<S> {
@@ -172,12 +227,10 @@ impl<S: Simd> LaneStatistics<S> {
         simd: S,
         wanted: &SignalRequest,
         [low, high]: [Real<S>; 2],
-        values: Option<&[S::f64s; BLOCK]>,
+        values: &[S::f64s; BLOCK],
         start: usize,
     ) {
-        if wanted.times
-            && let Some(values) = values
-        {
+        if wanted.times {
             // New extremes are rare, so the first sample with that value is searched for only then.
             let (lower, higher) = (low.less_than(self.low), self.high.less_than(high));
             if lower.any() {

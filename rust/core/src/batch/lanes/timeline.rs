@@ -1,5 +1,6 @@
 //! The motion of all scenes: values and changes at the samples, recurring interval lengths, weights.
 
+use super::bows::Bows;
 use crate::excitation::Excitation;
 
 /// Number of samples of a block, so small that their states and loads stay in the first-level cache.
@@ -21,10 +22,12 @@ pub(super) struct Timeline {
     /// last value.
     pub values: Vec<f64>,
     pub changes: Vec<f64>,
-    /// Smallest and largest value of each component in each block.
+    /// Smallest and largest value of each component from the sample before each block to its last one.
     ranges: Vec<[f64; 2]>,
     /// Time from the sample before, s.
     pub intervals: Vec<f64>,
+    /// How far values may bow away from the chords of the intervals.
+    pub bows: Bows,
     /// Recurring lengths, and which of them each interval has; none if there are too many.
     pub lengths: Vec<f64>,
     pub kinds: Option<Vec<u32>>,
@@ -52,6 +55,7 @@ impl Timeline {
         for k in 1..count {
             intervals[k] = excitation.interval(k - 1);
         }
+        let bows = Bows::new(&intervals, &values, components.len());
         let (lengths, kinds) = recurring_lengths(&intervals);
         let mut time = time.to_vec();
         time.resize(whole, 0.0);
@@ -65,6 +69,7 @@ impl Timeline {
             changes,
             ranges,
             intervals,
+            bows,
             lengths,
             kinds,
             time,
@@ -77,7 +82,12 @@ impl Timeline {
         self.count.div_ceil(BLOCK)
     }
 
-    /// Smallest and largest value of each component in a block.
+    /// The longest interval that ends in a block, s.
+    pub(super) fn longest(&self, block: usize) -> f64 {
+        self.intervals[block * BLOCK..(block + 1) * BLOCK].iter().fold(0.0, |most, one| f64::max(most, *one))
+    }
+
+    /// Smallest and largest value of each component from the sample before a block to its last one.
     pub(super) fn range(&self, block: usize) -> &[[f64; 2]] {
         &self.ranges[block * self.components.len()..][..self.components.len()]
     }
@@ -108,10 +118,12 @@ fn values_and_changes(excitation: &Excitation, components: &[usize], whole: usiz
     (values, changes)
 }
 
-/// Smallest and largest value of each of `count` components in each block.
+/// Smallest and largest value of each of `count` components from the sample before each block to its last one.
 fn ranges(values: &[f64], count: usize) -> Vec<[f64; 2]> {
     let mut ranges = Vec::with_capacity(values.len() / BLOCK);
-    for block in values.chunks_exact(usize::max(BLOCK * count, 1)) {
+    let size = usize::max(BLOCK * count, 1);
+    for start in (0..values.len()).step_by(size) {
+        let block = &values[start.saturating_sub(count)..start + size];
         for component in 0..count {
             let of = block[component..].iter().step_by(count);
             ranges.push(of.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {

@@ -1,0 +1,125 @@
+//! How far a value may bow away from the chords between the samples of a motion.
+
+use super::timeline::BLOCK;
+use crate::output::BOW;
+
+/// What second differences at the samples of a block say of a value in the interval before a sample.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Bow {
+    /// Length of the interval, s.
+    pub length: f64,
+    /// Factors on the changes to the sample and to the next one in the second difference quotient at the sample, 1/s²; zero if it is unknown.
+    pub factors: [f64; 2],
+    /// Bow over the larger quotient at the ends of the interval, s².
+    pub size: f64,
+    /// Infinite where no quotient is known at either end, else zero.
+    pub unknown: f64,
+    /// What a change of the rate of the excitation at the sample adds to the curvature at the end of an interval beside what the quotient says:
+    /// factor on the effect of the rate on the curvature, and on the direct effect, 1/s. Zero where the quotient is unknown.
+    pub kink: [f64; 2],
+}
+
+/// The largest bows of a block.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct MostBow {
+    /// Over the range of a value in the block.
+    pub by_range: f64,
+    /// Over a curvature, s².
+    pub by_curvature: f64,
+    /// Infinite if a bow is unknown, else zero.
+    pub unknown: f64,
+}
+
+/// The bows of a motion.
+#[derive(Debug, Clone)]
+pub(super) struct Bows {
+    /// Of the interval before each sample.
+    all: Vec<Bow>,
+    /// Of each block.
+    most: Vec<MostBow>,
+    components: usize,
+    kinks: Vec<[f64; 2]>,
+}
+
+impl Bows {
+    /// Those of intervals, each before its sample, s, and of values of some components of the excitation, sample by sample.
+    pub(super) fn new(intervals: &[f64], values: &[f64], components: usize) -> Self {
+        let all = bows(intervals);
+        let most = all.chunks_exact(BLOCK).map(most_bow).collect();
+        let kinks = kinks(intervals, values, components, &all);
+        Self { all, most, components, kinks }
+    }
+
+    /// The bow of the interval before a sample.
+    pub(super) fn at(&self, sample: usize) -> &Bow {
+        &self.all[sample]
+    }
+
+    /// The bows of a block.
+    pub(super) fn of(&self, block: usize) -> Option<&[Bow; BLOCK]> {
+        self.all[block * BLOCK..].first_chunk()
+    }
+
+    /// The largest bows of a block.
+    pub(super) fn most(&self, block: usize) -> &MostBow {
+        &self.most[block]
+    }
+
+    /// Largest changes of the rate of each component at the ends of the intervals of a block, with the factors of [`Bow::kink`].
+    pub(super) fn kinks(&self, block: usize) -> &[[f64; 2]] {
+        &self.kinks[block * self.components..][..self.components]
+    }
+}
+
+fn bows(intervals: &[f64]) -> Vec<Bow> {
+    let mut bows = vec![Bow::default(); intervals.len()];
+    for (k, bow) in bows.iter_mut().enumerate() {
+        let (length, next) = (intervals[k], intervals.get(k + 1).copied().unwrap_or(0.0));
+        if length > 0.0 && next > 0.0 {
+            bow.factors = [length, next].map(|part| 2.0 / ((length + next) * part));
+            bow.kink = [f64::max(length, next) / (length + next), 2.0 / (length + next)];
+        }
+        (bow.length, bow.size) = (length, BOW * 0.125 * length * length);
+    }
+    for block in bows.chunks_exact_mut(BLOCK) {
+        for k in 0..BLOCK {
+            // A quotient is known to its own block only, and not at its last sample.
+            let known = |k: usize| block[k].factors[0] > 0.0;
+            if block[k].length > 0.0 && !(k > 0 && known(k - 1)) && !(k + 1 < BLOCK && known(k)) {
+                block[k].unknown = f64::INFINITY;
+            }
+        }
+    }
+    bows
+}
+
+fn most_bow(block: &[Bow]) -> MostBow {
+    let (mut most, mut before) = (MostBow::default(), 0.0);
+    for bow in block {
+        let [first, second] = bow.factors;
+        most.by_range = f64::max(most.by_range, bow.size * f64::max(before, first + second));
+        most.by_curvature = f64::max(most.by_curvature, bow.size);
+        most.unknown = f64::max(most.unknown, bow.unknown);
+        before = first + second;
+    }
+    most
+}
+
+/// See [`Bows::kinks`].
+fn kinks(intervals: &[f64], values: &[f64], components: usize, bows: &[Bow]) -> Vec<[f64; 2]> {
+    let rate = |k: usize, component: usize| {
+        let value = |k: usize| values[k * components + component];
+        if k > 0 && intervals[k] > 0.0 { (value(k) - value(k - 1)) / intervals[k] } else { 0.0 }
+    };
+    let mut kinks = vec![[0.0; 2]; intervals.len() / BLOCK * components];
+    for (index, kinks) in kinks.iter_mut().enumerate() {
+        let (block, component) = (index / components, index % components);
+        for k in (block * BLOCK).saturating_sub(1)..usize::min((block + 1) * BLOCK, intervals.len() - 1) {
+            let change = (rate(k + 1, component) - rate(k, component)).abs();
+            for (most, factor) in kinks.iter_mut().zip(bows[k].kink) {
+                *most = f64::max(*most, factor * change);
+            }
+        }
+    }
+    kinks
+}

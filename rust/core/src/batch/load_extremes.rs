@@ -1,0 +1,164 @@
+//! The loads of single runs whose extremes the measures need, and where the extremes of each signal are found.
+
+use super::requirements::{LoadRow, Requirements, Signal};
+use super::time_statistics::RunningStatistics;
+use crate::life::{COMPONENTS, Rule};
+use crate::output::{Extremes, Part, Wrench, group_load_along, reaction};
+use crate::system::System;
+use crate::variation::{Group, Instance};
+
+/// A load whose extremes are sought.
+#[derive(Debug, Clone, PartialEq)]
+enum Load {
+    Group(usize),
+    Drive,
+    /// Six linear combinations of the components of the load of a group.
+    Combinations(usize, Box<[[f64; 6]; 6]>),
+}
+
+/// Where the extremes of a signal are found.
+#[derive(Debug, Clone)]
+enum Place {
+    /// Load and value.
+    Value(usize, usize),
+    /// The largest value of linear combinations: load, entry, and -1 for the negative one.
+    Largest(Vec<(usize, usize, f64)>),
+}
+
+/// The loads, without duplicates.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ExtremeLoads {
+    loads: Vec<Load>,
+    /// Before the first instant; values that are not wanted have infinite extremes.
+    begin: Vec<Extremes>,
+    /// Of each signal.
+    places: Vec<Option<Place>>,
+}
+
+impl ExtremeLoads {
+    pub(super) fn new(requirements: &Requirements) -> Self {
+        let mut all = Self::default();
+        for wanted in &requirements.signals {
+            let place = wanted.extremes.then(|| match wanted.signal {
+                Signal::Row(row) => match requirements.rows[row] {
+                    LoadRow::Group { component, group } => all.value(Load::Group(group), component),
+                    LoadRow::Drive => all.value(Load::Drive, 0),
+                },
+                Signal::Resultant(y, _) => match requirements.rows[y] {
+                    LoadRow::Group { group, .. } => all.value(Load::Group(group), 6),
+                    LoadRow::Drive => all.value(Load::Drive, 6),
+                },
+                Signal::Equivalent(index) | Signal::Power(index) => {
+                    let equivalent = &requirements.equivalents[index];
+                    all.largest(equivalent.group, &equivalent.rule)
+                }
+            });
+            all.places.push(place);
+        }
+        all
+    }
+
+    /// Both extremes of a value of a load.
+    fn value(&mut self, load: Load, value: usize) -> Place {
+        let index = self.index_of(load);
+        let begin = &mut self.begin[index];
+        (begin.smallest[value], begin.largest[value]) = (f64::INFINITY, f64::NEG_INFINITY);
+        Place::Value(index, value)
+    }
+
+    /// The largest equivalent load of a group: that of the linear combinations of which it is the largest at any time.
+    fn largest(&mut self, group: usize, rule: &Rule<f64>) -> Place {
+        let mut combinations: Vec<[f64; COMPONENTS]> = Vec::new();
+        for signs in 0..1 << COMPONENTS {
+            for one in rule.gradients(signs) {
+                if !combinations.contains(&one) {
+                    combinations.push(one);
+                }
+            }
+        }
+        let mut places = Vec::new();
+        // A combination and the negative one have the same extremes.
+        let mut rows: Vec<([f64; COMPONENTS], bool)> = Vec::new();
+        for one in combinations {
+            match rows.iter_mut().find(|(known, _)| known.map(|factor| -factor) == one) {
+                Some((_, is_negative_too)) => *is_negative_too = true,
+                None => rows.push((one, false)),
+            }
+        }
+        for some in rows.chunks(6) {
+            let mut factors = [[0.0; 6]; 6];
+            for (row, (one, _)) in factors.iter_mut().zip(some) {
+                row[1..].copy_from_slice(one);
+            }
+            let index = self.index_of(Load::Combinations(group, Box::new(factors)));
+            for (entry, (_, is_negative_too)) in some.iter().enumerate() {
+                self.begin[index].largest[entry] = f64::NEG_INFINITY;
+                places.push((index, entry, 1.0));
+                if *is_negative_too {
+                    self.begin[index].smallest[entry] = f64::INFINITY;
+                    places.push((index, entry, -1.0));
+                }
+            }
+        }
+        Place::Largest(places)
+    }
+
+    fn index_of(&mut self, load: Load) -> usize {
+        self.loads.iter().position(|known| *known == load).unwrap_or_else(|| {
+            self.loads.push(load);
+            self.begin.push(Extremes::unwanted());
+            self.loads.len() - 1
+        })
+    }
+
+    /// The extremes before the first instant.
+    pub(super) fn begin(&self) -> &[Extremes] {
+        &self.begin
+    }
+
+    /// The loads of a sample.
+    pub(super) fn of<'a>(&self, system: &'a System, sample: &Instance, groups: &[Group]) -> Vec<Wrench<'a>> {
+        let group_load = |group: usize| {
+            let (links, center) = (groups[group].links.iter().copied(), sample.centers()[group]);
+            group_load_along(system, links, center, groups[group].axes, Part::Total)
+        };
+        let mut loads = Vec::with_capacity(self.loads.len());
+        for load in &self.loads {
+            loads.push(match load {
+                Load::Group(group) => group_load(*group),
+                Load::Drive => reaction(system).scaled(sample.factors()),
+                Load::Combinations(group, rows) => group_load(*group).combined(rows),
+            });
+        }
+        loads
+    }
+
+    /// Takes the extremes of the signals.
+    pub(super) fn write(&self, extremes: &[Extremes], statistics: &mut [RunningStatistics]) {
+        for (place, statistics) in self.places.iter().zip(statistics) {
+            match place {
+                Some(Place::Value(load, value)) => {
+                    let found = &extremes[*load];
+                    (statistics.smallest, statistics.largest) =
+                        (found.smallest[*value], found.largest[*value]);
+                    statistics.time_of_smallest = found.time_of_smallest[*value];
+                    statistics.time_of_largest = found.time_of_largest[*value];
+                }
+                Some(Place::Largest(places)) => {
+                    for &(load, entry, sign) in places {
+                        let found = &extremes[load];
+                        let (largest, time) = if sign > 0.0 {
+                            (found.largest[entry], found.time_of_largest[entry])
+                        } else {
+                            (-found.smallest[entry], found.time_of_smallest[entry])
+                        };
+                        if largest > statistics.largest {
+                            (statistics.largest, statistics.time_of_largest) = (largest, time);
+                        }
+                    }
+                }
+                None => {}
+            }
+        }
+    }
+}
