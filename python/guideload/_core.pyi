@@ -540,13 +540,14 @@ class Batch:
     "max"), as in `equivalent_load_integrals`; by default |Fy| + |Fz|. start: of all samples, as in `Scene.solve`.
     draws: each sample runs under the motion plus the draw whose number, a whole one, is in this column of values.
 
-    measures: (quantity, index, statistic) over the stamps of the motion. Quantities: Fx Fy Fz [N], Mx My Mz [N m]
-    (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction along x [N];
-    nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal values), rms
-    (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p) of the equivalent load
-    P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"): its largest
-    value at the stamps, without the effect of a preload; and ("contact", group, "lost"): 1 if at any stamp a link of
-    the group has lost contact or has a row open, else 0.
+    measures: (quantity, index, statistic) over the motion. min, max and their times are those at any time, or, with
+    at_samples, those at the stamps; rms and mean are by the values at the stamps. Quantities: Fx Fy Fz [N],
+    Mx My Mz [N m] (about the centre) and resultant (hypot(Fy, Fz)) [N] of the group with this index; drive (reaction
+    along x [N]; nan if x is free), index 0. Statistics: min, time_of_min, max, time_of_max (first instant of equal
+    values), rms (weighted by time), start. Also ("load", group, "mean"): (int P^p |v| dt / int |v| dt)^(1/p) of the
+    equivalent load P, exact for loads linear in time, nan if the speed is unknown or always 0; ("load", group, "max"):
+    its largest value; and ("contact", group, "lost"): 1 if at any stamp a link of the group has lost contact or has a
+    row open, else 0.
 
     Raises TraceError for an invalid motion, and ArgumentError for changes and measures that do not match the scene.
     """
@@ -566,6 +567,7 @@ class Batch:
         rules: Sequence[tuple[Rule, Rule]] | None = None,
         start: str = "rest",
         draws: tuple[MotionDraws, int] | None = None,
+        at_samples: bool = False,
     ) -> Batch: ...
     def run(self, values: Array, threads: int, width: str = "widest") -> tuple[Array, list[tuple[int, str]]]:
         """Measures (n, measures) of samples with values (n, columns), and (row, reason) of each failed sample.

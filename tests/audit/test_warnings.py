@@ -33,8 +33,6 @@ from guideload.cli.templates import FILES
 from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
 from guideload.reports.trace import encoder_report
-from guideload.simulation.simulation import prepared_run
-from guideload.study.between_samples import sample_warnings
 
 Found = Iterable[str]
 MOVES = Moves.from_texts(["distance=0.6 m, speed=1 m/s, acceleration=2 m/s^2, jerk=50 m/s^3"])
@@ -98,12 +96,6 @@ def run(given: Machine, motion: Motion | None = None, **options: Any) -> Found:
 
 def at_samples(motion: Motion) -> Found:
     return run(machine(), motion, times=motion.time)
-
-
-def coarse() -> Motion:
-    """A push at 200 Hz."""
-    time = 0.005 * np.arange(200)
-    return Motion.along_x(time, np.where((time > 0.1) & (time < 0.5), 8.0, 0.0))
 
 
 def not_judged() -> Found:
@@ -194,10 +186,6 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
     ),
     "samples": (lambda: at_samples(lost(MOVES.motion(), 10)), "Leave times out"),
     "missed vibration": (lambda: at_samples(ringing()), "Leave times out"),
-    "samples of a study": (
-        lambda: sample_warnings(prepared_run(machine(), coarse(), "exact", 1e-6, None, None, "rest")),
-        "larger between them",
-    ),
     "motor": (
         lambda: run(rated(rated_torque=1e-3), lives.moved(Move(1.0, 2.0, 50.0))),
         "the motor overheats",

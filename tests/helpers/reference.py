@@ -38,6 +38,7 @@ OF_BATCH = (
     "rules",
     "start",
     "draws",
+    "at_samples",
 )
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 # Squaring and the imbalance of metres against metres per second cost up to ten digits of the 70; 50 are asked.

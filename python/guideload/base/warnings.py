@@ -119,11 +119,6 @@ LIMITS = {
     "missed vibration": Limit(
         "vibration that samples may miss, over the peak", "catalogues are no better", most=0.03
     ),
-    "samples of a study": Limit(
-        "rise of the largest load between the samples of a study, over it",
-        "catalogues are no better",
-        most=0.03,
-    ),
     "motor": Limit(
         "use of the motor's torque, speed or rated torque, and of the limits of screw and drive",
         "they cannot make the motion",

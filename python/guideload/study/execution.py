@@ -331,9 +331,9 @@ def histories(plan: Plan) -> Quantities:
     """
     samples, metadata = list(plan.histories), plan.metadata
     loads, reasons = _room(len(samples), plan.motion.time.size, len(metadata.carriages)), [""] * len(samples)
-    values = np.concatenate([plan.values(i, i + 1) for i in samples])
+    values, batch = np.concatenate([plan.values(i, i + 1) for i in samples]), plan.batch_at_stamps()
     for start in range(0, len(samples), TOGETHER):
-        loads[start : start + TOGETHER], failed = plan.batch().histories(values[start : start + TOGETHER])
+        loads[start : start + TOGETHER], failed = batch.histories(values[start : start + TOGETHER])
         for i, reason in failed:
             reasons[start + i] = reason
     variables = _loads(("sample",), loads, "", "load of the carriage")

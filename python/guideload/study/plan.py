@@ -19,6 +19,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Change
 from guideload.parameters.parts import arguments_of
+from guideload.simulation.instants import with_enough_instants
 from guideload.simulation.payload_changes import with_changes
 from guideload.study.distributions import Sample
 from guideload.study.factors import Factor
@@ -72,18 +73,18 @@ class Plan:
 
     def deviation(self, run: int) -> Array:
         """(n,) m/s2, drawn deviation of the acceleration of a run from the estimate, at the stamps of the motion."""
-        draws = self._draws(1.0)
+        draws = self._draws(self.motion.time, 1.0)
         if draws is None:
             return np.zeros(self.motion.time.size)
         return draws.deviation(int(self.values(run, run + 1)[0, -1]))
 
-    def _draws(self, factor: float) -> MotionDraws | None:
-        """The draws of the motion, times a factor; None without draws."""
+    def _draws(self, time: Array, factor: float) -> MotionDraws | None:
+        """The draws of the motion at instants, times a factor; None without draws."""
         if self.draw_seed is None:
             return None
-        time, uncertainty = self.motion.time, self.motion.uncertainty
+        uncertainty = self.motion.uncertainty
         assert uncertainty is not None
-        stamps = time if uncertainty.time is None else uncertainty.time
+        stamps = self.motion.time if uncertainty.time is None else uncertainty.time
         unit = factor * uncertainty.unit
         return MotionDraws(uncertainty.model, uncertainty.derivative, unit, stamps, time, self.draw_seed)
 
@@ -98,16 +99,22 @@ class Plan:
         return np.column_stack([marginal.values(u) for marginal, u in zip(marginals, uniforms, strict=True)])
 
     def batch(self) -> Batch:
-        """The core's batch, made once in a process. Raises SceneError if the nominal machine has no solution."""
+        """The core's batch, made once in a process. Raises SceneError if the nominal machine has no solution.
+
+        Between coarse stamps of the motion it has more instants: see `simulation.instants`.
+        """
         return self._batch
 
     @cached_property
     def _batch(self) -> Batch:
+        motion = with_enough_instants(self.metadata.machine, self.motion)[0]
         return self._batch_with(
-            self._scene(),
-            measures=self.metadata.measures,
-            rules=self._rules(),
+            self._scene(motion), motion, measures=self.metadata.measures, rules=self._rules()
         )
+
+    def batch_at_stamps(self) -> Batch:
+        """The same with the stamps of the motion alone, for histories."""
+        return self._batch_with(self._scene(self.motion), self.motion, measures=())
 
     def _rules(self) -> list[tuple[Rule, Rule]] | None:
         """Rules of the equivalent loads of each carriage; None if no carriage has a rating."""
@@ -123,10 +130,12 @@ class Plan:
         points = self.metadata.machine.link_table().points
         return self._batch_with(
             self._scene(
+                self.motion,
                 groups=list(np.arange(len(points))[:, None]),
                 centers=points,
                 changes=[change for change in self.changes if change[0][0] != "center"],  # of carriages
             ),
+            self.motion,
             measures=[
                 (load, i, end)
                 for i in range(len(points))
@@ -136,9 +145,10 @@ class Plan:
             method=method,
             rtol=rtol,
             factor=factor,
+            at_samples=True,
         )
 
-    def _scene(self, **other: Any) -> VariedScene:
+    def _scene(self, motion: Motion, **other: Any) -> VariedScene:
         """The machine, with `other` arguments in place of its groups, their centers or the changes."""
         machine = self.metadata.machine
         arguments: dict[str, Any] = {
@@ -146,19 +156,20 @@ class Plan:
             "centers": machine.carriage_places,
             "changes": self.changes,
         }
-        payloads = _payloads(machine, self.motion)
+        payloads = _payloads(machine, motion)
         return VariedScene(**arguments_of(machine), payloads=payloads, **arguments | other)
 
     def _batch_with(
         self,
         scene: VariedScene,
+        motion: Motion,
         *,
         method: str | None = None,
         rtol: float | None = None,
         factor: float = 1.0,
         **keys: Any,
     ) -> Batch:
-        metadata, motion, draws = self.metadata, self.motion, self._draws(factor)
+        metadata, draws = self.metadata, self._draws(motion.time, factor)
         return Batch(
             scene,
             time=motion.time,

@@ -20,7 +20,6 @@ from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import start_of
-from guideload.study.between_samples import sample_warnings
 from guideload.study.estimated import estimated_entries
 from guideload.study.factors import build_copula, drawn_factors, read_cases
 from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
@@ -128,8 +127,9 @@ class Study(StudyOptions):
                 ("machine",), "straight rails in a study", f"profiles of rails {profiles}", way_out
             )
         # The push of a rack is that of the machine as given: in a batch, all samples share one motion.
-        run = prepared_run(self.machine, self.motion, self.method, self.rtol, None, None, self.start)
-        motion = run.motion
+        motion = prepared_run(
+            self.machine, self.motion, self.method, self.rtol, None, None, self.start
+        ).motion
         if self.posterior:
             require_posterior(self.machine, motion, self.cases)
         parameters = Parameters(self.machine, motion)
@@ -181,7 +181,7 @@ class Study(StudyOptions):
             columns=columns,
             exponent=rated.exponent,
             life_notes=rated.notes,
-            motion_warnings=tuple(map(str, (*motion_warnings(motion, self.machine), *sample_warnings(run)))),
+            motion_warnings=tuple(map(str, motion_warnings(motion, self.machine))),
             travel=rated.travel if rated.criteria else None,
             limits={},
         )

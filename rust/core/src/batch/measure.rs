@@ -79,7 +79,7 @@ pub enum Measure {
     /// Mean load of a group over the distance, `(∫ P^p |v| dt / ∫ |v| dt)^(1/p)`, with P by the group's rule: an exact integral, with loads
     /// linear in time between the samples. N; NaN if the speed of the motion is not known or always zero.
     MeanLoad(usize),
-    /// Largest equivalent load of a group at the samples, by the group's rule for static safety, N.
+    /// Largest equivalent load of a group, by the group's rule for static safety, N.
     PeakLoad(usize),
     /// 1 if at some sample of the motion a link of the group has neither force nor stiffness or, if preloaded, an open row; otherwise 0.
     ContactLost(usize),

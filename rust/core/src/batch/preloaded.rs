@@ -87,14 +87,16 @@ fn run_window(
     for (index, one) in samples.iter_mut().enumerate() {
         let Some(place) = begun.iter().position(|(other, _)| *other == index) else { continue };
         let (of_system, sample) = ((&begun[place].1.0, &loads[place][..]), one.sample);
-        let record = Reduce::new(window, &excitations[place].0, of_system, (sample, groups), one.memory);
-        records.push((Watched { record, watch: one.runs.watch }, sample.factors()));
+        let (excitation, peak) = &excitations[place];
+        let scaled = ScaledExcitation { excitation, peak: *peak, factors: sample.factors() };
+        let record = Reduce::new(window, &scaled, of_system, (sample, groups), one.memory);
+        records.push((Watched { record, watch: one.runs.watch }, scaled));
     }
-    let runs = begun.iter().zip(&excitations).zip(&mut records);
-    let runs = runs.map(|(((_, (system, start)), (excitation, peak)), (record, factors))| SceneRun {
+    let runs = begun.iter().zip(&mut records);
+    let runs = runs.map(|((_, (system, start)), (record, scaled))| SceneRun {
         system,
         start: *start,
-        scaled: ScaledExcitation { excitation, peak: *peak, factors: *factors },
+        scaled: *scaled,
         record,
     });
     let ends = run_side_by_side(runs.collect(), rtol, typical_interval);

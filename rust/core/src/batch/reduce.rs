@@ -6,7 +6,7 @@ use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::error::RunError;
-use crate::excitation::Excitation;
+use crate::excitation::{Excitation, ScaledExcitation};
 use crate::life::Rule;
 use crate::numeric::float::{fma, sqrt};
 use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
@@ -90,17 +90,17 @@ impl<'a> Reduce<'a> {
     /// A reduction that adds to the statistics in `memory`. `loads`: those in [`Requirements::extremes`], of the system.
     pub(super) fn new(
         window: &'a Window<'a>,
-        excitation: &'a Excitation<'a>,
+        scaled: &ScaledExcitation<'a>,
         (system, loads): (&'a System, &'a [Wrench<'a>]),
         (sample, groups): (&Instance, &[Group]),
         memory: &'a mut Memory,
     ) -> Self {
-        let (requirements, factors) = (&window.requirements, sample.factors());
+        let (requirements, excitation) = (&window.requirements, scaled.excitation);
         let Memory { extremes, rows, block, statistics, ends, lost, rules } = memory;
         if requirements.needs_blocks {
-            rows.set_system(system, requirements, groups, sample.centers(), factors);
+            rows.set_system(system, requirements, groups, sample.centers(), scaled.factors);
         }
-        let peaks = Peaks::after(system, excitation, factors, loads, extremes);
+        let peaks = Peaks::after(system, scaled, loads, extremes);
         Self { window, excitation, peaks, rows, block, statistics, ends, lost, rules, before: 0, filled: 0 }
     }
 

@@ -55,15 +55,13 @@ impl RunSettings<'_> {
     fn run<R: Record>(
         &self,
         (system, start): (&System, Start),
-        (excitation, peak): (&Excitation, [f64; 9]),
-        factors: [f64; 2],
+        scaled: &ScaledExcitation,
         record: R,
     ) -> Result<(R, State), RunError> {
-        let scaled = ScaledExcitation { excitation, peak, factors };
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
         let method = self.method_for(system);
-        let summary = method.run_scaled(system, control, start, &scaled, output, &mut record)?;
+        let summary = method.run_scaled(system, control, start, scaled, output, &mut record)?;
         Ok((record.record, summary.end))
     }
 
@@ -117,9 +115,10 @@ pub(super) fn measure(
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;
         let (excitation, peak) = runs.excitation(window);
+        let scaled = ScaledExcitation { excitation: &excitation, peak, factors: sample.factors() };
         let loads = requirements.extremes.of(&system, sample, groups);
-        let reduce = Reduce::new(window, &excitation, (&system, &loads), (sample, groups), memory);
-        let (_, end) = runs.run((&system, start), (&excitation, peak), sample.factors(), reduce)?;
+        let reduce = Reduce::new(window, &scaled, (&system, &loads), (sample, groups), memory);
+        let (_, end) = runs.run((&system, start), &scaled, reduce)?;
         last = Some((system, end));
     }
     Ok(memory.write(requirements, out)?)
@@ -136,8 +135,8 @@ pub(super) fn history(
     for window in runs.windows {
         let (system, start) = runs.begin(window, sample, last)?;
         let (excitation, peak) = runs.excitation(window);
-        let (states, end) =
-            runs.run((&system, start), (&excitation, peak), sample.factors(), Vec::<State>::new())?;
+        let scaled = ScaledExcitation { excitation: &excitation, peak, factors: sample.factors() };
+        let (states, end) = runs.run((&system, start), &scaled, Vec::<State>::new())?;
         let loads: Vec<_> = groups
             .iter()
             .zip(sample.centers())

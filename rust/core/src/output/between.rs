@@ -8,14 +8,14 @@ use super::extremes::{Extremes, Goal};
 use super::loads::Wrench;
 use super::search::{Search, moved};
 use crate::equations::{PowerSeries, Riders, SegmentEquations, SmoothEquations};
-use crate::excitation::{Excitation, Forcing, Instant, Ramp};
+use crate::excitation::{Excitation, Forcing, Instant, Ramp, ScaledExcitation};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, scale};
 use crate::numeric::simd::{Kernel, dispatch};
 use crate::system::{Force, LinkRow, ModelLevel, NO_INPUT, State, System};
 
-/// Pieces that may wait.
-const WAITING: usize = 24;
+/// Pieces that may wait; with few, more of them are searched in vain.
+const WAITING: usize = if cfg!(feature = "std") { 96 } else { 24 };
 
 /// Fraction of a piece by which the time of a load at its end lies inside of it, where loads jump at contact changes.
 const BESIDE: f64 = 1e-8;
@@ -55,13 +55,13 @@ pub(super) struct Between<'a> {
 }
 
 impl<'a> Between<'a> {
-    /// `factors`: on the accelerations and external loads of the excitation.
-    pub(super) fn new(system: &'a System, excitation: &'a Excitation<'a>, factors: [f64; 2]) -> Self {
+    pub(super) fn new(system: &'a System, scaled: &ScaledExcitation<'a>) -> Self {
+        let ScaledExcitation { excitation, peak, factors } = *scaled;
         let linear = SegmentEquations::of_linear_links(system);
         Self {
             system,
             excitation,
-            forcing: Forcing::new(system, &excitation.peak(), factors).with_riders(excitation),
+            forcing: Forcing::new(system, &peak, factors).with_riders(excitation),
             linear,
             segments: BoundedVec::filled(u8::MAX, nonlinear(system).count()),
             on_segments: (linear, PowerSeries::new(&linear)),
@@ -88,26 +88,36 @@ impl<'a> Between<'a> {
     }
 
     /// The components of the excitation, with the modal force of a unit of each.
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn influences(&self) -> impl Iterator<Item = (usize, &Force)> {
         self.forcing.influences()
     }
 
-    /// The change of the rate of each of these components at a sample, 1/s; zero beside an interval without length.
-    pub(super) fn changes_of_rate(&self, sample: usize) -> [f64; 9] {
-        let mut changes = [0.0; 9];
+    /// The inverses of the intervals before and after a sample, which are known where pieces beside it are as long; 0 beside none.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn inverses(&self, sample: usize, lengths: [f64; 2], known: [f64; 2]) -> [f64; 2] {
         if sample == 0 || sample + 1 >= self.excitation.count() {
-            return changes;
+            return [0.0; 2];
         }
-        let lengths = [self.excitation.interval(sample - 1), self.excitation.interval(sample)];
-        if lengths.iter().any(|length| *length <= 0.0) {
-            return changes;
+        let mut inverses = known;
+        for i in 0..2 {
+            let interval = self.excitation.interval(sample - 1 + i);
+            if interval != lengths[i] {
+                inverses[i] = 1.0 / interval;
+            }
         }
-        for (change, (component, _)) in changes.iter_mut().zip(self.influences()) {
-            let [before, here, after] =
-                [sample - 1, sample, sample + 1].map(|at| self.excitation.component(at, component));
-            *change = (after - here) / lengths[1] - (here - before) / lengths[0];
+        inverses
+    }
+
+    /// The change of the rate of a component at a sample, by the inverses of the intervals beside it.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn change_of_rate(&self, sample: usize, component: usize, [before, after]: [f64; 2]) -> f64 {
+        if before == 0.0 {
+            return 0.0;
         }
-        changes
+        let at = |k: usize| self.excitation.component(k, component);
+        let here = at(sample);
+        (at(sample + 1) - here) * after - (here - at(sample - 1)) * before
     }
 
     /// Whether a load may jump at one of these places.
@@ -120,12 +130,29 @@ impl<'a> Between<'a> {
         self.waiting[self.count] = Some(piece);
         self.count += 1;
         if self.count == WAITING {
-            self.search(loads, extremes);
+            self.prune(extremes);
+            if self.count > WAITING / 2 {
+                self.search(loads, extremes);
+            }
         }
+    }
+
+    /// Lets those go in which no value can pass its extreme any more.
+    fn prune(&mut self, extremes: &[Extremes]) {
+        let mut left = 0;
+        for index in 0..self.count {
+            if self.waiting[index].is_some_and(|piece| piece.most > extremes[piece.goal.load].of(piece.goal))
+            {
+                self.waiting.swap(left, index);
+                left += 1;
+            }
+        }
+        self.count = left;
     }
 
     /// Searches the pieces that wait.
     pub(super) fn search(&mut self, loads: &[Wrench], extremes: &mut [Extremes]) {
+        self.prune(extremes);
         let Self { waiting, count, .. } = self;
         let waiting = &mut waiting[..*count];
         waiting.sort_unstable_by(|a, b| {
@@ -191,7 +218,9 @@ impl Kernel for SearchKernel<'_, '_> {
         between.find_equations(&middle);
         let (equations, series) = &between.on_segments;
         if system.model_level() == ModelLevel::SmoothNonlinear || !excitation.riders().is_empty() {
-            search.integrate(&SmoothEquations::new(system, *equations, Riders::new(system, excitation)));
+            let norm = series.norm(piece.h);
+            search
+                .integrate(&SmoothEquations::new(system, *equations, Riders::new(system, excitation)), norm);
         } else {
             search.follow(equations, series);
         }

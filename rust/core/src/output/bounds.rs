@@ -11,11 +11,10 @@ use crate::system::{Bounded, LinkRow, ROUNDING, StateBox};
 const BETWEEN: f64 = 1.25;
 
 impl StateBox {
-    /// Which values of a load that does not depend on the excitation directly may pass their extremes at instants with states in the box, or
-    /// between them: the components, the y-z resultant of
-    /// the force, and the magnitude of the moment. True for NaN.
+    /// Which values of a load may pass their extremes at instants with states in the box, or between them: the components, the y-z resultant
+    /// of the force, and the magnitude of the moment. `inputs`: of the excitation at these instants. True for NaN.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn may_pass(&self, load: &Wrench, extremes: &Extremes) -> [bool; 8] {
+    pub(crate) fn may_pass(&self, load: &Wrench, inputs: &[Bounded; 9], extremes: &Extremes) -> [bool; 8] {
         let mut states = *self;
         for radius in &mut states.radius {
             *radius *= BETWEEN;
@@ -29,6 +28,14 @@ impl StateBox {
                 let coefficient = load.linear.by_state[j][i];
                 middle[i] = fma(coefficient, states.middle[j], middle[i]);
                 radius[i] = fma(coefficient.abs(), states.radius[j], radius[i]);
+            }
+        }
+        if load.linear.by_input_at_all {
+            for (column, [at, reach]) in load.linear.by_input.iter().zip(inputs) {
+                for i in 0..6 {
+                    middle[i] = fma(column[i], *at, middle[i]);
+                    radius[i] = fma(column[i].abs(), *reach, radius[i]);
+                }
             }
         }
         for NonlinearLink { row, elastic, damping } in load.nonlinear.as_slice() {
@@ -97,7 +104,8 @@ fn outside(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> [bool; 
     let least = [least[1] + least[2], least[3] + least[4] + least[5]];
     let most = [most[1] + most[2], most[3] + most[4] + most[5]];
     for i in 0..2 {
-        let (smallest, largest) = (extremes.smallest[6 + i], extremes.largest[6 + i]);
+        // The smallest one is below zero where it is not wanted.
+        let (smallest, largest) = (f64::max(extremes.smallest[6 + i], 0.0), extremes.largest[6 + i]);
         outside[6 + i] = !((least[i] * (1.0 - ROUNDING) >= smallest * smallest)
             & (most[i] * (1.0 + ROUNDING) <= largest * largest)
             & (largest >= 0.0));

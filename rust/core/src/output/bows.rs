@@ -36,6 +36,8 @@ pub(super) struct Bows {
     unknown: Values,
     /// Curvature per unit of the effects of the excitation that second differences do not show; see [`Bows::hidden`].
     kinks: [[f64; 2]; 9],
+    /// The largest bow over the range of a value in the block, that over a curvature, s², and infinity if one is unknown, else zero.
+    most: [f64; 3],
 }
 
 impl Bows {
@@ -47,6 +49,7 @@ impl Bows {
         bows: [0.0; BLOCK],
         unknown: [0.0; BLOCK],
         kinks: [[0.0; 2]; 9],
+        most: [0.0; 3],
     };
 
     /// Takes the pieces between these places.
@@ -71,6 +74,17 @@ impl Bows {
                 self.unknown[k] = f64::INFINITY;
             }
         }
+        self.most = [0.0; 3];
+        for k in 0..BLOCK - 1 {
+            // The largest second difference quotient over the range of a value.
+            let at = |k: usize| {
+                if k > 0 { self.quotients[k] * (self.inverses[k - 1] + self.inverses[k]) } else { 0.0 }
+            };
+            let numbers = [self.bows[k] * f64::max(at(k), at(k + 1)), self.bows[k], self.unknown[k]];
+            for (most, number) in self.most.iter_mut().zip(numbers) {
+                *most = f64::max(*most, number);
+            }
+        }
         self.kinks = [[0.0; 2]; 9];
         for k in 1..BLOCK - 1 {
             if let Some((sample, _)) = places[k]
@@ -78,18 +92,32 @@ impl Bows {
             {
                 let larger = f64::max(self.lengths[k - 1], self.lengths[k]);
                 let factors = [0.5 * larger * self.quotients[k], self.quotients[k]];
-                for (kinks, change) in self.kinks.iter_mut().zip(between.changes_of_rate(sample)) {
+                let inverses = between.inverses(
+                    sample,
+                    [self.lengths[k - 1], self.lengths[k]],
+                    [self.inverses[k - 1], self.inverses[k]],
+                );
+                for (kinks, (component, _)) in self.kinks.iter_mut().zip(between.influences()) {
+                    let change = between.change_of_rate(sample, component, inverses).abs();
                     for (most, factor) in kinks.iter_mut().zip(factors) {
-                        *most = f64::max(*most, factor * change.abs());
+                        *most = f64::max(*most, factor * change);
                     }
                 }
             }
         }
     }
 
+    /// How far a value may pass its range in the block, with this hidden curvature, between its instants.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn reach(&self, [low, high]: [f64; 2], hidden: f64) -> f64 {
+        let [by_range, by_curvature, unknown] = self.most;
+        fma(by_range, high - low, fma(by_curvature, hidden, unknown))
+    }
+
     /// The curvature of each value of a load in a piece that second differences do not show: at a sample the rate of the excitation changes,
     /// and with it the curvature of a load, by its dampers, or its slope. The second difference there is that of the mean curvature on both
     /// sides.
+    #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn hidden(&self, between: &Between, load: &Wrench) -> [f64; 8] {
         let mut hidden = [0.0; 8];
         for ((component, influence), kinks) in between.influences().zip(self.kinks) {
@@ -124,6 +152,8 @@ pub(super) struct Pieces<'a> {
     pub states: &'a [State; BLOCK],
     pub bows: &'a Bows,
     pub values: &'a Values,
+    /// Smallest and largest of them.
+    pub range: [f64; 2],
     /// See [`Bows::hidden`].
     pub hidden: f64,
 }
@@ -138,8 +168,9 @@ impl Pieces<'_> {
         loads: &[Wrench],
         extremes: &mut [Extremes],
     ) {
-        let Self { bows, values, hidden, .. } = self;
+        let Self { bows, values, range, hidden, .. } = self;
         let mut most = [0.0; BLOCK];
+        let reach = bows.reach(*range, *hidden);
         for largest in [true, false] {
             if value >= 6 && !largest {
                 return;
@@ -148,6 +179,11 @@ impl Pieces<'_> {
             let (sign, rounding) =
                 (if largest { 1.0 } else { -1.0 }, ROUNDING * extremes[load].size_of(value));
             let least = extremes[load].of(goal) + rounding;
+            let high = if largest { range[1] } else { -range[0] };
+            // Not for NaN.
+            if high + reach <= least {
+                continue;
+            }
             let kernel = BowKernel { bows, values, hidden: *hidden, sign, least, most: &mut most };
             if !dispatch_wide(kernel) {
                 continue;
@@ -184,18 +220,23 @@ impl Kernel for BowKernel<'_> {
     fn run(self) -> bool {
         let Self { bows: Bows { inverses, quotients, bows, unknown, .. }, values, hidden, sign, least, most } =
             self;
-        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK]);
+        // Curvatures from one instant before the block on.
+        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK + 3]);
         for k in 0..BLOCK - 1 {
             slopes[k] = sign * (values[k + 1] - values[k]) * inverses[k];
         }
-        // Only where a value bows upwards is it higher than at the ends.
         for k in 1..BLOCK - 1 {
-            curvatures[k] = (slopes[k - 1] - slopes[k]) * quotients[k];
+            curvatures[k + 1] = (slopes[k - 1] - slopes[k]) * quotients[k];
         }
         let mut passes = false;
         for k in 0..BLOCK - 1 {
             let (a, b) = (sign * values[k], sign * values[k + 1]);
-            let bend = if curvatures[k] > curvatures[k + 1] { curvatures[k] } else { curvatures[k + 1] };
+            // Where the curvature at an end is not known, it is on a straight line through those beside it.
+            let [before, start, end, after] =
+                [curvatures[k], curvatures[k + 1], curvatures[k + 2], curvatures[k + 3]];
+            let at_start = if quotients[k] > 0.0 { start } else { 2.0 * end - after };
+            let at_end = if quotients[k + 1] > 0.0 { end } else { 2.0 * start - before };
+            let bend = if at_start > at_end { at_start } else { at_end };
             let bow = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
             let (change, middle) = (b - a, 0.5 * (a + b));
             // The parabola with this bow over the middle of the chord.

@@ -11,13 +11,14 @@ use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
 use super::record::Record;
 use crate::error::RunError;
-use crate::excitation::Excitation;
+use crate::excitation::{Excitation, ScaledExcitation};
 use crate::model::forces;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch, dispatch_wide};
-use crate::system::{Input, NO_INPUT, State, StateBox, System};
+use crate::system::{Bounded, Input, NO_INPUT, ROUNDING, State, StateBox, System};
 
-/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 22 kB.
+/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 45 kB, and without `std`
+/// 25 kB.
 ///
 /// For this the fastest vibration should have six samples per period or more. Instants other than samples are only instants to it.
 #[derive(Debug)]
@@ -37,11 +38,15 @@ pub struct Peaks<'a> {
     scratch: Scratch,
 }
 
+/// Of an entry that is zero.
+const NO_RANGE: Bounded = [0.0; 2];
+
 /// Memory for the evaluation of a block, kept so that it need not be zeroed for each.
 #[derive(Debug)]
 struct Scratch {
-    /// The entries of the states, each at all instants.
+    /// The entries of the states, and those of the excitation, each at all instants.
     entries: [Values; 12],
+    inputs: [Values; 9],
     /// Components of a load, y-z resultant of its force, and magnitude of its moment.
     values: [Values; 8],
     bows: Bows,
@@ -57,20 +62,18 @@ impl<'a> Peaks<'a> {
         extremes: &'a mut [Extremes],
     ) -> Self {
         extremes.fill(Extremes::NONE);
-        Self::after(system, excitation, [1.0; 2], loads, extremes)
+        Self::after(system, &ScaledExcitation::unscaled(excitation), loads, extremes)
     }
 
-    /// The same, after the extremes of earlier runs. `factors`: on the accelerations and external loads of the excitation in the run; those on
-    /// its direct effect are in the loads.
+    /// The same, after the extremes of earlier runs. The factors on the direct effect of the excitation are in the loads.
     pub(crate) fn after(
         system: &'a System,
-        excitation: &'a Excitation<'a>,
-        factors: [f64; 2],
+        excitation: &ScaledExcitation<'a>,
         loads: &'a [Wrench<'a>],
         extremes: &'a mut [Extremes],
     ) -> Self {
         Self {
-            between: Between::new(system, excitation, factors),
+            between: Between::new(system, excitation),
             loads,
             extremes,
             needs_input: loads.iter().any(|load| load.linear.by_input_at_all),
@@ -80,7 +83,12 @@ impl<'a> Peaks<'a> {
             inputs: [NO_INPUT; BLOCK],
             filled: 0,
             safe: StateBox::NOTHING,
-            scratch: Scratch { entries: [[0.0; BLOCK]; 12], values: [[0.0; BLOCK]; 8], bows: Bows::NONE },
+            scratch: Scratch {
+                entries: [[0.0; BLOCK]; 12],
+                inputs: [[0.0; BLOCK]; 9],
+                values: [[0.0; BLOCK]; 8],
+                bows: Bows::NONE,
+            },
         }
     }
 
@@ -206,31 +214,29 @@ impl Kernel for BlockKernel<'_, '_> {
         let here = StateBox::of(states);
         if !here.is_within(safe) || *needs_input {
             let mut evaluated = false;
+            let of_input = if *needs_input { ranges_of(inputs) } else { [NO_RANGE; 9] };
             for index in 0..loads.len() {
                 let load = &loads[index];
-                let by_input = load.linear.by_input_at_all;
-                let wanted = if by_input { [true; 8] } else { here.may_pass(load, &extremes[index]) };
+                let wanted = here.may_pass(load, &of_input, &extremes[index]);
                 if wanted == [false; 8] {
                     continue;
                 }
                 if !evaluated {
                     transpose(states, &mut scratch.entries);
+                    if *needs_input {
+                        transpose(inputs, &mut scratch.inputs);
+                    }
                     scratch.bows.measure(between, places);
                     evaluated = true;
                 }
-                if by_input {
-                    for k in 0..BLOCK {
-                        for (row, value) in load.at(&states[k], &inputs[k]).into_iter().enumerate() {
-                            scratch.values[row][k] = value;
-                        }
-                    }
-                }
                 let here = &mut extremes[index];
-                dispatch_wide(UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes: here });
+                let kernel = UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes: here };
+                let ranges = dispatch_wide(kernel);
                 let hidden = scratch.bows.hidden(between, load);
                 for (value, _) in wanted.iter().enumerate().filter(|(_, wanted)| **wanted) {
                     let (bows, values) = (&scratch.bows, &scratch.values[value]);
-                    let pieces = Pieces { places, states, bows, values, hidden: hidden[value] };
+                    let (range, hidden) = (ranges[value], hidden[value]);
+                    let pieces = Pieces { places, states, bows, values, range, hidden };
                     pieces.wait(between, (index, value), loads, extremes);
                 }
             }
@@ -244,8 +250,7 @@ impl Kernel for BlockKernel<'_, '_> {
     }
 }
 
-/// Updates the extremes of a load with the wanted values of a block. The values of a load that does not depend on the excitation are evaluated
-/// first; those of the others are in `scratch`.
+/// Evaluates the wanted values of a load in a block, and updates its extremes.
 struct UpdateKernel<'a, 'b> {
     load: &'a Wrench<'b>,
     wanted: &'a [bool; 8],
@@ -256,17 +261,16 @@ struct UpdateKernel<'a, 'b> {
 }
 
 impl Kernel for UpdateKernel<'_, '_> {
-    type Output = ();
+    /// Smallest and largest of each wanted value.
+    type Output = [[f64; 2]; 8];
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
+    fn run(self) -> [[f64; 2]; 8] {
         let Self { load, wanted, states, times, scratch, extremes } = self;
-        let Scratch { entries, values, .. } = scratch;
-        if !load.linear.by_input_at_all {
-            evaluate(load, &needed_for(wanted), entries, states, values);
-        }
+        let Scratch { entries, inputs, values, .. } = scratch;
+        evaluate(load, &needed_for(wanted), (entries, inputs), states, values);
         add_magnitudes(wanted, values);
-        extremes.update(times, wanted, values);
+        extremes.update(times, wanted, values)
     }
 }
 
@@ -295,11 +299,27 @@ impl Kernel for LeaveOutKernel<'_, '_, '_> {
     }
 }
 
-/// Whether one of the loads may pass its extremes in a box.
+/// The ranges of the entries of the excitation.
+#[cfg_attr(feature = "std", inline(always))]
+fn ranges_of(inputs: &[Input; BLOCK]) -> [Bounded; 9] {
+    let (mut low, mut high) = (inputs[0], inputs[0]);
+    for input in inputs {
+        for i in 0..9 {
+            low[i] = if input[i] < low[i] { input[i] } else { low[i] };
+            high[i] = if input[i] > high[i] { input[i] } else { high[i] };
+        }
+    }
+    core::array::from_fn(|i| {
+        let (middle, half) = (0.5 * (low[i] + high[i]), 0.5 * (high[i] - low[i]));
+        [middle, fma(ROUNDING, middle.abs(), half)]
+    })
+}
+
+/// Whether one of the loads, which do not depend on the excitation, may pass its extremes in a box.
 #[cfg_attr(feature = "std", inline(always))]
 fn any_may_pass(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> bool {
     for (load, extremes) in loads.iter().zip(extremes) {
-        if states.may_pass(load, extremes) != [false; 8] {
+        if states.may_pass(load, &[NO_RANGE; 9], extremes) != [false; 8] {
             return true;
         }
     }
@@ -313,12 +333,12 @@ fn safe_box(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> State
     if any_may_pass(&wide, loads, extremes) { *states } else { wide }
 }
 
-/// Writes the entries of the states, each at all instants, to `entries`.
+/// Writes the entries of some columns, each at all instants, to `entries`.
 #[cfg_attr(feature = "std", inline(always))]
-fn transpose(states: &[State; BLOCK], entries: &mut [Values; 12]) {
-    for (k, state) in states.iter().enumerate() {
-        for j in 0..12 {
-            entries[j][k] = state[j];
+fn transpose<const N: usize>(columns: &[[f64; N]; BLOCK], entries: &mut [Values; N]) {
+    for (k, column) in columns.iter().enumerate() {
+        for j in 0..N {
+            entries[j][k] = column[j];
         }
     }
 }
@@ -335,14 +355,18 @@ fn needed_for(wanted: &[bool; 8]) -> [bool; 6] {
 fn evaluate(
     load: &Wrench,
     needed: &[bool; 6],
-    entries: &[Values; 12],
+    (entries, inputs): (&[Values; 12], &[Values; 9]),
     states: &[State; BLOCK],
     values: &mut [Values; 8],
 ) {
     // Two rows at a time, so that the sums of one fill the time in which those of the other wait for each other.
     for pair in 0..3 {
         let (a, b) = (2 * pair, 2 * pair + 1);
-        if !needed[a] && !needed[b] {
+        if !needed[a] || !needed[b] {
+            let row = if needed[a] { a } else { b };
+            if needed[row] {
+                evaluate_row(load, row, entries, &mut values[row]);
+            }
             continue;
         }
         let mut sums = [[load.linear.constant[a]; BLOCK], [load.linear.constant[b]; BLOCK]];
@@ -355,6 +379,15 @@ fn evaluate(
             add_scaled(&mut sums[1], &entries[j], column[b]);
         }
         (values[a], values[b]) = (sums[0], sums[1]);
+    }
+    if load.linear.by_input_at_all {
+        for (column, input) in load.linear.by_input.iter().zip(inputs) {
+            for row in 0..6 {
+                if needed[row] && column[row] != 0.0 {
+                    add_scaled(&mut values[row], input, column[row]);
+                }
+            }
+        }
     }
     for link in load.nonlinear.as_slice() {
         let NonlinearLink { row, elastic, damping } = link;
@@ -388,6 +421,19 @@ fn evaluate(
     }
 }
 
+/// The part of a row that is linear in the state.
+#[cfg_attr(feature = "std", inline(always))]
+fn evaluate_row(load: &Wrench, row: usize, entries: &[Values; 12], values: &mut Values) {
+    let mut sum = [load.linear.constant[row]; BLOCK];
+    for j in 0..12 {
+        let factor = load.linear.by_state[j][row];
+        if factor != 0.0 {
+            add_scaled(&mut sum, &entries[j], factor);
+        }
+    }
+    *values = sum;
+}
+
 /// Adds the y-z resultant of the force and the magnitude of the moment, where wanted.
 #[cfg_attr(feature = "std", inline(always))]
 fn add_magnitudes(wanted: &[bool; 8], values: &mut [Values; 8]) {
@@ -405,14 +451,16 @@ fn add_magnitudes(wanted: &[bool; 8], values: &mut [Values; 8]) {
 }
 
 impl Extremes {
-    /// Updates with the wanted values of a block; the time is that of the first occurrence.
+    /// Updates with the wanted values of a block, whose ranges it returns; the time is that of the first occurrence.
     #[cfg_attr(feature = "std", inline(always))]
-    fn update(&mut self, times: &Values, wanted: &[bool; 8], values: &[Values; 8]) {
+    fn update(&mut self, times: &Values, wanted: &[bool; 8], values: &[Values; 8]) -> [[f64; 2]; 8] {
+        let mut ranges = [[0.0; 2]; 8];
         for (i, values) in values.iter().enumerate() {
             if !wanted[i] {
                 continue;
             }
             let (low, high) = least_and_largest(values);
+            ranges[i] = [low, high];
             if low < self.smallest[i] {
                 (self.smallest[i], self.time_of_smallest[i]) = (low, times[first(values, low)]);
             }
@@ -420,6 +468,7 @@ impl Extremes {
                 (self.largest[i], self.time_of_largest[i]) = (high, times[first(values, high)]);
             }
         }
+        ranges
     }
 }
 

@@ -4,12 +4,12 @@ use super::extremes::{Extremes, Goal};
 use super::loads::Wrench;
 use crate::equations::{Equations, Moments, PowerSeries, advance};
 use crate::excitation::Ramp;
-use crate::numeric::float::{add_scaled, fma, scale, sqrt};
+use crate::numeric::float::{add_scaled, ceil, fma, scale, sqrt};
 use crate::system::{Input, NO_FORCE, NO_INPUT, State};
 
-/// Steps of an integration over a piece.
-const STEPS: usize = 32;
-const STEP: f64 = 1.0 / STEPS as f64;
+/// Steps of an integration over a piece whose equations have a norm of one, also the fewest, and the most.
+const STEPS: f64 = 8.0;
+const MOST_INTEGRATED: f64 = 64.0;
 
 /// Most steps of the search for a largest value.
 const MOST_STEPS: usize = 60;
@@ -22,6 +22,8 @@ const BEYOND_CUBIC: f64 = 0.05;
 
 /// Norm of a step up to which the cubic through the ends of a piece tells whether a value may pass its extreme.
 const SMOOTH: f64 = 4.0;
+
+const NO_STATE: State = [0.0; 12];
 
 /// A value and its slope.
 type Slope = [f64; 2];
@@ -110,9 +112,11 @@ impl Search<'_> {
         local
     }
 
-    /// Searches on cubics through the steps of an integration by the Runge-Kutta method of order 4.
+    /// Searches on cubics through the steps of an integration by the Runge-Kutta method of order 4. `norm`: of the equations over the piece.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn integrate<E: Equations>(&mut self, equations: &E) {
+    pub(super) fn integrate<E: Equations>(&mut self, equations: &E, norm: f64) {
+        let steps = ceil((STEPS * norm).clamp(STEPS, MOST_INTEGRATED));
+        let size = 1.0 / steps;
         let mut moments = Moments::NONE;
         let mut ends = [[0.0; 2]; 2];
         equations.prepare(self.ramp, &[0.0, 1.0], &mut moments);
@@ -126,40 +130,60 @@ impl Search<'_> {
         if !self.may_pass(&ends, true) {
             return;
         }
-        let (mut state, mut before) = (self.ends[0], [0.0; 2]);
-        for step in 0..=STEPS {
-            let from = step as f64 * STEP;
-            let nodes = [from, fma(0.5, STEP, from), from + STEP];
-            equations.prepare(self.ramp, &nodes, &mut moments);
-            let first = self.change(equations, &moments, &nodes, 0, &state);
-            let here = self.slope(&state, &first, from);
-            if step > 0 && before[1] > 0.0 && here[1] < 0.0 {
-                let share = top(before, here);
-                self.note(cubic(&[before, here], share), fma(share, STEP, from - STEP));
+        let (mut state, mut from) = (self.ends[0], 0.0);
+        let mut before = [ends[0][0], ends[0][1] * size];
+        for step in 1..=steps as usize {
+            let until = step as f64 * size;
+            let last = state;
+            state = self.step(equations, &mut moments, [from, until], &last);
+            let rate = self.change(equations, &moments, [until, until - from], 2, &state);
+            let here = self.slope(&state, &rate, until);
+            if before[1] > 0.0 && here[1] < 0.0 {
+                // The value itself at the top of the cubic: laws have corners in their slope.
+                let there = fma(top(before, here), until - from, from);
+                let state = self.step(equations, &mut moments, [from, there], &last);
+                self.note(self.slope(&state, &NO_STATE, there)[0], there);
             }
-            before = here;
-            let second = self.change(equations, &moments, &nodes, 1, &moved(&state, &first, 0.5));
-            let third = self.change(equations, &moments, &nodes, 1, &moved(&state, &second, 0.5));
-            let fourth = self.change(equations, &moments, &nodes, 2, &moved(&state, &third, 1.0));
-            add_scaled(&mut state, &first, 1.0 / 6.0);
-            add_scaled(&mut state, &second, 1.0 / 3.0);
-            add_scaled(&mut state, &third, 1.0 / 3.0);
-            add_scaled(&mut state, &fourth, 1.0 / 6.0);
+            (before, from) = (here, until);
         }
     }
 
-    /// Change of a state over a step of an integration at its rate at a node.
+    /// The state after a step of the Runge-Kutta method of order 4 between two times.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn step<E: Equations>(
+        &self,
+        equations: &E,
+        moments: &mut Moments,
+        [from, until]: [f64; 2],
+        start: &State,
+    ) -> State {
+        let (size, middle) = (until - from, 0.5 * (from + until));
+        equations.prepare(self.ramp, &[from, middle, until], moments);
+        let first = self.change(equations, moments, [from, size], 0, start);
+        let second = self.change(equations, moments, [middle, size], 1, &moved(start, &first, 0.5));
+        let third = self.change(equations, moments, [middle, size], 1, &moved(start, &second, 0.5));
+        let fourth = self.change(equations, moments, [until, size], 2, &moved(start, &third, 1.0));
+        let mut state = *start;
+        for (change, share) in
+            [(first, 1.0 / 6.0), (second, 1.0 / 3.0), (third, 1.0 / 3.0), (fourth, 1.0 / 6.0)]
+        {
+            add_scaled(&mut state, &change, share);
+        }
+        state
+    }
+
+    /// Change of a state over a step of this size at its rate at a time, which is a node of the moments.
     #[cfg_attr(feature = "std", inline(always))]
     fn change<E: Equations>(
         &self,
         equations: &E,
         moments: &Moments,
-        nodes: &[f64; 3],
+        [time, size]: [f64; 2],
         node: usize,
         state: &State,
     ) -> State {
-        let mut rate = equations.rate(state, &self.ramp.force(nodes[node]), (moments, node));
-        scale(&mut rate, STEP * self.ramp.h);
+        let mut rate = equations.rate(state, &self.ramp.force(time), (moments, node));
+        scale(&mut rate, size * self.ramp.h);
         rate
     }
 

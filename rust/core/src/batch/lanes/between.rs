@@ -23,6 +23,12 @@ use crate::numeric::simd::MAX_LANES;
 /// Gain of a value between two samples, over its largest magnitude at the samples, that is rounding.
 const ROUNDING: f64 = 1e-12;
 
+/// By how much more than a cubic through its ends a value may bow away from its chord, over the bow of the cubic.
+const BEYOND_CUBIC: f64 = 0.25;
+
+/// Turn of the modes in an interval up to which this holds.
+const SMOOTH: f64 = 1.5;
+
 /// Most steps of a search.
 const MOST_STEPS: usize = 60;
 
@@ -39,15 +45,37 @@ struct Piece {
     end: usize,
     /// Estimate of the largest value in it; of the negative value if the smallest is sought.
     most: f64,
-    /// v at its start.
-    state: [f64; 2 * MAX_MODES],
-    /// If the signal is an equivalent load, its change per unit of each component.
-    slopes: [f64; COMPONENTS],
+    /// Index of v at its start, and, if the signal is an equivalent load, of the slopes by its components.
+    state: usize,
+    slopes: usize,
 }
 
-/// The pieces of each lane that wait for the end of a window.
+/// The pieces that wait for the end of a window.
 #[derive(Debug, Default)]
-pub(super) struct Waiting([Vec<Piece>; MAX_LANES]);
+pub(super) struct Waiting {
+    /// Of each lane.
+    pieces: [Vec<Piece>; MAX_LANES],
+    /// v of all lanes at the samples at which pieces begin.
+    states: Vec<f64>,
+    slopes: Vec<[f64; COMPONENTS]>,
+    /// For the intervals of the present block, the index of v at their start, if a piece begins there.
+    of_block: [Option<usize>; BLOCK],
+}
+
+impl Waiting {
+    /// Goes on to the next block.
+    pub(super) fn next_block(&mut self) {
+        self.of_block = [None; BLOCK];
+    }
+
+    fn clear(&mut self) {
+        for pieces in &mut self.pieces {
+            pieces.clear();
+        }
+        self.states.clear();
+        self.slopes.clear();
+    }
+}
 
 /// Values of a signal at the samples of a block.
 pub(super) struct SignalBlock<'a, S: Simd> {
@@ -169,25 +197,38 @@ impl<S: Simd> SignalBlock<'_, S> {
     /// Lets those wait in which the signal, the negative one if the smallest is sought, may pass this value.
     ///
     /// With the values a and b at its ends and a bow B over the middle of the chord, a piece is highest at `(a + b)/2 + B + (b - a)²/(16 B)`,
-    /// if `|b - a| < 4 B`.
+    /// if `|b - a| < 4 B`. Where the curvature at one end is not known, it is on a straight line through those before it.
     #[inline(always)]
     fn find(&self, simd: S, here: &BlockStates<S>, (known, largest): (Real<S>, bool), waiting: &mut Waiting) {
         let Some(bows) = here.timeline.bows.of(here.block) else { return };
         let (zero, half, four) = (Real::splat(simd, 0.0), Real::splat(simd, 0.5), Real::splat(simd, 4.0));
         let sixteenth = Real::splat(simd, 0.0625);
+        let two = Real::splat(simd, 2.0);
         let sign = Real::splat(simd, if largest { 1.0 } else { -1.0 });
-        let (mut before, mut bend_before) = (self.last * sign, zero);
-        let mut now = Real::new(simd, self.values[0]) * sign;
+        // From the sample before the block on, values and second difference quotients; those that are not known are zero.
+        let (mut values, mut bends) = ([self.last * sign; BLOCK + 1], [zero; BLOCK + 1]);
+        for k in 0..BLOCK {
+            values[k + 1] = Real::new(simd, self.values[k]) * sign;
+        }
+        for k in 0..BLOCK - 1 {
+            let [first, second] = bows[k].factors.map(|factor| Real::splat(simd, factor));
+            bends[k + 1] = first * (values[k + 1] - values[k]) - second * (values[k + 2] - values[k + 1]);
+        }
         for (k, bow) in bows.iter().enumerate() {
-            let change = now - before;
-            let next = if k + 1 < BLOCK { Real::new(simd, self.values[k + 1]) * sign } else { now };
-            let [first, second] = bow.factors.map(|factor| Real::splat(simd, factor));
-            let bend = if k + 1 < BLOCK { first * change - second * (next - now) } else { zero };
-            let bent = bend_before.max(bend).max(zero) + self.hidden;
+            if bow.length == 0.0 {
+                continue;
+            }
+            let bend = match bow.known {
+                [true, false] => bends[k].max(two * bends[k] - bends[k - 1]),
+                [false, true] => bends[k + 1].max(two * bends[k + 1] - bends[k + 2]),
+                _ => bends[k].max(bends[k + 1]),
+            };
+            let bent = bend.max(zero) + self.hidden;
             let size = bent.mul_add(Real::splat(simd, bow.size), zero.constant(bow.unknown));
-            let top = (change * change).mul_add(sixteenth / size, half.mul_add(before + now, size));
+            let (change, middle) = (values[k + 1] - values[k], half * (values[k] + values[k + 1]));
+            let top = (change * change).mul_add(sixteenth / size, middle + size);
             let passes = change.abs().less_than(four * size).and(known.less_than(top));
-            if bow.length > 0.0 && passes.any() {
+            if passes.any() {
                 let passes = passes.select(half, zero);
                 for lane in 0..S::F64_LANES {
                     if passes.lane(lane) > 0.0 {
@@ -195,7 +236,6 @@ impl<S: Simd> SignalBlock<'_, S> {
                     }
                 }
             }
-            (before, now, bend_before) = (now, next, bend);
         }
     }
 
@@ -207,27 +247,35 @@ impl<S: Simd> SignalBlock<'_, S> {
         (most, largest): (f64, bool),
         waiting: &mut Waiting,
     ) {
-        let number =
-            |lanes: &S::f64s| pulp::bytemuck::cast_slice::<_, f64>(core::slice::from_ref(lanes))[lane];
-        let mut state = [0.0; 2 * MAX_MODES];
-        for ((to, states), before) in state.iter_mut().zip(here.states).zip(here.before) {
-            *to = number(if k == 0 { before } else { &states[k - 1] });
-        }
+        let numbers = |lanes: &S::f64s| -> [f64; MAX_LANES] {
+            let mut numbers = [0.0; MAX_LANES];
+            numbers[..S::F64_LANES].copy_from_slice(pulp::bytemuck::cast_slice(core::slice::from_ref(lanes)));
+            numbers
+        };
+        let state = waiting.of_block[k].unwrap_or_else(|| {
+            let index = waiting.states.len();
+            for (states, before) in here.states.iter().zip(here.before) {
+                waiting.states.extend(numbers(if k == 0 { before } else { &states[k - 1] }));
+            }
+            index
+        });
+        waiting.of_block[k] = Some(state);
         let (signal, end) = (self.signal, here.block * BLOCK + k);
-        let mut piece = Piece { signal, largest, end, most, state, slopes: [0.0; COMPONENTS] };
+        let mut piece = Piece { signal, largest, end, most, state, slopes: 0 };
         let Some(Components { equivalent, values, last }) = self.components else {
-            waiting.0[lane].push(piece);
+            waiting.pieces[lane].push(piece);
             return;
         };
         // The load is the largest of linear combinations of the components: those that hold at the ends.
         let ends = [
-            equivalent.components(|row| number(if k == 0 { &last[row] } else { &values[row][k - 1] })),
-            equivalent.components(|row| number(&values[row][k])),
+            equivalent.components(|row| numbers(if k == 0 { &last[row] } else { &values[row][k - 1] })[lane]),
+            equivalent.components(|row| numbers(&values[row][k])[lane]),
         ];
         let slopes = ends.map(|components| equivalent.rule.gradient(&components));
         for slopes in &slopes[..1 + usize::from(slopes[0] != slopes[1])] {
-            piece.slopes = *slopes;
-            waiting.0[lane].push(piece);
+            piece.slopes = waiting.slopes.len();
+            waiting.slopes.push(*slopes);
+            waiting.pieces[lane].push(piece);
         }
     }
 }
@@ -257,17 +305,20 @@ impl WithSimd for Search<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        for pieces in &mut self.waiting.0 {
+        for lane in 0..S::F64_LANES {
+            let mut pieces = core::mem::take(&mut self.waiting.pieces[lane]);
+            pieces.retain(|piece| piece.most > self.extreme::<S>(piece, lane));
             // Those that are likely highest first, so that most of the others need no search.
             pieces.sort_unstable_by(|a, b| {
                 (a.signal, a.largest).cmp(&(b.signal, b.largest)).then(b.most.total_cmp(&a.most))
             });
+            self.waiting.pieces[lane] = pieces;
         }
         let mut next = [0; MAX_LANES];
         loop {
             let mut some: [Option<Piece>; MAX_LANES] = [None; MAX_LANES];
             for lane in 0..S::F64_LANES {
-                while let Some(piece) = self.waiting.0[lane].get(next[lane]) {
+                while let Some(piece) = self.waiting.pieces[lane].get(next[lane]) {
                     next[lane] += 1;
                     if piece.most > self.extreme::<S>(piece, lane) {
                         some[lane] = Some(*piece);
@@ -278,16 +329,18 @@ impl WithSimd for Search<'_> {
             if some.iter().all(Option::is_none) {
                 break;
             }
-            let [tops, shares] = Curve::new(simd, &self, &some).top(simd);
+            let known = Real::gather(simd, |lane| match &some[lane] {
+                Some(piece) => self.extreme::<S>(piece, lane),
+                None => f64::INFINITY,
+            });
+            let [tops, shares] = Curve::new(simd, &self, &some).top(simd, known);
             for (lane, piece) in some.iter().enumerate() {
                 if let Some(piece) = piece {
                     self.note::<S>(piece, lane, (tops.lane(lane), shares.lane(lane)));
                 }
             }
         }
-        for pieces in &mut self.waiting.0 {
-            pieces.clear();
-        }
+        self.waiting.clear();
     }
 }
 
@@ -314,6 +367,9 @@ impl Search<'_> {
     }
 }
 
+/// Most numbers of a row: its constant, and the factors on the excitation and on v.
+const NUMBERS: usize = 1 + 9 + 2 * MAX_MODES;
+
 /// A row of loads in an interval, `constant + slope τ + Σ (re Re v + im Im v)`.
 #[derive(Clone, Copy)]
 struct Row<S: Simd> {
@@ -335,6 +391,8 @@ struct Curve<S: Simd> {
     /// The row, or both of those whose sum of squares is the signal.
     rows: [Row<S>; 2],
     is_square: Mask<S>,
+    /// Where cubics tell what happens in the interval: the modes turn little in it.
+    is_smooth: Mask<S>,
     /// -1 where the smallest value is sought.
     sign: Real<S>,
 }
@@ -353,7 +411,10 @@ impl<S: Simd> Curve<S> {
         for mode in 0..n {
             eigenvalues[mode] = Complex::of(simd, eigenvalues_of[mode]);
             let number = |i: usize| {
-                Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| piece.state[2 * mode + i]))
+                let at = |piece: Piece, lane| {
+                    search.waiting.states[piece.state + (2 * mode + i) * MAX_LANES + lane]
+                };
+                Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| at(piece, lane)))
             };
             state[mode] = Complex::new(number(0), number(1));
         }
@@ -387,34 +448,37 @@ impl<S: Simd> Curve<S> {
                 );
             }
         }
-        // The rows of each lane, with their weights in the signal.
-        let mut terms = [[[(0, 0.0); COMPONENTS]; 2]; MAX_LANES];
-        for (terms, piece) in terms.iter_mut().zip(some) {
+        // The numbers of the rows of each lane.
+        let width = width(n, components);
+        let mut numbers = [[[0.0; MAX_LANES]; NUMBERS]; 2];
+        let mut is_square = [0.0; MAX_LANES];
+        for (lane, piece) in some.iter().enumerate() {
             let Some(piece) = piece else { continue };
+            let mut add = |which: usize, row: usize, weight: f64| {
+                for (number, to) in numbers[which][..1 + components + 2 * n].iter_mut().enumerate() {
+                    to[lane] +=
+                        weight * modal.tiles.lane(ModalScenes::place(row, number, width), lane, S::F64_LANES);
+                }
+            };
             match requirements.signals[piece.signal].signal {
-                Signal::Row(row) => terms[0][0] = (row, 1.0),
-                Signal::Resultant(y, z) => (terms[0][0], terms[1][0]) = ((y, 1.0), (z, 1.0)),
+                Signal::Row(row) => add(0, row, 1.0),
+                Signal::Resultant(y, z) => {
+                    add(0, y, 1.0);
+                    add(1, z, 1.0);
+                    is_square[lane] = 1.0;
+                }
                 Signal::Equivalent(index) | Signal::Power(index) => {
                     let rows = requirements.equivalents[index].rows;
-                    for ((term, row), slope) in terms[0].iter_mut().zip(rows).zip(piece.slopes) {
-                        *term = row.map_or((0, 0.0), |row| (row, slope));
+                    for (row, slope) in rows.into_iter().zip(search.waiting.slopes[piece.slopes]) {
+                        if let Some(row) = row {
+                            add(0, row, slope);
+                        }
                     }
                 }
             }
         }
-        let width = width(n, components);
-        let coefficient = |which: usize, place: usize| {
-            Real::gather(simd, |lane| {
-                let mut sum = 0.0;
-                for &(row, weight) in &terms[lane][which] {
-                    if weight != 0.0 {
-                        let at = ModalScenes::place(row, place, width);
-                        sum += weight * modal.tiles.lane(at, lane, S::F64_LANES);
-                    }
-                }
-                sum
-            })
-        };
+        let coefficient =
+            |which: usize, number: usize| Real::gather(simd, |lane| numbers[which][number][lane]);
         let mut rows = [Row { constant: zero, slope: zero, modes: [[zero; 2]; MAX_MODES] }; 2];
         for (which, row) in rows.iter_mut().enumerate() {
             row.constant = coefficient(which, 0);
@@ -428,13 +492,18 @@ impl<S: Simd> Curve<S> {
                 row.modes[mode] = [coefficient(which, at), coefficient(which, at + 1)];
             }
         }
-        let squares = Real::gather(simd, |lane| terms[lane][1][0].1);
+        let squares = Real::gather(simd, |lane| is_square[lane]);
         let sign = Real::gather(simd, |lane| match some[lane] {
             Some(piece) if !piece.largest => -1.0,
             _ => 1.0,
         });
         let is_square = zero.less_than(squares);
-        Self { zero, n, length, eigenvalues, state, drive, rows, is_square, sign }
+        let mut fastest = zero;
+        for value in &eigenvalues[..n] {
+            fastest = fastest.max(value.norm_squared());
+        }
+        let is_smooth = (fastest * length * length).less_than(zero.constant(SMOOTH * SMOOTH));
+        Self { zero, n, length, eigenvalues, state, drive, rows, is_square, is_smooth, sign }
     }
 
     /// Value, slope and curvature at a time after the start, s.
@@ -470,24 +539,28 @@ impl<S: Simd> Curve<S> {
         ]
     }
 
-    /// The largest value where the slope changes its sign from above to below, and its share of the interval; -∞ where it does not.
+    /// The largest value where the slope changes its sign from above to below, and its share of the interval; -∞ where it does not, or where
+    /// the cubic through the ends tells that it is not above the `known` one.
     #[inline(always)]
-    fn top(&self, simd: S) -> [Real<S>; 2] {
+    fn top(&self, simd: S, known: Real<S>) -> [Real<S>; 2] {
         let (zero, half) = (self.zero, self.zero.constant(0.5));
         let (mut top, mut at) = (zero.constant(f64::NEG_INFINITY), zero);
         let (mut from, mut to) = (zero, self.length);
-        let (mut rise, mut time) = (zero, zero);
+        let (mut start, mut rise, mut time) = (zero, zero, zero);
         let mut open = zero.less_than(self.length);
         for number in 0..MOST_STEPS {
             let [value, slope, bend] = self.at(simd, time);
-            // First at both ends; then from where a straight slope would be zero.
+            // First at both ends, then at the top of the cubic.
             if number == 0 {
-                (rise, time) = (slope, self.length);
+                (start, rise, time) = (value, slope, self.length);
                 continue;
             }
             if number == 1 {
                 open = open.and(zero.less_than(rise)).and(slope.less_than(zero));
-                time = open.select(self.length * rise / (rise - slope), zero);
+                let [highest, share] = self.cubic([start, rise], [value, slope]);
+                let above = highest + self.zero.constant(BEYOND_CUBIC) * (highest - start.min(value));
+                open = open.and(known.less_than(above).or(self.is_smooth.not()));
+                time = open.select(self.length * share, zero);
                 continue;
             }
             if !open.any() {
@@ -508,5 +581,20 @@ impl<S: Simd> Curve<S> {
             time = open.select(inside.select(next, half * (from + to)), time);
         }
         [top, at / zero.less_than(self.length).select(self.length, zero.constant(1.0))]
+    }
+
+    /// The largest value of the cubic with these values and slopes at the ends, rising at the first and falling at the last, and its share of
+    /// the interval.
+    #[inline(always)]
+    fn cubic(&self, [start, rise]: [Real<S>; 2], [end, fall]: [Real<S>; 2]) -> [Real<S>; 2] {
+        let [zero, half, two, three] = [0.0, 0.5, 2.0, 3.0].map(|number| self.zero.constant(number));
+        let (rise, fall, change) = (rise * self.length, fall * self.length, end - start);
+        let (square, cube) = (three * change - two * rise - fall, rise + fall - two * change);
+        let root = (square * square - three * cube * rise).max(zero).sqrt();
+        let share = rise / (root - square);
+        // Of ends so close that rounding decides, the middle.
+        let inside = zero.less_than(share).and(share.less_than(zero.constant(1.0)));
+        let share = inside.select(share, half);
+        [cube.mul_add(share, square).mul_add(share, rise).mul_add(share, start), share]
     }
 }

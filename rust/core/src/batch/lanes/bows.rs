@@ -10,6 +10,8 @@ pub(super) struct Bow {
     pub length: f64,
     /// Factors on the changes to the sample and to the next one in the second difference quotient at the sample, 1/s²; zero if it is unknown.
     pub factors: [f64; 2],
+    /// Whether the quotients at both ends of the interval are known: to the block alone, so not at the sample before it and its last one.
+    pub known: [bool; 2],
     /// Bow over the larger quotient at the ends of the interval, s².
     pub size: f64,
     /// Infinite where no quotient is known at either end, else zero.
@@ -83,9 +85,9 @@ fn bows(intervals: &[f64]) -> Vec<Bow> {
     }
     for block in bows.chunks_exact_mut(BLOCK) {
         for k in 0..BLOCK {
-            // A quotient is known to its own block only, and not at its last sample.
             let known = |k: usize| block[k].factors[0] > 0.0;
-            if block[k].length > 0.0 && !(k > 0 && known(k - 1)) && !(k + 1 < BLOCK && known(k)) {
+            block[k].known = [k > 0 && known(k - 1), k + 1 < BLOCK && known(k)];
+            if block[k].length > 0.0 && block[k].known == [false; 2] {
                 block[k].unknown = f64::INFINITY;
             }
         }
@@ -94,13 +96,18 @@ fn bows(intervals: &[f64]) -> Vec<Bow> {
 }
 
 fn most_bow(block: &[Bow]) -> MostBow {
-    let (mut most, mut before) = (MostBow::default(), 0.0);
-    for bow in block {
-        let [first, second] = bow.factors;
-        most.by_range = f64::max(most.by_range, bow.size * f64::max(before, first + second));
+    let mut most = MostBow::default();
+    for (k, bow) in block.iter().enumerate() {
+        // The largest quotient over the range; three times as much where it is continued.
+        let at = |k: Option<usize>| {
+            k.and_then(|k| block.get(k)).map_or(0.0, |bow| bow.factors[0] + bow.factors[1])
+        };
+        let ends = f64::max(at(k.checked_sub(1)), at(Some(k)));
+        let beyond = f64::max(at(k.checked_sub(2)), at(Some(k + 1)));
+        let quotient = if bow.known == [true; 2] { ends } else { 2.0 * ends + beyond };
+        most.by_range = f64::max(most.by_range, bow.size * quotient);
         most.by_curvature = f64::max(most.by_curvature, bow.size);
         most.unknown = f64::max(most.unknown, bow.unknown);
-        before = first + second;
     }
     most
 }

@@ -102,6 +102,9 @@ impl WithSimd for Reduce<'_> {
         let Memory {
             states, before, values, extremes, known, last, evaluated, drawn, found, waiting, ..
         } = memory;
+        if evaluated.iter().all(|evaluated| !evaluated) {
+            return;
+        }
         let starts = modal.starts.vectors::<S>();
         let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
         let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
@@ -112,6 +115,7 @@ impl WithSimd for Reduce<'_> {
         let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
         let here = BlockStates { timeline, block, states, before: before.vectors::<S>() };
         let kinks = Kinks::new(simd, modal, timeline, block, drawn);
+        waiting.next_block();
         let last = last.vectors_mut::<S>();
         if block == 0 {
             last.iter_mut().zip(values).for_each(|(last, values)| *last = values[0]);

@@ -31,6 +31,9 @@ pub(super) struct Timeline {
     /// Recurring lengths, and which of them each interval has; none if there are too many.
     pub lengths: Vec<f64>,
     pub kinds: Option<Vec<u32>>,
+    /// Of each block: the kind of all of its intervals, if they have the same, and the longest, s.
+    same: Vec<Option<u32>>,
+    longest: Vec<f64>,
     /// Weights of the samples in time, zero past the last one.
     pub time: Vec<f64>,
     /// Duration, s.
@@ -57,6 +60,9 @@ impl Timeline {
         }
         let bows = Bows::new(&intervals, &values, components.len());
         let (lengths, kinds) = recurring_lengths(&intervals);
+        let same = same_kinds(kinds.as_deref(), count);
+        let longest =
+            intervals.chunks(BLOCK).map(|block| block.iter().copied().fold(0.0, f64::max)).collect();
         let mut time = time.to_vec();
         time.resize(whole, 0.0);
         let duration = excitation.duration();
@@ -72,6 +78,8 @@ impl Timeline {
             bows,
             lengths,
             kinds,
+            same,
+            longest,
             time,
             duration,
         }
@@ -84,7 +92,7 @@ impl Timeline {
 
     /// The longest interval that ends in a block, s.
     pub(super) fn longest(&self, block: usize) -> f64 {
-        self.intervals[block * BLOCK..(block + 1) * BLOCK].iter().fold(0.0, |most, one| f64::max(most, *one))
+        self.longest[block]
     }
 
     /// Smallest and largest value of each component from the sample before a block to its last one.
@@ -94,10 +102,15 @@ impl Timeline {
 
     /// The index of the length of all intervals of a block, if they have the same length.
     pub(super) fn kind(&self, block: usize) -> Option<usize> {
-        let kinds = self.kinds.as_ref()?;
-        let kinds = &kinds[block * BLOCK..usize::min((block + 1) * BLOCK, self.count)];
-        kinds.iter().all(|kind| *kind == kinds[0]).then(|| kinds[0] as usize)
+        self.same[block].map(|kind| kind as usize)
     }
+}
+
+/// For each block of intervals, which of the recurring lengths all of its intervals have.
+fn same_kinds(kinds: Option<&[u32]>, count: usize) -> Vec<Option<u32>> {
+    let Some(kinds) = kinds else { return vec![None; count.div_ceil(BLOCK)] };
+    let same = |block: &[u32]| block.iter().all(|kind| *kind == block[0]).then(|| block[0]);
+    kinds[..count].chunks(BLOCK).map(same).collect()
 }
 
 /// Values of the components at `whole` samples, and their changes from the sample before, sample by sample.
