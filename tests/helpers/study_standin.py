@@ -94,6 +94,9 @@ class StandIn(Plan):
         metadata, instants = self.metadata, self.motion.time.size
         return _batch(len(metadata.measures), instants, len(metadata.carriages), self.pause, metadata.seed)
 
+    def batch_at_stamps(self) -> Any:
+        return self.batch()
+
 
 @lru_cache(maxsize=8)
 def _batch(measures: int, instants: int, carriages: int, pause: float, _: int | None) -> HashedBatch:

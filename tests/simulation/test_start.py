@@ -71,7 +71,7 @@ def test_everything_starts_as_the_run_does(tmp_path: Path):
         found = run_study(study)
         for i, carriage in enumerate(machine.carriages):
             peak = float(found.of_all_runs(f"peak_resultant_N[{carriage.name}]")[0])
-            assert peak == pytest.approx(result.quantities["resultant"][:, i].max(), rel=1e-12)
+            assert peak == pytest.approx(peaks.largest[i, 6], rel=1e-11)
     assert simulate(machine, motion).quantities.attrs["start"] == "quasi-static"
     result.to_netcdf(tmp_path / "loads.nc")
     assert Result.load(tmp_path / "loads.nc").quantities.attrs["start"] == "quasi-static"

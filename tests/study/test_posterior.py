@@ -14,7 +14,7 @@ import reference as ref
 from scipy.stats import ks_2samp
 from texts import one_line
 
-from guideload import Machine, Motion, Study, _core, exceedance_probability, run_study, simulate
+from guideload import Machine, Motion, Study, _core, exceedance_probability, peak_loads, run_study, simulate
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.machine.payloads import Payload
 from guideload.motion.uncertainty import Uncertainty
@@ -82,18 +82,15 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
     study = study_of(machine, motion, **options)
     plan = study.plan()
     values = plan.values(0, 11)
-    rows, failures = plan.batch().run(values, 1)
-    histories, _ = plan.batch().histories(values[-2:])
+    rows, failures = plan.batch_at_stamps().run(values, 1)
+    histories, _ = plan.batch_at_stamps().histories(values[-2:])
+    at_any_time, _ = plan.batch().run(values, 1)
     assert not failures and plan.metadata.parameters[-1].name == DRAWN_MOTION
     for i in (0, 4, 10):
         body = machine.body.model_copy(update={"mass": values[i, 0]})
-        result = simulate(
-            machine.model_copy(update={"body": body}),
-            study.sample_motion(i),
-            plan.metadata.method,
-            rtol=1e-9,
-            start=plan.metadata.start,
-        )
+        options = {"method": plan.metadata.method, "rtol": 1e-9, "start": plan.metadata.start}
+        given = machine.model_copy(update={"body": body}), study.sample_motion(i)
+        result, peaks = simulate(*given, **options), peak_loads(*given, **options)
         loads = {
             name: result.data[kind].values[:, :, axis]
             for kind, names in (("force", ("Fx", "Fy", "Fz")), ("moment", ("Mx", "My", "Mz")))
@@ -113,6 +110,9 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
                 "rms": np.sqrt(weights @ history**2),
             }.get(statistic)
             assert expected is None or abs(found - expected) <= tolerance * scale, (load, carriage, statistic)
+        for (load, carriage, statistic), found in zip(plan.metadata.measures, at_any_time[i], strict=True):
+            if (load, statistic) == ("resultant", "max"):
+                assert abs(found - peaks.largest[carriage, 6]) <= 1e2 * tolerance * scale
         if i == 10:
             assert np.abs(histories[-1, :, :, :3] - result.data["force"]).max() <= tolerance * scale
     assert not np.array_equal(study.sample_motion(0).acceleration, study.sample_motion(1).acceleration)
@@ -122,7 +122,7 @@ def test_loads_scatter_as_the_covariance_says_and_peaks_as_those_of_the_bands() 
     machine, motion, count = ref.cart(), uncertain(1.0), 4096
     plan = study_of(machine, motion, vary=FIXED, samples=count).plan()
     values = plan.values(0, count)
-    histories, _ = plan.batch().histories(values)
+    histories, _ = plan.batch_at_stamps().histories(values)
     loads = np.ascontiguousarray(simulate(machine, replace(motion, uncertainty=None)).carriage_loads)
     posterior = motion.uncertainty
     assert posterior is not None
@@ -133,7 +133,7 @@ def test_loads_scatter_as_the_covariance_says_and_peaks_as_those_of_the_bands() 
     # 5 standard errors of a standard deviation and of a mean of so many normal numbers.
     assert np.all(np.abs(histories.std(axis=0) - exact) <= 5.0 * exact / np.sqrt(2.0 * count) + 1e-9 * scale)
     assert np.all(np.abs(histories.mean(axis=0) - loads) <= 5.0 * exact / np.sqrt(count) + 1e-9 * scale)
-    rows, _ = plan.batch().run(values, 1)
+    rows, _ = plan.batch_at_stamps().run(values, 1)
     everywhere = np.ones(loads.shape[:2], bool)
     peaks = _core.draw_peaks(machine.scene, *given, motion.time, loads, everywhere, *groups, count, 1, 1)
     for i, name in enumerate(plan.metadata.carriages):

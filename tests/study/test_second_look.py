@@ -20,7 +20,7 @@ from guideload import (
     run_study,
     simulate,
 )
-from guideload._core import Batch, VariedScene
+from guideload._core import Batch
 from guideload.reports.study import study_report
 from guideload.study.metadata import FILE, SecondLooks
 from guideload.study.plan import Plan
@@ -52,9 +52,9 @@ def loose(monkeypatch: pytest.MonkeyPatch) -> None:
     """The core solves the samples with a tolerance that is 1e7 times that of the study."""
     batch = Plan._batch_with
 
-    def solves(self: Plan, scene: VariedScene, *, rtol: float | None = None, **keys: Any) -> Batch:
+    def solves(self: Plan, *given: Any, rtol: float | None = None, **keys: Any) -> Batch:
         of_study = self.metadata.rtol
-        return batch(self, scene, rtol=1e7 * of_study if rtol in (None, of_study) else rtol, **keys)
+        return batch(self, *given, rtol=1e7 * of_study if rtol in (None, of_study) else rtol, **keys)
 
     monkeypatch.setattr(Plan, "_batch_with", solves)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import reference as ref
 
-from guideload import Machine, Motion, Study, run_study, simulate
+from guideload import Machine, Motion, Study, peak_loads, run_study, simulate
 from guideload.base.errors import ConfigError
 from guideload.machine.payloads import Payload
 
@@ -70,10 +70,11 @@ def test_every_sample_is_the_run_of_its_machine(machine: Machine, method: Any, t
     result = run_study(study)
     plan = study.plan()
     columns = {column: i for i, column in enumerate(plan.metadata.columns)}
-    rows, failures = plan.batch().run(plan.values(0, 3), 1)
-    histories, _ = plan.batch().histories(plan.values(0, 1))
+    rows, failures = plan.batch_at_stamps().run(plan.values(0, 3), 1)
+    histories, _ = plan.batch_at_stamps().histories(plan.values(0, 1))
+    at_any_time, _ = plan.batch().run(plan.values(0, 3), 1)
     assert not failures and not result.doubts
-    for row, values in zip(rows, plan.values(0, 3).tolist(), strict=True):
+    for row, found, values in zip(rows, at_any_time, plan.values(0, 3).tolist(), strict=True):
         own = sample_of(machine, values)
         single = simulate(own, MOTION, method, rtol=1e-9)
         data, time = single.quantities, single.quantities["time"]
@@ -82,7 +83,10 @@ def test_every_sample_is_the_run_of_its_machine(machine: Machine, method: Any, t
         weights = np.concatenate([[0.0], np.diff(time)]) + np.concatenate([np.diff(time), [0.0]])
         rms = np.sqrt(np.einsum("t,tc->c", weights, data["resultant"] ** 2) / weights.sum())
         drive = data["reaction"][:, 0]
+        peaks = peak_loads(own, MOTION, method, rtol=1e-9).largest[:, 6]
         for i, name in enumerate(data["carriage"]):
+            peak = found[columns[f"max_resultant_N[{name}]"]]
+            assert peak == pytest.approx(peaks[i], rel=0.0, abs=1e2 * tolerance * size)
             for load, history in loads.items():
                 for statistic, of in (("min", history[:, i].min()), ("max", history[:, i].max())):
                     got = row[columns[f"{statistic}_{load}_N[{name}]"]]

@@ -22,7 +22,7 @@ MOST_CARRIAGES = 4  # in the table of cases; with more it has the worst only
 
 MACHINE_LIFE = "life is that which all carriages reach with the stated probability"
 DEFINITIONS = (
-    "Peaks are the largest magnitudes of a run, at the samples of the motion, static load included; resultant: "
+    "Peaks are the largest magnitudes of a run at any time, static load included; resultant: "
     'sqrt(Fy^2 + Fz^2). Machine: the worst carriage of each sample. "+-": standard error of the quantile before it, '
     "for any distribution; empty for too few samples. Intervals have a confidence of 95 %, those of probabilities by "
     "Clopper and Pearson."

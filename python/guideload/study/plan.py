@@ -107,14 +107,15 @@ class Plan:
 
     @cached_property
     def _batch(self) -> Batch:
-        motion = with_enough_instants(self.metadata.machine, self.motion)[0]
-        return self._batch_with(
-            self._scene(motion), motion, measures=self.metadata.measures, rules=self._rules()
-        )
+        return self._batch_of_carriages(with_enough_instants(self.metadata.machine, self.motion)[0])
 
     def batch_at_stamps(self) -> Batch:
-        """The same with the stamps of the motion alone, for histories."""
-        return self._batch_with(self._scene(self.motion), self.motion, measures=())
+        """The same with the stamps of the motion alone, for histories; its extremes are those at the stamps."""
+        return self._batch_of_carriages(self.motion, at_samples=True)
+
+    def _batch_of_carriages(self, motion: Motion, **keys: Any) -> Batch:
+        measures, rules = self.metadata.measures, self._rules()
+        return self._batch_with(self._scene(motion), motion, measures=measures, rules=rules, **keys)
 
     def _rules(self) -> list[tuple[Rule, Rule]] | None:
         """Rules of the equivalent loads of each carriage; None if no carriage has a rating."""
