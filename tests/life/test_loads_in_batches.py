@@ -42,6 +42,7 @@ def batch(machine: Machine, exponent: float, assigned: list[EquivalentLoad]) -> 
         measures=[("load", i, statistic) for i in range(4) for statistic in ("mean", "max")],
         method="auto",
         rtol=1e-6,
+        at_samples=True,
         rules=[(rule.of_core, assigned[i % 2].of_core) for i, rule in enumerate(assigned)],
     )
 

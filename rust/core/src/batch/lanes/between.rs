@@ -68,7 +68,7 @@ impl Waiting {
         self.of_block = [None; BLOCK];
     }
 
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         for pieces in &mut self.pieces {
             pieces.clear();
         }
@@ -89,6 +89,9 @@ pub(super) struct SignalBlock<'a, S: Simd> {
     pub known: [Real<S>; 2],
     /// Curvature in the intervals that second differences do not show: see [`Kinks`].
     pub hidden: Real<S>,
+    /// Whether it is a row, whose smallest value is sought too; the smallest magnitudes are those at the samples.
+    pub is_row: bool,
+    /// If the signal is an equivalent load.
     pub components: Option<Components<'a, S>>,
 }
 
@@ -182,13 +185,13 @@ impl<S: Simd> SignalBlock<'_, S> {
         let [least, most] = self.known;
         let [low, high] = [self.range[0].min(self.last), self.range[1].max(self.last)];
         let rounding = Real::splat(simd, ROUNDING) * least.abs().max(most.abs());
-        // Twice the range times this factor is more than any second difference says.
+        // No second difference says more than this reach.
         let MostBow { by_range, by_curvature, unknown } = *here.timeline.bows.most(here.block);
         let by_curvature = Real::splat(simd, by_curvature).mul_add(self.hidden, Real::splat(simd, unknown));
         let reach = Real::splat(simd, by_range).mul_add(high - low, by_curvature);
         for (known, high, largest) in [(most, high, true), (-least, -low, false)] {
             let known = known + rounding;
-            if known.less_than(high + reach).any() {
+            if (largest || self.is_row) && known.less_than(high + reach).any() {
                 self.find(simd, here, (known, largest), waiting);
             }
         }

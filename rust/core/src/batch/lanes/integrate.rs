@@ -83,6 +83,8 @@ impl<const N: usize> LaneIntegrator<'_, N> {
         memory.values.clear::<S>(rows * BLOCK);
         memory.extremes.clear::<S>(rows * 2);
         memory.last.clear::<S>(rows);
+        // A run that was stopped leaves some.
+        memory.waiting.clear();
         memory.evaluated.clear();
         memory.evaluated.resize(rows / TILE, true);
         memory.drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });

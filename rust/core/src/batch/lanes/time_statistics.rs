@@ -188,7 +188,8 @@ impl WithSimd for Reduce<'_> {
                         kinks.of_equivalent(&requirements.equivalents[index])
                     }
                 };
-                SignalBlock { signal, values, last: last_of, range, known, hidden, components }
+                let is_row = matches!(wanted.signal, Signal::Row(_));
+                SignalBlock { signal, values, last: last_of, range, known, hidden, is_row, components }
                     .wait(simd, &here, waiting);
             }
         }
