@@ -1,6 +1,7 @@
 //! The loads of single runs whose extremes the measures need, and where the extremes of each signal are found.
 
-use super::requirements::{LoadRow, Requirements, Signal};
+use super::equivalent::EquivalentRows;
+use super::signals::{LoadRow, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use crate::life::{COMPONENTS, Rule};
 use crate::output::{Extremes, Part, Wrench, group_load_along, reaction};
@@ -36,20 +37,21 @@ pub(super) struct ExtremeLoads {
 }
 
 impl ExtremeLoads {
-    pub(super) fn new(requirements: &Requirements) -> Self {
+    /// The loads of some signals, by the rows and equivalent loads that these name.
+    pub(super) fn new(rows: &[LoadRow], signals: &[SignalRequest], equivalents: &[EquivalentRows]) -> Self {
         let mut all = Self::default();
-        for wanted in &requirements.signals {
+        for wanted in signals {
             let place = wanted.extremes.then(|| match wanted.signal {
-                Signal::Row(row) => match requirements.rows[row] {
+                Signal::Row(row) => match rows[row] {
                     LoadRow::Group { component, group } => all.value(Load::Group(group), component),
                     LoadRow::Drive => all.value(Load::Drive, 0),
                 },
-                Signal::Resultant(y, _) => match requirements.rows[y] {
+                Signal::Resultant(y, _) => match rows[y] {
                     LoadRow::Group { group, .. } => all.value(Load::Group(group), 6),
                     LoadRow::Drive => all.value(Load::Drive, 6),
                 },
                 Signal::Equivalent(index) | Signal::Power(index) => {
-                    let equivalent = &requirements.equivalents[index];
+                    let equivalent = &equivalents[index];
                     all.largest(equivalent.group, &equivalent.rule)
                 }
             });

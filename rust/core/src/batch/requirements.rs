@@ -6,31 +6,13 @@ use super::equivalent::EquivalentRows;
 use super::error::BatchError;
 use super::load_extremes::ExtremeLoads;
 use super::measure::{Measure, Quantity, Statistic, time_weights};
+pub(super) use super::signals::{LoadRow, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::travel::{Motion, Travel};
 use crate::error::RunError;
 use crate::life::{COMPONENTS, EquivalentLoad};
 use crate::numeric::float::{pow, sqrt};
 use crate::variation::Base;
-
-/// A signal: a history from which statistics are computed, by the indices of its load rows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Signal {
-    Row(usize),
-    /// `√(y² + z²)` of two rows.
-    Resultant(usize, usize),
-    /// Equivalent load by the index of its rows.
-    Equivalent(usize),
-    /// The same, whose power is integrated over the distance.
-    Power(usize),
-}
-
-/// One load: a component of a group's load, or the drive force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum LoadRow {
-    Group { component: usize, group: usize },
-    Drive,
-}
 
 /// Source of the value of a measure.
 #[derive(Debug, Clone, Copy)]
@@ -61,16 +43,6 @@ pub(super) struct Requirements {
     pub time: Vec<f64>,
     /// None for a motion without speed, or that never moves.
     pub travel: Option<Travel>,
-}
-
-/// A signal and the statistics that it is needed for.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SignalRequest {
-    pub signal: Signal,
-    pub extremes: bool,
-    /// Times of the extremes.
-    pub times: bool,
-    pub squares: bool,
 }
 
 /// Checks that all groups and links that are named exist.
@@ -116,7 +88,8 @@ impl Requirements {
         requirements.rows.sort();
         (requirements.signals, requirements.sources, requirements.equivalents) = Default::default();
         requirements.add_measures(measures, drive_is_held, base);
-        requirements.extremes = ExtremeLoads::new(&requirements);
+        let Self { rows, signals, equivalents, .. } = &requirements;
+        requirements.extremes = ExtremeLoads::new(rows, signals, equivalents);
         requirements
     }
 

@@ -3,40 +3,17 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
-use super::between::{Search, Waiting};
 use super::drawn::{self, CHANGES, Deviations, DrawnBlock};
 use super::loads::{BoundPlan, LaneLoads};
+use super::memory::{Memory, STATISTICS};
 use super::modal::{ModalScenes, TILE};
+use super::search::Search;
 use super::step::Steps;
-use super::time_statistics::{Reduce, STATISTICS, nothing};
+use super::time_statistics::{Reduce, nothing};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};
 use crate::batch::requirements::Requirements;
 use crate::numeric::watch::Watch;
-
-/// Memory of one thread, and the results of a run.
-#[derive(Debug, Default)]
-pub(super) struct Memory {
-    /// v at the samples of a block, and before it.
-    pub states: AlignedBuffer,
-    pub before: AlignedBuffer,
-    /// Values of the rows in the block, their extremes there, and those so far.
-    pub values: AlignedBuffer,
-    pub extremes: AlignedBuffer,
-    pub known: AlignedBuffer,
-    /// Last values of the rows before the block.
-    pub last: AlignedBuffer,
-    /// Whether a tile of rows was evaluated at the block.
-    pub evaluated: Vec<bool>,
-    steps: AlignedBuffer,
-    /// The block of drawn motions; see `drawn`.
-    pub drawn: AlignedBuffer,
-    pub waiting: Waiting,
-    /// [`STATISTICS`] numbers for each signal.
-    pub found: AlignedBuffer,
-    /// v at the end.
-    pub end: AlignedBuffer,
-}
 
 /// Runs one scene per lane through a motion.
 pub(super) struct LaneIntegrator<'a, const N: usize> {

@@ -4,8 +4,8 @@ use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
 use super::drawn;
-use super::integrate::Memory;
 use super::matrix::MAX_MODES;
+use super::memory::Memory;
 use super::modal::{ModalScenes, TILE, width};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};

@@ -3,13 +3,14 @@
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
 //! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` →
-//! `integrate` (from sample to sample) → `loads` → `time_statistics` with `bows` and `between` (the samples), `power_integral` and `bent`. The results of a scene have the same
-//! bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
+//! `integrate` (from sample to sample, with `memory`) → `loads` → `time_statistics` with `power_integral` and `bent`; for extremes between the
+//! samples, `bows` → `waiting` → `search`. The results of a scene have the same bits in any lane of any width, beside any other scenes. See
+//! `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
 mod bent;
-mod between;
+mod block;
 mod bows;
 mod damped;
 mod dense;
@@ -19,14 +20,17 @@ mod integrate;
 mod jacobi;
 mod loads;
 mod matrix;
+mod memory;
 mod modal;
 mod power_integral;
 mod request;
+mod search;
 mod step;
 mod time_statistics;
 mod timeline;
 mod undamped;
 mod vector;
+mod waiting;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
@@ -40,7 +44,8 @@ use crate::numeric::watch::Watch;
 use crate::variation::{Base, Instance};
 pub(super) use drawn::Deviations;
 use handover::PhysicalState;
-use integrate::{LaneIntegrator, Memory};
+use integrate::LaneIntegrator;
+use memory::Memory;
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
 use timeline::Timeline;

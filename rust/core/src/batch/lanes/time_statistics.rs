@@ -3,24 +3,15 @@
 use pulp::{Simd, WithSimd};
 
 use super::aligned_buffer::AlignedBuffer;
-use super::between::{BlockStates, Components, Kinks, SignalBlock};
-use super::integrate::Memory;
+use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, Memory, STATISTICS};
 use super::modal::{ModalScenes, TILE};
 use super::power_integral::{PowerIntegral, equivalent_load, equivalent_loads};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
+use super::waiting::{BlockStates, Components, Kinks, SignalBlock};
 use crate::batch::requirements::{Requirements, Signal, SignalRequest};
 use crate::batch::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
-
-/// Number of statistics of a signal, in the order of [`LaneStatistics`]; for a resultant, statistics of its square.
-pub(super) const STATISTICS: usize = 6;
-
-/// Places of the extremes among the statistics, and of the instants: the sample before, and the share of the interval after it.
-pub(super) const LOW: usize = 0;
-pub(super) const HIGH: usize = 1;
-pub(super) const LOW_AT: usize = 2;
-pub(super) const HIGH_AT: usize = 3;
 
 /// Running statistics of a signal in each lane.
 struct LaneStatistics<S: Simd> {

@@ -1,0 +1,37 @@
+//! Memory of the lane integrator: what one step of a block writes for the next.
+
+use super::aligned_buffer::AlignedBuffer;
+use super::waiting::Waiting;
+
+/// Number of statistics of a signal, of [`Memory::found`]; for a resultant, statistics of its square.
+pub(super) const STATISTICS: usize = 6;
+
+/// Places of the extremes among the statistics, and of the instants: the sample before, and the share of the interval after it.
+pub(super) const LOW: usize = 0;
+pub(super) const HIGH: usize = 1;
+pub(super) const LOW_AT: usize = 2;
+pub(super) const HIGH_AT: usize = 3;
+
+/// Memory of one thread, and the results of a run.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    /// v at the samples of a block, and before it.
+    pub states: AlignedBuffer,
+    pub before: AlignedBuffer,
+    /// Values of the rows in the block, their extremes there, and those so far.
+    pub values: AlignedBuffer,
+    pub extremes: AlignedBuffer,
+    pub known: AlignedBuffer,
+    /// Last values of the rows before the block.
+    pub last: AlignedBuffer,
+    /// Whether a tile of rows was evaluated at the block.
+    pub evaluated: Vec<bool>,
+    pub steps: AlignedBuffer,
+    /// The block of drawn motions; see `drawn`.
+    pub drawn: AlignedBuffer,
+    pub waiting: Waiting,
+    /// [`STATISTICS`] numbers for each signal.
+    pub found: AlignedBuffer,
+    /// v at the end.
+    pub end: AlignedBuffer,
+}

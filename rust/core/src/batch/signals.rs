@@ -1,0 +1,30 @@
+//! Signals: histories of loads, from which the measures of a batch are computed.
+
+/// A signal: a history from which statistics are computed, by the indices of its load rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Signal {
+    Row(usize),
+    /// `√(y² + z²)` of two rows.
+    Resultant(usize, usize),
+    /// Equivalent load by the index of its rows.
+    Equivalent(usize),
+    /// The same, whose power is integrated over the distance.
+    Power(usize),
+}
+
+/// One load: a component of a group's load, or the drive force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum LoadRow {
+    Group { component: usize, group: usize },
+    Drive,
+}
+
+/// A signal and the statistics that it is needed for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SignalRequest {
+    pub signal: Signal,
+    pub extremes: bool,
+    /// Times of the extremes.
+    pub times: bool,
+    pub squares: bool,
+}
