@@ -25,7 +25,7 @@ const SMOOTH: f64 = 1.5;
 const MOST_STEPS: usize = 60;
 
 /// Fraction of an interval over which slope and curvature give the largest value to rounding.
-const NEAR: f64 = 1e-4;
+const NEAR: f64 = 3e-4;
 
 /// Searches the pieces that wait, and notes the extremes found.
 pub(super) struct Search<'a> {
@@ -132,8 +132,8 @@ struct Curve<S: Simd> {
     /// Length of the interval, s; zero in a lane without one.
     length: Real<S>,
     eigenvalues: [Complex<S>; MAX_MODES],
-    /// v at its start, and `(g/λ) u'`.
-    state: [Complex<S>; MAX_MODES],
+    /// v at its ends, and `(g/λ) u'`.
+    ends: [[Complex<S>; MAX_MODES]; 2],
     drive: [Complex<S>; MAX_MODES],
     /// The row, or both of those whose sum of squares is the signal.
     rows: [Row<S>; 2],
@@ -154,16 +154,18 @@ impl<S: Simd> Curve<S> {
         let (n, components) = (usize::min(eigenvalues_of.len(), MAX_MODES), timeline.components.len());
         let interval = |piece: &Option<Piece>| piece.map_or(0.0, |piece| timeline.intervals[piece.end]);
         let length = Real::gather(simd, |lane| interval(&some[lane]));
-        let (mut eigenvalues, mut state) = ([none; MAX_MODES], [none; MAX_MODES]);
+        let (mut eigenvalues, mut ends) = ([none; MAX_MODES], [[none; MAX_MODES]; 2]);
         for mode in 0..n {
             eigenvalues[mode] = Complex::of(simd, eigenvalues_of[mode]);
-            let number = |i: usize| {
-                let at = |piece: Piece, lane| {
-                    search.waiting.states[piece.state + (2 * mode + i) * MAX_LANES + lane]
+            for (end, to) in ends.iter_mut().enumerate() {
+                let number = |i: usize| {
+                    let at = |piece: Piece, lane| {
+                        search.waiting.states[piece.states[end] + (2 * mode + i) * MAX_LANES + lane]
+                    };
+                    Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| at(piece, lane)))
                 };
-                Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| at(piece, lane)))
-            };
-            state[mode] = Complex::new(number(0), number(1));
+                to[mode] = Complex::new(number(0), number(1));
+            }
         }
         // The excitation at the start, and its rate, 0 in a lane without an interval.
         let moves = zero.less_than(length);
@@ -250,22 +252,31 @@ impl<S: Simd> Curve<S> {
             fastest = fastest.max(value.norm_squared());
         }
         let is_smooth = (fastest * length * length).less_than(zero.constant(SMOOTH * SMOOTH));
-        Self { zero, n, length, eigenvalues, state, drive, rows, is_square, is_smooth, sign }
+        Self { zero, n, length, eigenvalues, ends, drive, rows, is_square, is_smooth, sign }
     }
 
-    /// Value, slope and curvature at a time after the start, s.
+    /// v at a time after the start, s.
     #[inline(always)]
-    fn at(&self, simd: S, time: Real<S>) -> [Real<S>; 3] {
+    fn state(&self, simd: S, time: Real<S>) -> [Complex<S>; MAX_MODES] {
+        let mut state = self.ends[0];
+        for mode in 0..self.n {
+            let (change, mean) = exponential(simd, self.eigenvalues[mode].scale(time));
+            let v = change.mul_add(self.ends[0][mode], self.ends[0][mode]);
+            state[mode] = v + self.drive[mode].scale(time) * mean;
+        }
+        state
+    }
+
+    /// Value, slope and curvature at a time after the start, s, with v there.
+    #[inline(always)]
+    fn at(&self, time: Real<S>, state: &[Complex<S>; MAX_MODES]) -> [Real<S>; 3] {
         let mut sums = [[self.zero; 3]; 2];
         for (sums, row) in sums.iter_mut().zip(&self.rows) {
             (sums[0], sums[1]) = (row.slope.mul_add(time, row.constant), row.slope);
         }
         for mode in 0..self.n {
-            let (change, mean) = exponential(simd, self.eigenvalues[mode].scale(time));
-            let mut v = change.mul_add(self.state[mode], self.state[mode]);
-            v = v + self.drive[mode].scale(time) * mean;
-            let rate = self.eigenvalues[mode].mul_add(v, self.drive[mode]);
-            let derivatives = [v, rate, self.eigenvalues[mode] * rate];
+            let rate = self.eigenvalues[mode].mul_add(state[mode], self.drive[mode]);
+            let derivatives = [state[mode], rate, self.eigenvalues[mode] * rate];
             for (sums, row) in sums.iter_mut().zip(&self.rows) {
                 let [re, im] = row.modes[mode];
                 for order in 0..3 {
@@ -293,26 +304,21 @@ impl<S: Simd> Curve<S> {
         let (zero, half) = (self.zero, self.zero.constant(0.5));
         let (mut top, mut at) = (zero.constant(f64::NEG_INFINITY), zero);
         let (mut from, mut to) = (zero, self.length);
-        let (mut start, mut rise, mut time) = (zero, zero, zero);
-        let mut open = zero.less_than(self.length);
-        for number in 0..MOST_STEPS {
-            let [value, slope, bend] = self.at(simd, time);
-            // First at both ends, then at the top of the cubic.
-            if number == 0 {
-                (start, rise, time) = (value, slope, self.length);
-                continue;
-            }
-            if number == 1 {
-                open = open.and(zero.less_than(rise)).and(slope.less_than(zero));
-                let [highest, share] = self.cubic([start, rise], [value, slope]);
-                let above = highest + self.zero.constant(BEYOND_CUBIC) * (highest - start.min(value));
-                open = open.and(known.less_than(above).or(self.is_smooth.not()));
-                time = open.select(self.length * share, zero);
-                continue;
-            }
+        let mut known_ends = [[zero; 3]; 2];
+        for (end, to) in known_ends.iter_mut().enumerate() {
+            *to = self.at(if end == 0 { zero } else { self.length }, &self.ends[end]);
+        }
+        let [[start, rise, _], [end, fall, _]] = known_ends;
+        let mut open = zero.less_than(self.length).and(zero.less_than(rise)).and(fall.less_than(zero));
+        let [highest, share] = self.cubic([start, rise], [end, fall]);
+        let above = highest + self.zero.constant(BEYOND_CUBIC) * (highest - start.min(end));
+        open = open.and(known.less_than(above).or(self.is_smooth.not()));
+        let mut time = open.select(self.length * share, zero);
+        for _ in 0..MOST_STEPS {
             if !open.any() {
                 break;
             }
+            let [value, slope, bend] = self.at(time, &self.state(simd, time));
             let step = open.and(bend.less_than(zero)).select(-slope / bend, self.length);
             let higher = (half * slope).mul_add(step, value);
             let better = open.and(top.less_than(value));

@@ -26,8 +26,8 @@ pub(super) struct Piece {
     pub end: usize,
     /// Estimate of the largest value in it; of the negative value if the smallest is sought.
     pub most: f64,
-    /// Index of v at its start, and, if the signal is an equivalent load, of the slopes by its components.
-    pub state: usize,
+    /// Indices of v at its ends and, if the signal is an equivalent load, of the slopes by its components.
+    pub states: [usize; 2],
     pub slopes: usize,
 }
 
@@ -36,17 +36,17 @@ pub(super) struct Piece {
 pub(super) struct Waiting {
     /// Of each lane.
     pub pieces: [Vec<Piece>; MAX_LANES],
-    /// v of all lanes at the samples at which pieces begin.
+    /// v of all lanes at the samples at which pieces begin or end.
     pub states: Vec<f64>,
     pub slopes: Vec<[f64; COMPONENTS]>,
-    /// For the intervals of the present block, the index of v at their start, if a piece begins there.
-    of_block: [Option<usize>; BLOCK],
+    /// For the sample before the present block and those in it, the index of v, if a piece begins or ends there.
+    of_block: [Option<usize>; 1 + BLOCK],
 }
 
 impl Waiting {
     /// Goes on to the next block.
     pub(super) fn next_block(&mut self) {
-        self.of_block = [None; BLOCK];
+        self.of_block = [None; 1 + BLOCK];
     }
 
     pub(super) fn clear(&mut self) {
@@ -236,16 +236,19 @@ impl<S: Simd> SignalBlock<'_, S> {
             numbers[..S::F64_LANES].copy_from_slice(pulp::bytemuck::cast_slice(core::slice::from_ref(lanes)));
             numbers
         };
-        let state = waiting.of_block[k].unwrap_or_else(|| {
-            let index = waiting.states.len();
-            for (states, before) in here.states.iter().zip(here.before) {
-                waiting.states.extend(numbers(if k == 0 { before } else { &states[k - 1] }));
-            }
+        let states = [k, k + 1].map(|place| {
+            let index = waiting.of_block[place].unwrap_or_else(|| {
+                let index = waiting.states.len();
+                for (states, before) in here.states.iter().zip(here.before) {
+                    waiting.states.extend(numbers(if place == 0 { before } else { &states[place - 1] }));
+                }
+                index
+            });
+            waiting.of_block[place] = Some(index);
             index
         });
-        waiting.of_block[k] = Some(state);
         let (signal, end) = (self.signal, here.block * BLOCK + k);
-        let mut piece = Piece { signal, largest, end, most, state, slopes: 0 };
+        let mut piece = Piece { signal, largest, end, most, states, slopes: 0 };
         let Some(Components { equivalent, values, last }) = self.components else {
             waiting.pieces[lane].push(piece);
             return;
