@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import reference as ref
 
-from guideload import Machine, Motion, Payload, peak_loads
+from guideload import Machine, Motion, Payload, Study, peak_loads, run_study
 
 CORNERS = np.array([0.0, 0.1, 0.14, 0.5, 0.54, 1.0, 1.04, 1.4, 1.44, 2.0])  # s
 ACCELERATION = np.array([0.0, 0.0, 2.2, 2.2, 0.0, 0.0, -2.2, -2.2, 0.0, 0.0])  # m/s2
@@ -38,3 +38,21 @@ def test_peaks_at_any_rate_are_the_same(machine: Callable[[], Machine], error: f
     for size, of in (("largest", slice(0, 8)), ("smallest", slice(0, 6))):
         mine, theirs = getattr(coarse, size)[:, of], getattr(dense, size)[:, of]
         assert np.abs(mine - theirs).max() <= error * np.abs(theirs).max()
+
+
+@pytest.mark.parametrize("rate", [100, 500])
+@pytest.mark.parametrize(
+    ("machine", "error"),
+    [(ref.cart, 1e-10), (ref.cart_clear, 1e-10), (with_payload, 1e-10), (ref.preloaded, 1e-5)],
+)
+def test_so_are_those_of_studies(machine: Callable[[], Machine], error: float, rate: int) -> None:
+    """Drive force and largest resultants of each sample; stiffness scatters, and with it the fastest vibration."""
+    cases = {"body.mass": [1000.0, 1400.0], "carriages[1a].stiffness_y [N/um]": [150.0, 80.0]}
+    keys = {"cases": cases, "quantities": ("resultant", "drive"), "statistics": ("min", "max")}
+    coarse, dense = (
+        run_study(Study(machine=machine(), motion=sampled(each), **keys)).table() for each in (rate, 10_000)
+    )
+    names = [name for name in coarse if name.startswith(("max_resultant", "max_drive", "min_drive"))]
+    assert len(names) == 6
+    for name in names:
+        assert coarse[name].to_numpy() == pytest.approx(dense[name].to_numpy(), rel=error), name
