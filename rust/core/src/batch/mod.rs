@@ -2,8 +2,9 @@
 //!
 //! Files in the order of the data: `description` (of a batch) → `run`, `worker` (its threads) → `variation` (the scene of a sample) →
 //! `motion_draws` (its motion, if drawn) → `windows` (of the motion, between changes of payload) → `lanes` (linear scenes, one per vector
-//! lane), `preloaded` (preloaded scenes side by side) or `single` (any other scene), the last two with `load_extremes`, `load_rows` and `reduce` →
-//! `signals`, `requirements`, `statistics` (what the measures need) → `measure`. The result of a sample depends on its own values only, to the last bit.
+//! lane), `preloaded` (preloaded scenes side by side) or `single` (any other scene), the last two with `load_extremes`, `load_rows` and
+//! `reduce` → `signals`, `requirements`, `time_statistics` (what the measures need) → `measure`. The result of a sample depends on its own
+//! values only, to the last bit.
 
 mod description;
 mod drawn;

@@ -1,17 +1,12 @@
 //! How far a value of a load may bow away from the chords between the instants of a block.
 
 use super::between::{Between, Piece, Place};
+use super::block_values::{BLOCK, Values};
 use super::extremes::{Extremes, Goal};
 use super::loads::Wrench;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::numeric::simd::{Kernel, dispatch_wide};
 use crate::system::State;
-
-/// Instants of a block: few, so that a block in which a load passes its extremes is a short part of the run, but enough that bounds pay.
-pub(super) const BLOCK: usize = 32;
-
-/// One number at each instant of a block.
-pub(super) type Values = [f64; BLOCK];
 
 /// How far a value bows away from the chord between two instants, over what the larger second difference quotient at them says. For six
 /// instants per period of a vibration it is 1.3.

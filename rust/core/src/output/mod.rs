@@ -1,9 +1,10 @@
 //! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), those of
-//! a body with moving riders (`riding`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` at the instants,
-//! `bows`, `between` and `search` between them).
+//! a body with moving riders (`riding`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` and `block_values` at
+//! the instants, `bows`, `between` and `search` between them).
 
 mod axes;
 mod between;
+mod block_values;
 mod bounds;
 mod bows;
 mod evaluate;

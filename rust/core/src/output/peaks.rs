@@ -2,23 +2,23 @@
 //!
 //! Instants are gathered in blocks. Of each block, the ranges of the entries of the state bound every load (`bounds`); a load whose bounds
 //! lie within its extremes so far is not evaluated at all. Of the others, the components that may pass their extremes are evaluated, at all
-//! instants of the block side by side, and where they may pass them between two instants (`bows`), this piece of the run is searched (`between`).
-//! Instants that a run may leave out are judged by the same bounds.
+//! instants of the block side by side (`block_values`), and where they may pass them between two instants (`bows`), this piece of the run is
+//! searched (`between`). Instants that a run may leave out are judged by the same bounds.
 
 use super::between::{Between, Place};
-use super::bows::{BLOCK, Bows, Pieces, Values};
+use super::block_values::{BLOCK, Values, add_magnitudes, evaluate, needed_for, transpose};
+use super::bows::{Bows, Pieces};
 use super::extremes::Extremes;
-use super::loads::{NonlinearLink, Wrench};
+use super::loads::Wrench;
 use super::record::Record;
 use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
-use crate::model::forces;
-use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::fma;
 use crate::numeric::simd::{Kernel, dispatch, dispatch_wide};
 use crate::system::{Bounded, Input, NO_INPUT, ROUNDING, State, StateBox, System};
 
-/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 45 kB, and without `std`
-/// 25 kB.
+/// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 42 kB, and
+/// without `std` 24 kB.
 ///
 /// For this the fastest vibration should have six samples per period or more. Instants other than samples are only instants to it.
 #[derive(Debug)]
@@ -331,123 +331,6 @@ fn any_may_pass(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> b
 fn safe_box(states: &StateBox, loads: &[Wrench], extremes: &[Extremes]) -> StateBox {
     let wide = states.widened();
     if any_may_pass(&wide, loads, extremes) { *states } else { wide }
-}
-
-/// Writes the entries of some columns, each at all instants, to `entries`.
-#[cfg_attr(feature = "std", inline(always))]
-fn transpose<const N: usize>(columns: &[[f64; N]; BLOCK], entries: &mut [Values; N]) {
-    for (k, column) in columns.iter().enumerate() {
-        for j in 0..N {
-            entries[j][k] = column[j];
-        }
-    }
-}
-
-/// The components that are wanted themselves, or for the y-z resultant or the magnitude of the moment.
-#[cfg_attr(feature = "std", inline(always))]
-fn needed_for(wanted: &[bool; 8]) -> [bool; 6] {
-    let [x, y, z, mx, my, mz, across, moment] = *wanted;
-    [x, y | across, z | across, mx | moment, my | moment, mz | moment]
-}
-
-/// The needed components of a load at all instants, to the last bit those of [`super::Recovery::at`].
-#[cfg_attr(feature = "std", inline(always))]
-fn evaluate(
-    load: &Wrench,
-    needed: &[bool; 6],
-    (entries, inputs): (&[Values; 12], &[Values; 9]),
-    states: &[State; BLOCK],
-    values: &mut [Values; 8],
-) {
-    // Two rows at a time, so that the sums of one fill the time in which those of the other wait for each other.
-    for pair in 0..3 {
-        let (a, b) = (2 * pair, 2 * pair + 1);
-        if !needed[a] || !needed[b] {
-            let row = if needed[a] { a } else { b };
-            if needed[row] {
-                evaluate_row(load, row, entries, &mut values[row]);
-            }
-            continue;
-        }
-        let mut sums = [[load.linear.constant[a]; BLOCK], [load.linear.constant[b]; BLOCK]];
-        for j in 0..12 {
-            let column = &load.linear.by_state[j];
-            if column[a] == 0.0 && column[b] == 0.0 {
-                continue;
-            }
-            add_scaled(&mut sums[0], &entries[j], column[a]);
-            add_scaled(&mut sums[1], &entries[j], column[b]);
-        }
-        (values[a], values[b]) = (sums[0], sums[1]);
-    }
-    if load.linear.by_input_at_all {
-        for (column, input) in load.linear.by_input.iter().zip(inputs) {
-            for row in 0..6 {
-                if needed[row] && column[row] != 0.0 {
-                    add_scaled(&mut values[row], input, column[row]);
-                }
-            }
-        }
-    }
-    for link in load.nonlinear.as_slice() {
-        let NonlinearLink { row, elastic, damping } = link;
-        let mut is_needed = false;
-        for component in 0..6 {
-            is_needed |= needed[component] & ((elastic[component] != 0.0) | (damping[component] != 0.0));
-        }
-        if !is_needed {
-            continue;
-        }
-        let mut at = [row.rest; BLOCK];
-        for j in 0..6 {
-            add_scaled(&mut at, &entries[j], row.deflection[j]);
-        }
-        let force = forces(row.link.law(), &at);
-        for component in 0..6 {
-            if needed[component] && elastic[component] != 0.0 {
-                add_scaled(&mut values[component], &force, elastic[component]);
-            }
-        }
-        if row.link.is_damped_in_contact() {
-            for k in 0..BLOCK {
-                let (_, load) = row.loads(&states[k]);
-                for component in 0..6 {
-                    if needed[component] {
-                        values[component][k] = fma(damping[component], load, values[component][k]);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The part of a row that is linear in the state.
-#[cfg_attr(feature = "std", inline(always))]
-fn evaluate_row(load: &Wrench, row: usize, entries: &[Values; 12], values: &mut Values) {
-    let mut sum = [load.linear.constant[row]; BLOCK];
-    for j in 0..12 {
-        let factor = load.linear.by_state[j][row];
-        if factor != 0.0 {
-            add_scaled(&mut sum, &entries[j], factor);
-        }
-    }
-    *values = sum;
-}
-
-/// Adds the y-z resultant of the force and the magnitude of the moment, where wanted.
-#[cfg_attr(feature = "std", inline(always))]
-fn add_magnitudes(wanted: &[bool; 8], values: &mut [Values; 8]) {
-    let [_, y, z, mx, my, mz, across, moment] = values;
-    if wanted[6] {
-        for k in 0..BLOCK {
-            across[k] = sqrt(fma(y[k], y[k], z[k] * z[k]));
-        }
-    }
-    if wanted[7] {
-        for k in 0..BLOCK {
-            moment[k] = sqrt(fma(mx[k], mx[k], fma(my[k], my[k], mz[k] * mz[k])));
-        }
-    }
 }
 
 impl Extremes {

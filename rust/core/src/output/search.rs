@@ -17,7 +17,7 @@ const MOST_STEPS: usize = 60;
 /// Fraction of a piece over which four derivatives of a value give it, and its largest value, to rounding.
 const NEAR: f64 = 1e-3;
 
-/// By how much more than a cubic through its ends a value may bow away from its chord, over the bow of the cubic.
+/// By how much more than a cubic through its ends a value of smooth laws may bow away from its chord, over the bow of the cubic.
 const BEYOND_CUBIC: f64 = 0.05;
 
 /// Norm of a step up to which the cubic through the ends of a piece tells whether a value may pass its extreme.
@@ -49,21 +49,36 @@ impl Search<'_> {
     /// through both ends is largest, then where the derivatives there say.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn follow<E: Equations>(&mut self, equations: &E, series: &PowerSeries) {
-        let [start, _] = self.ends;
         let mut ends = [[0.0; 2]; 2];
+        let mut bends = [0.0; 2];
         for (i, state) in self.ends.iter().enumerate() {
-            ends[i] = self.derivatives(equations, state, i as f64, 2).slope(0.0);
+            let local = self.derivatives(equations, state, i as f64, 3);
+            (ends[i], bends[i]) = (local.slope(0.0), local.bend());
             self.note_end(i, ends[i][0]);
         }
-        if !self.may_pass(&ends, series.norm(self.ramp.h) <= SMOOTH) {
+        let (mut a, mut b) = (0.0, 1.0);
+        let [rises, falls] = [ends[0][1] > 0.0, ends[1][1] < 0.0];
+        if rises != falls && bends[0] * bends[1] < 0.0 && (bends[0] < 0.0) == rises {
+            // The slope has the same sign at both ends, and may have the other one where the curvature is about zero.
+            let theta = bends[0] / (bends[0] - bends[1]);
+            let middle = self.derivatives(equations, &self.state_at(equations, series, theta), theta, 3);
+            let side = usize::from(rises);
+            (ends[side], bends[side]) = (middle.slope(0.0), middle.bend());
+            (a, b) = if rises { (a, theta) } else { (theta, b) };
+        }
+        let h = b - a;
+        let [start, end] = [[ends[0][0], ends[0][1] * h], [ends[1][0], ends[1][1] * h]];
+        let error = if series.norm(self.ramp.h) <= SMOOTH {
+            cubic_error(start, end, [bends[0] * h * h, bends[1] * h * h])
+        } else {
+            f64::INFINITY
+        };
+        if !self.may_pass(&[start, end], error) {
             return;
         }
-        let (mut a, mut b, mut theta) = (0.0, 1.0, top(ends[0], ends[1]));
+        let mut theta = fma(top(start, end), h, a);
         for _ in 0..MOST_STEPS {
-            let end = self.ramp.values(theta);
-            let there =
-                advance(equations, series, &Ramp { h: theta * self.ramp.h, end: &end, ..*self.ramp }, start);
-            let local = self.derivatives(equations, &there, theta, 4);
+            let local = self.derivatives(equations, &self.state_at(equations, series, theta), theta, 4);
             let step = local.top();
             if step.abs() <= NEAR {
                 self.note(local.slope(step)[0], theta + step);
@@ -85,6 +100,14 @@ impl Search<'_> {
                 return;
             }
         }
+    }
+
+    /// The state at a time.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn state_at<E: Equations>(&self, equations: &E, series: &PowerSeries, theta: f64) -> State {
+        let end = self.ramp.values(theta);
+        let ramp = Ramp { h: theta * self.ramp.h, end: &end, ..*self.ramp };
+        advance(equations, series, &ramp, &self.ends[0])
     }
 
     /// Notes the value at an end.
@@ -127,7 +150,8 @@ impl Search<'_> {
             ends[node] = self.slope(state, &rate, node as f64);
             self.note_end(node, ends[node][0]);
         }
-        if !self.may_pass(&ends, true) {
+        let bow = cubic(&ends, top(ends[0], ends[1])) - f64::min(ends[0][0], ends[1][0]);
+        if !self.may_pass(&ends, BEYOND_CUBIC * bow) {
             return;
         }
         let (mut state, mut from) = (self.ends[0], 0.0);
@@ -204,15 +228,11 @@ impl Search<'_> {
         input
     }
 
-    /// Whether the value may pass its extreme between these ends. `by_cubic`: whether the cubic through them tells.
+    /// Whether the value may pass its extreme between these ends, by the cubic through them and its error.
     #[cfg_attr(feature = "std", inline(always))]
-    fn may_pass(&self, ends: &[Slope; 2], by_cubic: bool) -> bool {
-        if !(ends[0][1] > 0.0 && ends[1][1] < 0.0) {
-            return false;
-        }
-        let highest = cubic(ends, top(ends[0], ends[1]));
-        let chord = f64::min(ends[0][0], ends[1][0]);
-        !by_cubic || fma(BEYOND_CUBIC, highest - chord, highest) > self.extremes.of(self.goal)
+    fn may_pass(&self, ends: &[Slope; 2], error: f64) -> bool {
+        let rises_and_falls = ends[0][1] > 0.0 && ends[1][1] < 0.0;
+        rises_and_falls && cubic(ends, top(ends[0], ends[1])) + error > self.extremes.of(self.goal)
     }
 
     /// Notes a value at a time.
@@ -264,6 +284,21 @@ impl Taylor {
         [size, if size > 0.0 { product / size } else { 0.0 }]
     }
 
+    /// The curvature at the point.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn bend(&self) -> f64 {
+        if self.goal.value < 6 {
+            return self.rows[0][2];
+        }
+        let (mut square, mut product, mut bend) = (0.0, 0.0, 0.0);
+        for [value, first, second, _] in &self.rows {
+            square = fma(*value, *value, square);
+            product = fma(*value, *first, product);
+            bend = fma(*first, *first, fma(*value, *second, bend));
+        }
+        if square > 0.0 { (bend - product * product / square) / sqrt(square) } else { 0.0 }
+    }
+
     /// Distance to the largest value, where the slope is zero by its derivatives at the point.
     #[cfg_attr(feature = "std", inline(always))]
     fn top(&self) -> f64 {
@@ -298,6 +333,14 @@ fn top([start, rise]: Slope, [end, fall]: Slope) -> f64 {
 fn cubic([[start, rise], [end, fall]]: &[Slope; 2], share: f64) -> f64 {
     let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
     fma(fma(fma(cube, share, square), share, *rise), share, *start)
+}
+
+/// Twice the error of the cubic with these values and slopes at both ends, by the error of its curvature there.
+#[cfg_attr(feature = "std", inline(always))]
+fn cubic_error([start, rise]: Slope, [end, fall]: Slope, bends: [f64; 2]) -> f64 {
+    let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
+    let errors = [2.0 * square - bends[0], fma(6.0, cube, 2.0 * square) - bends[1]];
+    f64::max(errors[0].abs(), errors[1].abs()) / 16.0
 }
 
 /// The state moved by a share of a change.

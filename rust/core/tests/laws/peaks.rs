@@ -265,14 +265,6 @@ fn studies_find_the_extremes_at_any_time() {
                 matches!(measure, Measure::Load(_, _, Statistic::Min) | Measure::Drive(Statistic::Min));
             let sign = if is_least { -1.0 } else { 1.0 };
             let error = (found[index] - same[index]).abs() / scale;
-            if error > tolerance {
-                eprintln!(
-                    "index {} row {} at {}",
-                    index % measures.len(),
-                    index / measures.len(),
-                    at_samples[index]
-                );
-            }
             assert!(
                 error <= tolerance,
                 "{law:?} {solver:?} {measure:?}: {} {} {error}",

@@ -247,8 +247,8 @@ impl<S: Simd, const DRAWN: bool> Deviations<'_, S, DRAWN> {
 }
 
 /// Whether a row of a tile may have a new extreme between the sample before a block and its last one, in any lane, by the range of the
-/// excitation there and the largest deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot
-/// of a ramp, and those at standstill.
+/// excitation there and the largest deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new
+/// extreme: those after the overshoot of a ramp, and those at standstill.
 #[inline(always)]
 fn may_be_new<S: Simd>(
     simd: S,

@@ -2,10 +2,9 @@
 //!
 //! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
-//! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` →
-//! `integrate` (from sample to sample, with `memory`) → `loads` → `time_statistics` with `power_integral` and `bent`; for extremes between the
-//! samples, `bows` → `waiting` → `search`. The results of a scene have the same bits in any lane of any width, beside any other scenes. See
-//! `numeric::simd` for why these files use `pulp`.
+//! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` → `integrate` (from sample to sample, with `memory`) →
+//! `loads` → `time_statistics` with `power_integral` and `bent`; for extremes between the samples, `bows` → `waiting` → `search`. The results
+//! of a scene have the same bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
@@ -135,8 +134,8 @@ impl<'a> Lanes<'a> {
         self.dispatch(Run { lanes: self, windows, scenes, deviations, memory, watch });
     }
 
-    /// Writes the statistics of each signal of a scene of the last run through the excitation. False if rounding in the lanes leaves too few digits; such a scene
-    /// must run by itself.
+    /// Writes the statistics of each signal of a scene of the last run through the excitation. False if rounding in the lanes leaves too few
+    /// digits; such a scene must run by itself.
     pub(super) fn statistics(
         &self,
         requirements: &Requirements,

@@ -15,10 +15,7 @@ use super::waiting::{Piece, Waiting};
 use crate::batch::requirements::{Requirements, Signal};
 use crate::numeric::simd::MAX_LANES;
 
-/// By how much more than a cubic through its ends a value may bow away from its chord, over the bow of the cubic.
-const BEYOND_CUBIC: f64 = 0.25;
-
-/// Turn of the modes in an interval up to which this holds.
+/// Turn of the modes in an interval up to which the cubic through its ends, with its error, tells whether a value may pass its extreme.
 const SMOOTH: f64 = 1.5;
 
 /// Most steps of a search.
@@ -303,17 +300,32 @@ impl<S: Simd> Curve<S> {
     fn top(&self, simd: S, known: Real<S>) -> [Real<S>; 2] {
         let (zero, half) = (self.zero, self.zero.constant(0.5));
         let (mut top, mut at) = (zero.constant(f64::NEG_INFINITY), zero);
-        let (mut from, mut to) = (zero, self.length);
         let mut known_ends = [[zero; 3]; 2];
         for (end, to) in known_ends.iter_mut().enumerate() {
             *to = self.at(if end == 0 { zero } else { self.length }, &self.ends[end]);
         }
-        let [[start, rise, _], [end, fall, _]] = known_ends;
-        let mut open = zero.less_than(self.length).and(zero.less_than(rise)).and(fall.less_than(zero));
-        let [highest, share] = self.cubic([start, rise], [end, fall]);
-        let above = highest + self.zero.constant(BEYOND_CUBIC) * (highest - start.min(end));
+        let [mut from, mut to] = [zero, self.length];
+        let [[_, rise, bend], [_, fall, last_bend]] = known_ends;
+        // Where the slope has the same sign at both ends, it may have the other one in between, where the curvature is about zero.
+        let turns = (bend * last_bend).less_than(zero);
+        let [rises, falls] = [zero.less_than(rise), fall.less_than(zero)];
+        let dips = turns.and(rises).and_not(falls).and(bend.less_than(zero));
+        let humps = turns.and(falls).and_not(rises).and(zero.less_than(bend));
+        if dips.or(humps).any() {
+            let time = dips.or(humps).select(self.length * bend / (bend - last_bend), zero);
+            let middle = self.at(time, &self.state(simd, time));
+            to = dips.select(time, to);
+            from = humps.select(time, from);
+            for i in 0..3 {
+                known_ends[0][i] = humps.select(middle[i], known_ends[0][i]);
+                known_ends[1][i] = dips.select(middle[i], known_ends[1][i]);
+            }
+        }
+        let mut open = zero.less_than(to - from);
+        open = open.and(zero.less_than(known_ends[0][1])).and(known_ends[1][1].less_than(zero));
+        let [above, share] = self.cubic(known_ends, to - from);
         open = open.and(known.less_than(above).or(self.is_smooth.not()));
-        let mut time = open.select(self.length * share, zero);
+        let mut time = open.select((to - from).mul_add(share, from), zero);
         for _ in 0..MOST_STEPS {
             if !open.any() {
                 break;
@@ -336,18 +348,22 @@ impl<S: Simd> Curve<S> {
         [top, at / zero.less_than(self.length).select(self.length, zero.constant(1.0))]
     }
 
-    /// The largest value of the cubic with these values and slopes at the ends, rising at the first and falling at the last, and its share of
-    /// the interval.
+    /// The largest value of the cubic with these values and slopes at the ends of a part of this length, rising at the first and falling at
+    /// the last, with twice its error, and its share of the part. The error is a 32nd of the length squared times that of the curvature at an end.
     #[inline(always)]
-    fn cubic(&self, [start, rise]: [Real<S>; 2], [end, fall]: [Real<S>; 2]) -> [Real<S>; 2] {
+    fn cubic(&self, ends: [[Real<S>; 3]; 2], length: Real<S>) -> [Real<S>; 2] {
+        let [[start, rise, bend], [end, fall, last_bend]] = ends;
         let [zero, half, two, three] = [0.0, 0.5, 2.0, 3.0].map(|number| self.zero.constant(number));
-        let (rise, fall, change) = (rise * self.length, fall * self.length, end - start);
+        let (rise, fall, change) = (rise * length, fall * length, end - start);
         let (square, cube) = (three * change - two * rise - fall, rise + fall - two * change);
         let root = (square * square - three * cube * rise).max(zero).sqrt();
         let share = rise / (root - square);
         // Of ends so close that rounding decides, the middle.
         let inside = zero.less_than(share).and(share.less_than(zero.constant(1.0)));
         let share = inside.select(share, half);
-        [cube.mul_add(share, square).mul_add(share, rise).mul_add(share, start), share]
+        let highest = cube.mul_add(share, square).mul_add(share, rise).mul_add(share, start);
+        let (area, curved) = (length * length, two * square);
+        let errors = [curved - bend * area, zero.constant(6.0).mul_add(cube, curved) - last_bend * area];
+        [errors[0].abs().max(errors[1].abs()).mul_add(zero.constant(1.0 / 16.0), highest), share]
     }
 }
