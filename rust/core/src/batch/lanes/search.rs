@@ -12,6 +12,7 @@ use super::step::exponential;
 use super::timeline::Timeline;
 use super::vector::{Complex, Mask, Real};
 use super::waiting::{Piece, Waiting};
+use crate::batch::equivalent::EquivalentRows;
 use crate::batch::requirements::{Requirements, Signal};
 use crate::numeric::simd::MAX_LANES;
 
@@ -77,10 +78,16 @@ impl WithSimd for Search<'_> {
                 Some(piece) => self.extreme::<S>(piece, lane),
                 None => f64::INFINITY,
             });
-            let [tops, shares] = Curve::new(simd, &self, &some).top(simd, known);
+            let curve = Curve::new(simd, &self, &some);
+            let [tops, times] = curve.top(simd, known);
+            let is_equivalent = |piece: &Piece| self.equivalent_of(piece).is_some();
+            let states = some.iter().flatten().any(is_equivalent).then(|| curve.state(simd, times));
             for (lane, piece) in some.iter().enumerate() {
-                if let Some(piece) = piece {
-                    self.note::<S>(piece, lane, (tops.lane(lane), shares.lane(lane)));
+                let Some(piece) = piece else { continue };
+                let share = times.lane(lane) / self.timeline.intervals[piece.end];
+                self.note::<S>(piece, lane, (tops.lane(lane), share));
+                if let Some(states) = &states {
+                    self.search_again(simd, piece, (lane, next[lane]), (tops.lane(lane), share), states);
                 }
             }
         }
@@ -96,6 +103,74 @@ impl Search<'_> {
             self.found.lane(at + HIGH, lane, S::F64_LANES)
         } else {
             -self.found.lane(at + LOW, lane, S::F64_LANES)
+        }
+    }
+
+    /// The equivalent load that a piece is of.
+    fn equivalent_of(&self, piece: &Piece) -> Option<&EquivalentRows> {
+        match self.requirements.signals[piece.signal].signal {
+            Signal::Equivalent(index) => Some(&self.requirements.equivalents[index]),
+            _ => None,
+        }
+    }
+
+    /// If a piece is of an equivalent load that is another linear combination at the top found, or without one in the middle, because a
+    /// component changes its sign and back, notes this load, and lets the piece with that combination wait at a place in its lane. With each
+    /// top the load is larger, so this ends.
+    fn search_again<S: Simd>(
+        &mut self,
+        simd: S,
+        piece: &Piece,
+        (lane, place): (usize, usize),
+        (top, share): (f64, f64),
+        states: &[Complex<S>; MAX_MODES],
+    ) {
+        let Some(equivalent) = self.equivalent_of(piece) else { return };
+        let components =
+            equivalent.components(|row| self.value::<S>(simd, row, (piece.end, lane), share, states));
+        let slopes = equivalent.rule.gradient(&components);
+        let load = slopes.iter().zip(components).map(|(slope, component)| slope * component).sum();
+        let is_higher = load > self.extreme::<S>(piece, lane);
+        if slopes != self.waiting.slopes[piece.slopes] && (is_higher || top == f64::NEG_INFINITY) {
+            self.note::<S>(piece, lane, (load, share));
+            self.waiting.slopes.push(slopes);
+            let again = Piece { slopes: self.waiting.slopes.len() - 1, ..*piece };
+            self.waiting.pieces[lane].insert(place, again);
+        }
+    }
+
+    /// The value of a row in one lane, at a share of the interval before a sample, with v there.
+    fn value<S: Simd>(
+        &self,
+        simd: S,
+        row: usize,
+        (end, lane): (usize, usize),
+        share: f64,
+        states: &[Complex<S>; MAX_MODES],
+    ) -> f64 {
+        let (components, modes) =
+            (self.timeline.components.len(), self.modal.eigenvalues.vectors::<S>().len() / 2);
+        let width = width(modes, components);
+        let number =
+            |index: usize| self.modal.tiles.lane(ModalScenes::place(row, index, width), lane, S::F64_LANES);
+        let mut value = number(0);
+        for component in 0..components {
+            let [last, now] = [1, 0].map(|back| self.input(simd, end - back, component, lane));
+            value += number(1 + component) * (last + share * (now - last));
+        }
+        for (mode, v) in states[..modes].iter().enumerate() {
+            let at = 1 + components + 2 * mode;
+            value += number(at) * v.re.lane(lane) + number(at + 1) * v.im.lane(lane);
+        }
+        value
+    }
+
+    /// A component of the excitation at a sample, in one lane.
+    fn input<S: Simd>(&self, simd: S, sample: usize, component: usize, lane: usize) -> f64 {
+        let value = self.timeline.values[sample * self.timeline.components.len() + component];
+        match self.deviations {
+            Some(deviations) if component == 0 => value + deviations.at(simd, sample).lane(lane),
+            _ => value,
         }
     }
 
@@ -144,7 +219,7 @@ struct Curve<S: Simd> {
 impl<S: Simd> Curve<S> {
     #[inline(always)]
     fn new(simd: S, search: &Search, some: &[Option<Piece>; MAX_LANES]) -> Self {
-        let Search { modal, timeline, deviations, requirements, .. } = search;
+        let Search { modal, timeline, requirements, .. } = search;
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
         let none = Complex::new(zero, zero);
         let eigenvalues_of = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
@@ -169,16 +244,8 @@ impl<S: Simd> Curve<S> {
         let (mut start, mut rate) = ([zero; 9], [zero; 9]);
         for component in 0..components {
             let input = |back: usize| {
-                Real::gather(simd, |lane| {
-                    let Some(piece) = some[lane] else { return 0.0 };
-                    let value = timeline.values[(piece.end - back) * components + component];
-                    match deviations {
-                        Some(deviations) if component == 0 => {
-                            value + deviations.at(simd, piece.end - back).lane(lane)
-                        }
-                        _ => value,
-                    }
-                })
+                let at = |piece: Piece, lane| search.input(simd, piece.end - back, component, lane);
+                Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| at(piece, lane)))
             };
             start[component] = input(1);
             rate[component] = moves.select((input(0) - start[component]) / moves.select(length, one), zero);
@@ -294,12 +361,12 @@ impl<S: Simd> Curve<S> {
         ]
     }
 
-    /// The largest value where the slope changes its sign from above to below, and its share of the interval; -∞ where it does not, or where
-    /// the cubic through the ends tells that it is not above the `known` one.
+    /// The largest value where the slope changes its sign from above to below, and its time, s; -∞ and half of the length where it does
+    /// not, or where the cubic through the ends tells that it is not above the `known` one.
     #[inline(always)]
     fn top(&self, simd: S, known: Real<S>) -> [Real<S>; 2] {
         let (zero, half) = (self.zero, self.zero.constant(0.5));
-        let (mut top, mut at) = (zero.constant(f64::NEG_INFINITY), zero);
+        let (mut top, mut at) = (zero.constant(f64::NEG_INFINITY), half * self.length);
         let mut known_ends = [[zero; 3]; 2];
         for (end, to) in known_ends.iter_mut().enumerate() {
             *to = self.at(if end == 0 { zero } else { self.length }, &self.ends[end]);
@@ -345,7 +412,7 @@ impl<S: Simd> Curve<S> {
             let inside = from.less_than(next).and(next.less_than(to));
             time = open.select(inside.select(next, half * (from + to)), time);
         }
-        [top, at / zero.less_than(self.length).select(self.length, zero.constant(1.0))]
+        [top, at]
     }
 
     /// The largest value of the cubic with these values and slopes at the ends of a part of this length, rising at the first and falling at
