@@ -37,6 +37,8 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Cube root of a number from 0 on, to a few roundings.
     fn cbrt(self) -> Self;
+    /// Ninth root of a number from 0 on, to a few roundings.
+    fn ninth_root(self) -> Self;
 
     /// Magnitude.
     fn abs(self) -> Self;
@@ -66,6 +68,17 @@ fn halley_cbrt<T: Real>(x: T, mut root: T, steps: usize) -> T {
     root
 }
 
+/// Halley's iteration for the ninth root of `x` from the estimate `root`.
+fn halley_ninth_root<T: Real>(x: T, mut root: T, steps: usize) -> T {
+    let ratio = T::from_f64(0.8);
+    for _ in 0..steps {
+        let cube = root * root * root;
+        let ninth = cube * cube * cube;
+        root = root * ((ratio * ninth + x) / (ninth + ratio * x));
+    }
+    root
+}
+
 impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
@@ -90,7 +103,7 @@ impl Real for f32 {
     fn sign(self) -> u32 {
         self.to_bits() >> 31
     }
-    // Half and a third of the exponent give estimates to 4 and 5 %.
+    // Half, a third and a ninth of the exponent give estimates to 4, 5 and 3 %.
     fn sqrt(self) -> Self {
         if self < Self::MIN_POSITIVE {
             return 0.0;
@@ -102,6 +115,12 @@ impl Real for f32 {
             return 0.0;
         }
         halley_cbrt(self, Self::from_bits(self.to_bits() / 3 + 0x2A51_37A0), 2)
+    }
+    fn ninth_root(self) -> Self {
+        if self < Self::MIN_POSITIVE {
+            return 0.0;
+        }
+        halley_ninth_root(self, Self::from_bits(self.to_bits() / 9 + 0x386C_A708), 2)
     }
 }
 
@@ -144,6 +163,12 @@ impl Real for f64 {
         }
         halley_cbrt(self, Self::from_bits(self.to_bits() / 3 + 0x2A9F_7893_0000_0000), 3)
     }
+    fn ninth_root(self) -> Self {
+        if self < Self::MIN_POSITIVE {
+            return 0.0;
+        }
+        halley_ninth_root(self, Self::from_bits(self.to_bits() / 9 + 0x38D4_B152_0000_0000), 3)
+    }
 }
 
 #[cfg(test)]
@@ -156,7 +181,9 @@ mod tests {
             let x = f64::powi(1.37, k);
             assert!((Real::sqrt(x) / f64::sqrt(x) - 1.0).abs() < 4.0 * f64::EPSILON, "sqrt {x}");
             assert!((Real::cbrt(x) / f64::cbrt(x) - 1.0).abs() < 4.0 * f64::EPSILON, "cbrt {x}");
+            assert!((Real::ninth_root(x).powi(9) / x - 1.0).abs() < 36.0 * f64::EPSILON, "ninth root {x}");
             let x = x as f32;
+            assert!((Real::ninth_root(x).powi(9) / x - 1.0).abs() < 36.0 * f32::EPSILON, "ninth root {x}");
             assert!((Real::sqrt(x) / f32::sqrt(x) - 1.0).abs() < 4.0 * f32::EPSILON, "sqrt {x}");
             assert!((Real::cbrt(x) / f32::cbrt(x) - 1.0).abs() < 4.0 * f32::EPSILON, "cbrt {x}");
         }

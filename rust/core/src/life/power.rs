@@ -1,9 +1,9 @@
-//! Integrals of `P^p v` for any exponent p, to rounding: over a piece on which the load is linear and the speed quadratic, in closed form; where
-//! a preload raises the load, by nodes.
+//! Integrals of `P^p v` for any exponent p, to rounding: over a piece on which the load is linear and the speed quadratic, in closed form; under
+//! preloaded rows, by a Taylor series where the load changes little, else by nodes.
 
-use guideload_life::{Piece, Power, Rule};
+use guideload_life::{Piece, Power, Real, Rule};
 
-use crate::numeric::float::{floor, pow};
+use crate::numeric::float::{floor, pow, sqrt};
 
 /// Largest relative change of L from the middle of a piece to its end for the series; beyond, the closed form has all its digits.
 const SERIES: f64 = 1.0 / 3.0;
@@ -26,7 +26,7 @@ pub(super) const SIX_NODES: [[f64; 2]; 6] = [
     [0.932_469_514_203_152, 0.171_324_492_379_170_35],
 ];
 
-/// Largest change of the load on a part over its distance from the opening for which three nodes leave less than 1e-11.
+/// Largest change of the load on a part over its distance from the opening for which four terms leave less than 1e-11.
 const NEARLY_CONSTANT: f64 = 0.015;
 
 /// At the opening the row load has no second derivative, so parts halve their distance from it, down to this share of the opening; below,
@@ -43,32 +43,71 @@ impl Power<f64> for LoadPower {
         if self.0 == 3.0 {
             return piece.cubic(ends);
         }
-        let ([first, middle, last], [load, end]) = (piece.speed, ends.map(|load| f64::max(load, 0.0)));
-        // Coefficients of 1, x and x², x from -1 to 1.
-        let speed = [
-            0.25 * (first + 2.0 * middle + last),
-            0.5 * (last - first),
-            0.25 * (first - 2.0 * middle + last),
-        ];
-        (piece.to - piece.from) * mean_of_product(load, end, speed, self.0)
+        let [load, end] = ends.map(|load| f64::max(load, 0.0));
+        (piece.to - piece.from) * mean_of_product(load, end, speed_coefficients(piece), self.0)
     }
 
     #[inline(never)]
     fn raised(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
-        let [start, middle, end] = piece.speed;
+        match rule.preload_form {
+            0 => {
+                let relative = ends.map(|load| 1.0 + load / rule.opening);
+                power(rule.preload, self.0) * Self(1.5 * self.0).linear(piece, relative)
+            }
+            1 => self.linear(piece, ends.map(|load| rule.raised(load))),
+            _ => self.of_rows(rule, piece, ends),
+        }
+    }
+}
+
+impl LoadPower {
+    /// The integral over a piece under two preloaded rows.
+    fn of_rows(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
+        let [even, odd, bend] = speed_coefficients(piece);
         let mut sum = 0.0;
         for_each_part(ends.map(|load| load / rule.opening), |[from, to], [first, last]| {
-            let nearly = f64::abs(last - first) < NEARLY_CONSTANT * (1.0 - f64::max(first, last));
-            let nodes: &[[f64; 2]] = if nearly { &THREE_NODES } else { &SIX_NODES };
-            for [x, weight] in nodes {
-                let [before, after] = [0.5 * (1.0 - x), 0.5 * (1.0 + x)];
-                let (s, load) = (before * from + after * to, rule.opening * (before * first + after * last));
-                let speed = (1.0 - s) * ((1.0 - s) * start + 2.0 * s * middle) + s * s * end;
-                sum += 0.5 * f64::abs(to - from) * weight * speed * power(rule.raised(load), self.0);
-            }
+            // Of the part, x from -1 to 1.
+            let (middle, length) = (from + to - 1.0, to - from);
+            let speed = [
+                even + middle * (odd + middle * bend),
+                (odd + 2.0 * middle * bend) * length,
+                bend * length * length,
+            ];
+            let (load, change) = (0.5 * rule.opening * (first + last), 0.5 * rule.opening * (last - first));
+            let gap = 1.0 - f64::max(first, last);
+            let mean = if gap > LAST_GAP && f64::abs(last - first) < NEARLY_CONSTANT * gap {
+                self.mean_by_series(rule.row_series(load), change, speed)
+            } else {
+                let of_node = |[x, weight]: [f64; 2]| {
+                    let speed = speed[0] + x * (speed[1] + x * speed[2]);
+                    0.5 * weight * speed * power(rule.raised(load + x * change), self.0)
+                };
+                SIX_NODES.map(of_node).iter().sum()
+            };
+            sum += f64::abs(length) * mean;
         });
         (piece.to - piece.from) * sum
     }
+
+    /// Mean of `R^p v` with R by its series in the change of the load, x times `change`, and `v = c0 + c1 x + c2 x²`, x from -1 to 1.
+    fn mean_by_series(&self, [row, r1, r2, r3, r4]: [f64; 5], change: f64, [c0, c1, c2]: [f64; 3]) -> f64 {
+        let p = self.0;
+        let [p2, p3] = [0.5 * (p - 1.0), (p - 2.0) / 3.0];
+        let of_node = |[x, weight]: [f64; 2]| {
+            let d = x * change;
+            let r = d * (r1 + d * (r2 + d * (r3 + d * r4))) / row;
+            // (1 + r)^p.
+            let power = 1.0 + p * r * (1.0 + p2 * r * (1.0 + p3 * r * (1.0 + 0.25 * (p - 3.0) * r)));
+            0.5 * weight * power * (c0 + x * (c1 + x * c2))
+        };
+        power(row, p) * THREE_NODES.map(of_node).iter().sum::<f64>()
+    }
+}
+
+/// Coefficients of the speed on a piece by 1, x and x², x from -1 to 1.
+fn speed_coefficients(piece: &Piece<f64>) -> [f64; 3] {
+    let [first, middle, last] = piece.speed;
+    [0.25 * (first + 2.0 * middle + last), 0.5 * (last - first), 0.25 * (first - 2.0 * middle + last)]
 }
 
 /// Calls `part` for the parts of a piece on which the load, in units of the opening, is linear from one end to the other and below 1: with the
@@ -122,10 +161,13 @@ fn over(k: usize) -> f64 {
     RECIPROCALS.get(k).copied().unwrap_or(1.0 / k as f64)
 }
 
-/// `x^p`, by products for the usual whole exponents.
+/// `x^p`, by products and a root for the usual exponents: of balls, of rollers, and of balls under [`crate::Preload::Power`].
 fn power(x: f64, exponent: f64) -> f64 {
+    const ROLLERS: f64 = 10.0 / 3.0;
     match exponent {
         3.0 => x * x * x,
+        ROLLERS => x * x * x * Real::cbrt(x),
+        4.5 => x * x * x * x * sqrt(x),
         _ => pow(x, exponent),
     }
 }
