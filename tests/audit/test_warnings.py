@@ -74,6 +74,20 @@ def rated(mass: float = 1250.0, **drive: Any) -> Machine:
     return cart.model_copy(update={"body": cart.body.model_copy(update={"mass": mass})})
 
 
+def heavier_to_turn(factor: float) -> Machine:
+    """The cart with so many times its moments of inertia."""
+    body = machine().body
+    inertia = (factor * body.central_inertia()).tolist()
+    update = {"inertia": inertia, "inertia_about": "center_of_mass"}
+    return machine().model_copy(update={"body": body.model_copy(update=update)})
+
+
+def rails_swapped() -> Machine:
+    """The cart with y and z of its rails exchanged."""
+    rails = [one.model_copy(update={"position": one.position[::-1]}) for one in machine().rails]
+    return machine().model_copy(update={"rails": tuple(rails)})
+
+
 def record(value: np.ndarray, time: np.ndarray = TIME, **options: Any) -> Motion:
     return motion_from_trace(
         read_trace({"t": time, "q": value}, kind="position", unit="m", time="t", **options)
@@ -124,9 +138,17 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         "carriages[0].x is 90 m, beyond 20 m: is it in mm?",
     ),
     "distance in lengths": (lambda: machine_warnings(scaled(length=1e-3)), "beyond 500 times the length"),
+    "inertia": (
+        lambda: machine_warnings(heavier_to_turn(1e3)),
+        "mm from its centre: are mass in kg and inertia in kg m2?",
+    ),
     "overlap": (
         lambda: machine_warnings(machine(length=3.0)),
         "mm apart, their length is 3000 mm: is x that of the centre",
+    ),
+    "stacked rails": (
+        lambda: machine_warnings(rails_swapped()),
+        "mm apart along y of their carriages, so one stands above the other",
     ),
     "load at rest": (
         lambda: machine_warnings(rated(6e4)),

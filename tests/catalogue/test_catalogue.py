@@ -47,7 +47,12 @@ def test_the_packaged_examples_cite_their_source_and_mark_what_was_not_checked()
         ({"dynamic": {"value": "27 kN"}}, "products[0].dynamic.base", 'add the key "base"'),
         ({"dynamic": "27 kN"}, "products[0].dynamic", "a table of keys and values"),
         ({"dynamic": {"value": "27 kN", "base": "50 kN"}}, "products[0].dynamic.base", "a length in m"),
-        ({"dynamic": {"value": 1, "base": 1, "exponent": "10:3"}}, "products[0].dynamic.exponent", "10/3"),
+        (
+            {"dynamic": {"value": "27 kN", "base": 100}},
+            "products[0].dynamic.base",
+            "A number without a unit is in m",
+        ),
+        ({"dynamic": {"value": 1, "base": 1e5, "exponent": "10:3"}}, "products[0].dynamic.exponent", "10/3"),
         ({"type": "needle"}, "products[0].type", '"ball" or "roller"'),
         ({"seal_force": {"value": 2}}, "products[0].seal_force.per", '"carriage" or "end seal"'),
         ({"unverified": ["statics"]}, "products[0].unverified", '"statics" is none'),
@@ -100,7 +105,7 @@ def test_a_file_tells_the_row(tmp_path: Path) -> None:
 
 
 def test_the_exponent_follows_from_the_type_unless_it_is_given() -> None:
-    rating = {"value": 1.0, "base": 1.0}
+    rating = {"value": 1.0, "base": 1e5}
     for keys, exponent in (({"type": "ball"}, 3.0), ({"type": "roller"}, 10 / 3)):
         assert Product(**{**PLAIN, **keys, "dynamic": rating}).dynamic.exponent == exponent  # type: ignore[union-attr]
     dry = Product(**{**PLAIN, "dynamic": {**rating, "exponent": 1.57}}).dynamic

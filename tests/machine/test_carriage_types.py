@@ -82,7 +82,7 @@ def test_a_machine_with_types_survives_json(tmp_path: Path) -> None:
             "carriages[1] takes it from this type",
         ),
         ('type = "front"', 'type = "fornt"', "carriages[0].type", 'did you mean "front"?'),
-        ('damping_z = "4 kN s/m"', "", "carriages[0].damping_z", "add the key"),
+        ('damping_z = "4 kN s/m"', "", "carriage_types.front.damping_z", 'add the key "damping_z"'),
     ],
 )
 def test_errors_name_the_place(tmp_path: Path, old: str, new: str, key: str, words: str) -> None:
@@ -93,9 +93,13 @@ def test_errors_name_the_place(tmp_path: Path, old: str, new: str, key: str, wor
     assert caught.value.row is not None
 
 
-def test_a_wrong_value_of_a_type_is_told_once(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"200 N/um"', '"-2 N/um"'), ('stiffness_z = "150 N/um"', ""), ('damping_z = "4 kN s/m"', "")],
+)
+def test_a_wrong_or_missing_value_of_a_type_is_told_once(tmp_path: Path, old: str, new: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        read(tmp_path, ('"200 N/um"', '"-2 N/um"'))
+        read(tmp_path, (old, new))
     assert len(caught.value.problems) == 1
 
 

@@ -28,6 +28,7 @@ from guideload.motion.motion import Motion
 from guideload.motion.resolution import TraceResolution
 
 STANDSTILL = 0.01  # of the top speed: the cart stops or turns below it
+ALONG = 0.95  # cosine of an angle between directions that count as one
 STILL = 1e-3  # m: of a shorter travel, as of a cart that is held, accelerations may be as small as they like
 SI = "Numbers without unit are SI; other values need a unit, as in"
 
@@ -40,7 +41,9 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
     modes = Modes.of(machine) if modes is None else modes
     found = (
         _distances(machine),
+        _inertia(machine),
         _overlaps(machine),
+        _stacked_rails(machine),
         _rest(machine),
         _modes(machine, modes),
         _weight(machine),
@@ -114,6 +117,21 @@ def _distances(machine: Machine) -> Iterator[WarningText]:
             return
 
 
+def _inertia(machine: Machine) -> Iterator[WarningText]:
+    """On the radius of gyration of the moving mass, against the places of carriages and links."""
+    body = machine.whole_body
+    places = np.array([*machine.carriage_centers, *(one.point for one in machine.links)]).reshape(-1, 3)
+    reach = float(np.linalg.norm(places - body.center_of_mass, axis=1).max(initial=0.0))
+    radius = float(np.sqrt(np.linalg.eigvalsh(body.central_inertia()).max() / body.mass))
+    if reach and not LIMITS["inertia"].holds(radius / reach):
+        yield WarningText(
+            "inertia",
+            f"Note: the moving mass of {number(body.mass)} kg has a radius of gyration of {digits(1e3 * radius)} mm; "
+            f"the farthest carriage or link is {digits(1e3 * reach)} mm from its centre: are mass in kg and inertia "
+            f'in kg m2? {SI} "5e6 kg mm^2".',
+        )
+
+
 def _overlaps(machine: Machine) -> Iterator[WarningText]:
     """On carriages of one rail that are nearer than their lengths allow; with the nearest pair."""
     lengths = [
@@ -136,6 +154,23 @@ def _overlaps(machine: Machine) -> Iterator[WarningText]:
             f"{digits(1e3 * apart, 4)} mm apart, their length is {digits(1e3 * needed, 4)} mm: is x that of the centre "
             "of each carriage, and the rail the right one?",
         )
+
+
+def _stacked_rails(machine: Machine) -> Iterator[WarningText]:
+    """On rails whose carriages look to one side, with the distance between them along that side."""
+    normals = {one.rail: axes[1] for one, axes in zip(machine.carriages, machine.carriage_axes, strict=True)}
+    for one, other in combinations([rail for rail in machine.rails if rail.name in normals], 2):
+        apart = np.array([0.0, *np.subtract(other.position, one.position)])
+        distance = float(np.linalg.norm(apart))
+        along = [abs(float(normals[rail.name] @ apart)) for rail in (one, other)]
+        if normals[one.name] @ normals[other.name] > ALONG and min(along) > ALONG * distance:
+            yield WarningText(
+                "stacked rails",
+                f"Note: rails {one.name} and {other.name} are {digits(1e3 * distance)} mm apart along y of their "
+                "carriages, so one stands above the other instead of beside it: are y and z of `position` swapped, or "
+                "is `roll` of the rails missing?",
+            )
+            return
 
 
 def _rest(machine: Machine) -> Iterator[WarningText]:

@@ -79,6 +79,7 @@ EFFICIENCY = Range("an efficiency", "1", 0.0, 1.0, "a drive gives no more than i
 FRICTION = Range("a coefficient of friction", "1", 0.0, 10.0, "more than rubber on rubber")
 
 RATING = Range("a load rating", "N", 1e-6, 1e12, "from a micromechanical guide to the largest force")
+RATED_TRAVEL = Range("the travel of a load rating", "m", 1e3, 1e7, "makers use 50 km and 100 km")
 RATED_MOMENT = Range(
     "a rated moment", "N m", 1e-9, 1e16, "a small rating at a small arm, to the largest moment"
 )

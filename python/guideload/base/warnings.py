@@ -46,7 +46,17 @@ LIMITS = {
         "a length in mm read as m is 1000 times as long",
         most=500.0,
     ),
+    "inertia": Limit(
+        "largest radius of gyration, over the distance from the centre of mass to the farthest carriage or link",
+        "it is about the size of the body; a moment of inertia in kg mm2 read as kg m2 is a million times as large",
+        0.05,
+        5.0,
+    ),
     "overlap": Limit("carriages of one rail that overlap", "two bodies cannot be in one place"),
+    "stacked rails": Limit(
+        "rails one above the other, along y of carriages that look to one side",
+        "rails stand side by side, or face each other; y and z are easily swapped",
+    ),
     "load at rest": Limit(
         "load of a carriage at rest, over C0", "permanent deformation begins at C0", most=1.0
     ),

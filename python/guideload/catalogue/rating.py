@@ -13,7 +13,7 @@ from pydantic import Field, PlainValidator
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, in_range, not_required, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import DISTANCE, EXPONENT, RATING
+from guideload.base.ranges import EXPONENT, RATED_TRAVEL, RATING
 
 LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
 WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO 14728-1
@@ -40,7 +40,7 @@ class Rating(ConfigModel):
     value: Annotated[float, in_range(RATING, above=0.0)] = Field(
         description='dynamic load rating C, e.g. "34.9 kN"'
     )
-    base: Annotated[float, in_range(DISTANCE, above=0.0)] = Field(
+    base: Annotated[float, in_range(RATED_TRAVEL, above=0.0)] = Field(
         description='travel to which C refers, "50 km" or "100 km", from the same catalogue'
     )
     exponent: Annotated[float, PlainValidator(exponent_of)] = Field(

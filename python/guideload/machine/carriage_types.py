@@ -97,7 +97,7 @@ def type_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefuse
 
 
 def at_types(problems: Iterable[InitErrorDetails], values: Any) -> list[InitErrorDetails]:
-    """Problems of carriages whose value comes from a type at the type's key, once, with the carriage in the hint.
+    """Problems of carriages at the key of their type, once: of a value from there, and of a key that they all lack.
 
     values: as the user gave them.
     """
@@ -117,13 +117,17 @@ def at_types(problems: Iterable[InitErrorDetails], values: Any) -> list[InitErro
 def _key_of_type(
     loc: tuple[int | str, ...], values: Any, types: dict[str, dict[str, Any]]
 ) -> tuple[int | str, ...] | None:
-    """The place in a type from which the carriage's key at `loc` comes; None if it is the carriage's own."""
+    """The place in a type from which the carriage's key at `loc` comes, or where it is missing; else None."""
     if len(loc) < 3 or loc[0] != "carriages":
         return None
-    carriage = values["carriages"][loc[1]]
-    if not isinstance(carriage, dict) or loc[2] not in _shared(carriage, types):
+    carriages, key = values["carriages"], loc[2]
+    carriage = carriages[loc[1]]
+    name = carriage.get("type") if isinstance(carriage, dict) else None
+    if not isinstance(name, str) or name not in types or key in OWN_KEYS:
         return None
-    return ("carriage_types", carriage["type"], *loc[2:])
+    alike = [one for one in carriages if isinstance(one, dict) and one.get("type") == name]
+    missing = key not in types[name] and not any(key in one for one in alike)
+    return ("carriage_types", name, *loc[2:]) if missing or key in _shared(carriage, types) else None
 
 
 def _moved(problem: InitErrorDetails, loc: tuple[int | str, ...]) -> InitErrorDetails:
