@@ -233,7 +233,8 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             middle = np.sqrt(limit.least * limit.most)
             worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
             others = f", and {counted(len(odd) - 1, 'other mode')} too" if len(odd) > 1 else ""
-            if key == "damping" and values[worst] < limit.least and _rolls(machine, modes.shape[worst]):
+            alone = len(odd) == 1 and values[worst] < limit.least
+            if key == "damping" and alone and _rolls(machine, modes.shape[worst]):
                 question = (
                     "it is roll on one rail, which the rows at width/2 damp with damping_y, and viscous damping gives "
                     "low modes less than high ones. It rings longer here than with the 2 % usual of guides; raise "
