@@ -22,6 +22,7 @@ import reference as ref
 from command_line import MACHINE, TRACE, guideload, refused
 from numpy.typing import NDArray
 from reference import DOFS, all_modes_critical, translating
+from torture_scenes import scenes
 
 from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, plots, simulate, stability
 from guideload.base.methods import METHODS
@@ -304,6 +305,44 @@ def test_bad_tolerances_are_refused_as_by_simulate() -> None:
         stability(ref.cart(), rtol=1e-20)
     with pytest.raises(ArgumentError, match="motion: expected samples over some time, got all at 1 s"):
         stability(ref.cart(), Motion.along_x([1.0, 1.0], [0.0, 1.0]))
+
+
+# ---- what is hard, and which method fails
+
+
+def features(machine: Machine, motion: Motion) -> dict[str, str]:
+    return dict(stability(machine, motion).difficulties)
+
+
+def test_what_is_hard_is_found_and_nothing_else() -> None:
+    easy = ref.piece(ref.cycle(), 400, 1200)
+    assert features(ref.cart(), easy) == {}
+    assert features(ref.cart(0.0), easy) == {"damping": "5 vibrations damped by less than 0.1 %"}
+    assert features(ref.cart_stiff(), ref.piece(ref.cycle(), 400, 1200)).keys() == {"damping"}
+    jump = Motion.along_x([0.0, 0.1, 0.1, 0.2], [0.0, 0.0, 2.0, 2.0])
+    assert features(ref.cart(), jump) == {"jumps of the excitation": "1"}
+    late = Motion.along_x([0.0, 50.0, 50.01, 50.02, 50.03], [0.0, 0.0, 1.0, 0.0, 0.0])
+    assert features(ref.cart(), late) == {"a pulse after a rest": "50 s of rest, then 0.01 s of excitation"}
+
+
+def test_contact_changes_that_no_sample_shows_are_counted() -> None:
+    """All of them show in samples that are dense enough; the motion is the same."""
+    coarse = Motion.along_x(np.arange(120) * 4e-3, np.random.default_rng(0).normal(0.0, 3.0, 120))
+    dense = np.linspace(0.0, coarse.time[-1], 119 * 400 + 1)
+    fine = Motion.along_x(dense, np.interp(dense, coarse.time, coarse.acceleration[:, 0]))
+    few, all_shown = (features(ref.cart_clear(), motion)["contact changes"] for motion in (coarse, fine))
+    count, _, hidden = few.partition(", ")
+    assert int(hidden.split()[0]) > 10
+    assert all_shown == count
+
+
+def test_a_method_that_fails_on_a_scene_is_named_and_the_others_are_tried() -> None:
+    """The contact of 0.3 ms after a long rest, which `rk45` and `implicit` refuse and `exact` finds."""
+    scene = next(one for one in scenes() if one.name == "late contact")
+    report = stability_report(stability(scene.machine, scene.motion))
+    assert "exact gives its loads within 10 times rtol; rk45 and implicit: see the note" in report.text(
+        80
+    ).replace("\n", " ")
 
 
 # ---- a hundred thousand periods of an undamped mode

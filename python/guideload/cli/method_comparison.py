@@ -121,7 +121,7 @@ def stability(
 ) -> Shown:
     """Find the longest stable step of rk45.
 
-    The report also has the steps and time of every method. With a longer step an eigenvalue of the machine leaves
+    The report also says what is hard in the scene, and has steps, time and error of every method there. With a longer step an eigenvalue of the machine leaves
     the stability region of rk45. Steps and time are those of a run under a motion, or under a standard move if no
     trace is given.
     """

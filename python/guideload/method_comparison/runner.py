@@ -73,7 +73,7 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
             "profile is one more excitation, which changes no method"
         )
     machine.require_no_payloads("the comparison of methods")
-    reference, loads, metric = _reference(machine, motion)
+    reference, _, loads, metric = reference_run(machine, motion)
     runner = _Runner(machine, motion, metric, loads, reference, float(budget), deadline)
     curves = _curves(machine, motion)
     for settings in zip_longest(*curves):
@@ -136,10 +136,10 @@ def _curves(machine: Machine, motion: Motion) -> list[list[Setting]]:
     ]
 
 
-def _reference(machine: Machine, motion: Motion) -> tuple[Reference, Array, ErrorMetric]:
-    """The reference, its loads [N], and which loads these are."""
+def reference_run(machine: Machine, motion: Motion) -> tuple[Reference, Solution, Array, ErrorMetric]:
+    """The reference, its solution and loads [N], and which loads these are. Raises RunError if no method gives one."""
     problems: list[str] = []
-    runs: list[tuple[Setting, Array]] = []
+    runs: list[tuple[Setting, Solution, Array]] = []
     metric: ErrorMetric | None = None
     for settings in REFERENCE_SETTINGS:
         for setting in settings if len(runs) < 2 else ():
@@ -149,11 +149,11 @@ def _reference(machine: Machine, motion: Motion) -> tuple[Reference, Array, Erro
                 problems.append(f"{setting.text}: {error}")
                 continue
             metric = metric or ErrorMetric.choose(machine, solution)
-            runs.append((setting, metric.loads(solution)))
+            runs.append((setting, solution, metric.loads(solution)))
             break
     if metric is None:
         raise RunError(f"no method gives a reference for the chart. {'. '.join(problems)}")
-    (setting, loads), *checks = runs
+    (setting, solution, loads), *checks = runs
     largest = float(np.abs(loads).max(initial=0.0))
     dynamic = difference(loads, metric.static)
     rounding = float(np.finfo(float).eps) * largest
@@ -162,10 +162,10 @@ def _reference(machine: Machine, motion: Motion) -> tuple[Reference, Array, Erro
         check=checks[0][0] if checks else None,
         largest_load=largest,
         largest_dynamic=dynamic if dynamic > ROUNDING * largest else None,
-        limit=max(difference(checks[0][1], loads), rounding) if checks else None,
+        limit=max(difference(checks[0][2], loads), rounding) if checks else None,
         problems=tuple(problems),
     )
-    return reference, loads, metric
+    return reference, solution, loads, metric
 
 
 @dataclass(eq=False)

@@ -1,4 +1,4 @@
-"""Step stability: the longest stable step of rk45 on a machine, and the cost of every method.
+"""Step stability: the longest stable step of rk45 on a machine, and cost and error of every method there.
 
 The modes of a scene decay or vibrate with its eigenvalues λ, and a fixed step h of rk45 is stable while |R(h λ)| <= 1
 for all of them; R is its stability function. The other methods are stable at any step.
@@ -6,6 +6,7 @@ for all of them; R is its stability function. The other methods are stable at an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
@@ -13,15 +14,18 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload._core import Solution
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError
+from guideload.base.errors import ArgumentError, RunError
 from guideload.base.methods import METHODS
 from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
 from guideload.method_comparison.diagram import Setting
-from guideload.method_comparison.runner import has_exponential, solve
+from guideload.method_comparison.difficulties import Difficulty, difficulties, excitation
+from guideload.method_comparison.error_metric import difference
+from guideload.method_comparison.runner import has_exponential, reference_run, solve
 from guideload.motion.motion import Motion
 from guideload.simulation.stability_function import (
     UNDAMPED,
@@ -36,16 +40,18 @@ MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
 STRAIGHT = (
     1e-12  # of the largest excitation: a sample this close to the line through its neighbours lies on it
 )
+WITHIN = 10.0  # times the tolerance: errors of steps add up
 NEAR = 1.3  # counted steps are put down to stability up to this many times the steps that it needs
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Steps and time of a method for a motion.
+    """Steps, time and error of a method for a motion.
 
     needed    steps that end at all samples in `step_ends`, none longer than stable
-    steps, rejected, seconds: as counted and timed; None where the method was not run
-    note      why it was not run, else empty
+    steps, rejected, seconds: as counted and timed; None where the method gave no loads
+    error     largest difference from the reference, over its largest load
+    note      why it gave no loads, or that they are beyond `WITHIN` times the tolerance; else empty
     """
 
     method: str
@@ -53,6 +59,7 @@ class Cost:
     steps: int | None = None
     rejected: int | None = None
     seconds: float | None = None
+    error: float | None = None
     note: str = ""
 
 
@@ -66,6 +73,7 @@ class Stability:
     motion        that the costs are for
     rtol          tolerance of those runs
     costs         of exact, rk45 and implicit, then of exponential if links are preloaded, none with edges beside it
+    difficulties  features of the scene on which methods fail
     """
 
     machine: Machine
@@ -74,6 +82,7 @@ class Stability:
     motion: Motion
     rtol: float
     costs: tuple[Cost, ...]
+    difficulties: tuple[Difficulty, ...]
 
     @property
     def predicted_step(self) -> float:
@@ -121,7 +130,7 @@ class Stability:
 
 @checked
 def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1e-6) -> Stability:
-    """The longest stable step of rk45 on a machine, and the cost of every method.
+    """The longest stable step of rk45 on a machine, and cost and error of every method.
 
     Parameters
     ----------
@@ -137,7 +146,7 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
     ArgumentError
         For a tolerance or a motion that cannot be used.
     RunError
-        If a run fails.
+        If no method gives a reference.
     """
     machine.require_no_payloads("the stability of steps")
     if motion is None:
@@ -150,13 +159,19 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
     eigenvalues = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     longest = longest_stable_steps(eigenvalues)
     methods = (*ON_ANY, *WITHOUT_EDGES) if has_exponential(machine) else ON_ANY
+    reference, solution, expected, metric = reference_run(machine, motion)
+
+    def error(solution: Solution) -> float:
+        return difference(metric.loads(solution), expected) / (reference.largest_load or 1.0)
+
     return Stability(
         machine=machine,
         eigenvalues=eigenvalues,
         longest_steps=longest,
         motion=motion,
         rtol=rtol,
-        costs=tuple(_cost(machine, motion, method, rtol, float(longest.min())) for method in methods),
+        costs=tuple(_cost(machine, motion, method, rtol, float(longest.min()), error) for method in methods),
+        difficulties=difficulties(machine, motion, solution, reference, eigenvalues),
     )
 
 
@@ -172,17 +187,30 @@ def standard_move() -> Motion:
     return Motion.along_x(stamps, np.interp(stamps, corners, acceleration * signs), source="standard move")
 
 
-def _cost(machine: Machine, motion: Motion, method: str, rtol: float, longest: float) -> Cost:
-    """Run a method, and time it. longest: stable step of rk45 [s]."""
+def _cost(
+    machine: Machine,
+    motion: Motion,
+    method: str,
+    rtol: float,
+    longest: float,
+    error: Callable[[Solution], float],
+) -> Cost:
+    """Run a method, and time it. longest: stable step of rk45 [s]. error: of a solution, over the largest load."""
     needed = _needed(motion, step_ends(machine, motion, method), longest if method == "rk45" else np.inf)
     if method == "exact" and machine.model_level == "smooth nonlinear":
         return Cost(method, needed, note=NO_EXACT)
     if needed > MOST_STEPS:
         return Cost(method, needed, note=f"{needed:.2g} steps are not worth the wait")
     began = perf_counter()
-    solution = solve(machine, motion, Setting(method, "rtol", rtol))
-    seconds = perf_counter() - began
-    return Cost(method, needed, solution.steps, solution.rejected, seconds)
+    try:
+        solution = solve(machine, motion, Setting(method, "rtol", rtol))
+    except ArgumentError:
+        raise
+    except RunError as refused:
+        return Cost(method, needed, note=str(refused))
+    seconds, found = perf_counter() - began, error(solution)
+    note = "" if found <= WITHIN * rtol else f"beyond {WITHIN:g} times rtol"
+    return Cost(method, needed, solution.steps, solution.rejected, seconds, found, note)
 
 
 def step_ends(machine: Machine, motion: Motion, method: str) -> NDArray[np.intp]:
@@ -193,7 +221,7 @@ def step_ends(machine: Machine, motion: Motion, method: str) -> NDArray[np.intp]
     piecewise = machine.model_level == "piecewise linear"
     if METHODS[method].numerator is None or piecewise or motion.time.size < 3:
         return np.arange(motion.time.size)
-    columns = _excitation(motion)
+    columns = excitation(motion)
     steps = np.diff(motion.time)
     before, after = steps[:-1], steps[1:]
     no_jump = (before > 0.0) & (after > 0.0)
@@ -208,13 +236,8 @@ def _needed(motion: Motion, ends: NDArray[np.intp], longest: float) -> int:
 
     Before the first excitation one step per interval suffices.
     """
-    excited = _excitation(motion).any(axis=1)
+    excited = excitation(motion).any(axis=1)
     moving = ends[1:] >= (excited.argmax() if excited.any() else excited.size)
     steps = np.diff(motion.time[ends])
     counts = np.where(moving, np.ceil(steps / longest * (1.0 - 1e-12)), 1.0)
     return int(np.maximum(counts, 1.0)[steps > 0.0].sum())
-
-
-def _excitation(motion: Motion) -> Array:
-    """(time, 3 or 9) acceleration [m/s2], and force and moment [N, N m] if the motion has any."""
-    return motion.acceleration if motion.wrench is None else np.hstack([motion.acceleration, motion.wrench])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.plausibility import input_warnings
-from guideload.base.number_text import digits, milliseconds, number, scientific
-from guideload.method_comparison.step_stability import NEAR, ON_ANY
+from guideload.base.number_text import digits, joined, milliseconds, number, scientific
+from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN
 from guideload.reports.machine import nominal_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value
 from guideload.reports.run import motion_lines
@@ -33,16 +34,18 @@ PERIOD_DEFINITIONS = (
 
 
 def stability_report(stability: Stability) -> Report:
-    """The report: longest stable step, eigenvalues, steps and time of a run, amplitude and phase errors."""
+    """The report: longest stable step, eigenvalues, steps, time and error of runs, amplitude and phase errors."""
     machine = stability.machine
     needed = (
         "Needed steps: rk45 stays below its longest stable step, and steps end at samples. rk45 and implicit step "
-        f"over samples on a straight line if no contact changes. rtol {number(stability.rtol)}."
+        f"over samples on a straight line if no contact changes. rtol {number(stability.rtol)}. Error: largest "
+        f"difference from a solution at the tightest tolerance, over its largest load; up to {number(WITHIN)} times "
+        "rtol is right."
     )
     return Report.of(
         machine,
         "stability of the steps",
-        answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability)],
+        answer=[f"{machine.name}: {_longest_step(stability)}", _cost(stability), _trial(stability)],
         warnings=input_warnings(machine, stability.motion),
         sections=[
             Section(
@@ -57,6 +60,7 @@ def stability_report(stability: Stability) -> Report:
                 _costs_table(stability),
                 Definitions(needed),
             ),
+            Section("What is hard in this scene", *_difficulties(stability)),
             Section(
                 "Numerical damping of a vibration",
                 _damping(stability),
@@ -136,11 +140,32 @@ def _costs_table(stability: Stability) -> Table:
     steps = [(label, "steps", "count") for label in ("needed", "counted", "rejected")]
     rows: list[tuple[Value, ...]] = []
     for cost in stability.costs:
-        counted: tuple[Value, ...] = "not run", None, None
-        if cost.seconds is not None:
-            counted = cost.steps, cost.rejected, 1e3 * cost.seconds
+        counted: tuple[Value, ...] = "none", None, None, None
+        if cost.seconds is not None and cost.error is not None:
+            counted = cost.steps, cost.rejected, 1e3 * cost.seconds, _small(cost.error)
         rows.append((cost.method, cost.needed, *counted, cost.note))
-    return Table.by_rows([("method",), *steps, ("time", "ms", "3 digits"), ("note",)], rows)
+    return Table.by_rows([("method",), *steps, ("time", "ms", "3 digits"), ("error",), ("note",)], rows)
+
+
+def _trial(stability: Stability) -> str:
+    """Which methods give the loads of this scene."""
+    right = [cost.method for cost in stability.costs if not cost.note]
+    others = [cost.method for cost in stability.costs if cost.note]
+    give = f"{joined(right)} {'give' if len(right) > 1 else 'gives'}" if right else "no method gives"
+    but = f"; {joined(others)}: see the note" if others else ""
+    return f"Tried on this scene: {give} its loads within {number(WITHIN)} times rtol{but}."
+
+
+def _difficulties(stability: Stability) -> Iterator[Table | Definitions | str]:
+    """A row per feature on which methods fail."""
+    if not stability.difficulties:
+        yield "Nothing: no contact changes, no jumps, no late pulse, and damping that every method follows."
+        return
+    yield Table.by_rows([("feature",), ("here",)], [tuple(one) for one in stability.difficulties])
+    yield Definitions(
+        "Features on which integration methods fail, as docs/torture.md tries them one by one; whether they fail "
+        "here is in the table above."
+    )
 
 
 def _damping(stability: Stability) -> str:
