@@ -37,6 +37,7 @@ DOFS = ("x", "y", "z", "rx", "ry", "rz")
 SCALES = (1.0, 0.1, 0.01)
 STEP = 1e-4  # s, the longer of two
 END = 0.5  # s
+DRIVE = 1e10  # N/m, of the spring that moves a rider
 NEWTON = 1e-14  # m and rad; at scale 0.01 the links give way by some 1e-7 m
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "validation.md"
 
@@ -94,7 +95,12 @@ def springs_of(machine: Machine) -> list[Spring]:
 
 
 def law_of(one: Any, suffix: str, share: float) -> Callable[[float], float] | float:
-    k, gap = (getattr(one, f"{key}{suffix}") for key in ("stiffness", "clearance"))
+    k, gap, preload = (getattr(one, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload"))
+    if preload:
+        force, opening = share * preload, 2.0 * 1.5 * preload / k
+        return lambda d: float(
+            force * (max(1.0 + d / opening, 0.0) ** 1.5 - max(1.0 - d / opening, 0.0) ** 1.5)
+        )
     if gap:
         return lambda d: float(share * k * (max(d - gap, 0.0) - max(-gap - d, 0.0)))
     return float(share * k)
@@ -108,6 +114,7 @@ class Finite:
     motion: Motion
     push: Array | None = None  # (time, 3) N at L: of the rack
     state: tuple[Array, Array] | None = None  # coordinates and velocities at the start; by default at rest
+    riders: dict[str, Motion] = field(default_factory=dict)
     kept: list[Any] = field(default_factory=list)  # user functions, which Exudyn does not hold
 
     def run(self, step: float) -> dict[str, Array]:
@@ -131,6 +138,8 @@ class Finite:
                 marker = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=dof))
                 held[dof] = system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, marker]))
         self.weigh(body, machine.body)
+        for rider in machine.riders:
+            self.ride(body, rider)
         at_l = system.AddMarker(item.MarkerBodyRigid(bodyNumber=body, localPosition=[0.0] * 3))
         wrench = np.zeros((motion.time.size, 6)) if motion.wrench is None else motion.wrench.copy()
         if self.push is not None:
@@ -205,6 +214,42 @@ class Finite:
         )
         return int(self.system.AddObject(rigid))
 
+    def ride(self, body: int, rider: Any) -> None:
+        """A rigid body on a prismatic joint, with a stiff spring from its place along the joint to its travel."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        moved = self.riders[rider.name]
+        assert moved.position is not None and moved.velocity is not None
+        travel = CubicHermiteSpline(moved.time - moved.time[0], moved.position[:, 0], moved.velocity[:, 0])
+
+        def drive(
+            system: Any, t: float, number: int, place: float, speed: float, k: float, c: float, offset: float
+        ) -> float:
+            wanted = (float(travel(0.0)), 0.0) if self.resting else (float(travel(t)), float(travel(t, 1)))
+            return k * (place - wanted[0]) + c * (speed - wanted[1])
+
+        self.kept.append(drive)
+        carried, frame = self.body(rider), frame_along(np.array(rider.direction))
+        markers = [
+            self.system.AddMarker(self.item.MarkerBodyRigid(bodyNumber=one, localPosition=[0.0] * 3))
+            for one in (body, carried)
+        ]
+        self.system.AddObject(
+            self.item.ObjectJointPrismaticX(
+                markerNumbers=markers, rotationMarker0=frame, rotationMarker1=frame
+            )
+        )
+        self.system.AddObject(
+            self.item.ObjectConnectorLinearSpringDamper(
+                markerNumbers=markers,
+                stiffness=DRIVE,
+                damping=2.0 * np.sqrt(DRIVE * rider.mass),
+                axisMarker0=frame[:, 0].tolist(),
+                springForceUserFunction=drive,
+            )
+        )
+        self.weigh(carried, rider)
+
     def weigh(self, body: int, given: Any, at: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
         """Weight and -m a, in the frame of L, at the centre of mass."""
         place = (np.array(given.center_of_mass) - np.array(at)).tolist()
@@ -247,11 +292,7 @@ class Finite:
     def spring(self, foot: int, body: int, given: Spring) -> int:
         """A spring-damper whose x is the direction of the link; with a structure in series, a small mass in between."""
         item, system = self.item, self.system
-        across = np.cross(
-            given.direction, [1.0, 0.0, 0.0] if abs(given.direction[0]) < 0.9 else [0.0, 1.0, 0.0]
-        )
-        across /= np.linalg.norm(across)
-        frame = np.column_stack([given.direction, across, np.cross(given.direction, across)])
+        frame = frame_along(given.direction)
         if given.structure:
             between = self.body(
                 ref.body(mass=1e-3, center_of_mass=given.point.tolist(), inertia=(1e-6 * np.eye(3)).tolist()),
@@ -339,6 +380,14 @@ class Finite:
         return int(self.system.AddSensor(kind(storeInternal=True, writeToFile=False, **options)))
 
 
+def frame_along(direction: Array) -> Array:
+    """Axes as columns, the first along a direction."""
+    along = direction / np.linalg.norm(direction)
+    across = np.cross(along, [1.0, 0.0, 0.0] if abs(along[0]) < 0.9 else [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    return np.column_stack([along, across, np.cross(along, across)])
+
+
 # ---- the features
 
 
@@ -368,6 +417,7 @@ class Feature:
     machine: Callable[[float], Machine]
     motion: Callable[[float], Motion] = move
     quantity: str = "link_load"
+    riders: Callable[[float], dict[str, Motion]] | None = None
     start: Callable[[float], Array] | None = None  # coordinates at rest, where Exudyn finds none
 
 
@@ -461,6 +511,21 @@ def tool(scale: float) -> Machine:
     return cart(scale, points=[{"name": "tool", "at": [0.4, -1.1, 0.6]}])
 
 
+def preloaded(scale: float) -> Machine:
+    """On preloaded balls, of which a row opens."""
+    return cart(scale, laws={"preload_y": 400.0 * scale, "preload_z": 400.0 * scale, "rolling": "ball"})
+
+
+def with_rider(scale: float) -> Machine:
+    slide = {"mass": 150.0, "center_of_mass": [0.2, -0.6, -0.3], "inertia": (6.0 * np.eye(3)).tolist()}
+    return cart(scale, riders=[{"name": "slide", "direction": [0.0, 0.6, 0.8], **slide}])
+
+
+def slide(scale: float) -> dict[str, Motion]:
+    """There along its direction and back, by 64 mm at scale 1."""
+    return {"slide": move(1.0, scale)}
+
+
 def with_rack(scale: float) -> Machine:
     rack = {"pinion_diameter": 0.1, "pressure_angle": 0.35, "push_direction": [0.0, 0.8, 0.6]}
     return cart(scale, drive=rack)
@@ -480,7 +545,9 @@ FEATURES = (
     Feature("compliance in series", with_laws(compliance=4e-9)),
     Feature("the same with a tenth of the damping of the carriages", with_laws(compliance=4e-9, damping=5e3)),
     Feature("play of 5 um", with_laws(clearance=5e-6), start=within_play),
+    Feature("preloaded balls", preloaded),
     Feature("a payload gripped and released", grips),
+    Feature("a rider that moves across", with_rider, riders=slide),
     Feature("push of a rack", with_rack),
 )
 
@@ -493,7 +560,9 @@ def finite(feature: Feature, scale: float, step: float) -> Array:
     push = None
     state = None if feature.start is None else (feature.start(scale), np.zeros(6))
     for _ in range(4 if machine.drive else 1):  # each round leaves about a hundredth of the change
-        found = Finite(machine, motion, push, state).run(step)
+        found = Finite(machine, motion, push, state, feature.riders(scale) if feature.riders else {}).run(
+            step
+        )
         if machine.drive:
             force = np.abs(found["drive"].reshape(motion.time.size, -1)[:, 0])
             push = np.outer(machine.drive.push_per_force * force, machine.drive.push_direction or (0, 0, 0))
@@ -532,7 +601,8 @@ def mass_of(machine: Machine) -> Any:
 
 def ours(feature: Feature, scale: float) -> Array:
     machine, motion = feature.machine(scale), feature.motion(scale)
-    result = simulate(machine, motion, rtol=1e-9, times=motion.time, start="rest")
+    riders = feature.riders(scale) if feature.riders else None
+    result = simulate(machine, motion, riders=riders, rtol=1e-9, times=motion.time, start="rest")
     return result.quantities[feature.quantity]
 
 
