@@ -70,6 +70,17 @@ def press(driver: Any, words: str) -> None:
     until(lambda: (driver.find_element("xpath", path).click(), True)[1], f"button {words}")
 
 
+def unfolded(driver: Any, title: str) -> bool:
+    """Whether the part with this title is unfolded; if not, its header is clicked, wherever others push it."""
+    item = "//div[contains(@class, 'q-expansion-item')]"
+    header = driver.find_element("xpath", f"{item}//div[@role='button'][contains(., '{title}: ')]")
+    item = header.find_element("xpath", "ancestor::div[contains(@class, 'q-expansion-item ')][1]")
+    if "q-expansion-item--expanded" in item.get_attribute("class"):
+        return True
+    driver.execute_script("arguments[0].click()", header)
+    return False
+
+
 def opened(driver: Any, view: str) -> None:
     path = f"//div[@role='tab'][contains(., '{view}')]"
     until(lambda: (driver.find_element("xpath", path).click(), True)[1], f"view {view}")
@@ -387,8 +398,7 @@ def test_limit_drivers_study_and_variants_say_what_the_library_says(driver: Any,
         load(driver)
         opened(driver, "Decide")
         for title in ("Limit", "Drivers", "Study", "Variants"):
-            path = f"//div[@role='button'][contains(., '{title}: ')]"
-            until(lambda path=path: (driver.find_element("xpath", path).click(), True)[1], title)
+            until(lambda title=title: unfolded(driver, title), title)
         press(driver, "Find the limit")
         found = guideload.sizing.largest(machine, motion, "pace")
         first = guideload.reports.limit_report(machine, found, machine.life).answer[0]
