@@ -102,7 +102,7 @@ def _jumps(motion: Motion) -> str:
 
 def _late_pulse(motion: Motion) -> str:
     """The longest rest whose excitation after it is far shorter."""
-    excited = excitation(motion).any(axis=1)
+    excited = np.asarray(excitation(motion).any(axis=1))
     edges = np.flatnonzero(np.diff(np.concatenate([[~excited[0]], excited, [~excited[-1]]])))
     lengths = np.diff(motion.time[np.minimum(edges, excited.size - 1)])
     first = 1 if excited[0] else 0  # the first stretch without excitation
