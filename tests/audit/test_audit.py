@@ -320,7 +320,7 @@ def slow_trace() -> Result:
 def coarse() -> Result:
     time = np.arange(200) * 4e-3
     pull = np.where((time > 0.2) & (time < 0.6), 2.2, 0.0)
-    return simulate(ref.cart(), Motion.along_x(time, pull), times=time)
+    return simulate(ref.cart(), Motion.along_x(time, pull), times=time[:-1])
 
 
 def loose() -> Result:

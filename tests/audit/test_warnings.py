@@ -109,7 +109,7 @@ def run(given: Machine, motion: Motion | None = None, **options: Any) -> Found:
 
 
 def at_samples(motion: Motion) -> Found:
-    return run(machine(), motion, times=motion.time)
+    return run(machine(), motion, times=motion.time[:-1])
 
 
 def not_judged() -> Found:

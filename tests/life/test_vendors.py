@@ -67,7 +67,7 @@ def thk() -> tuple[Array, Motion, Machine]:
     time, acceleration = np.repeat(knots, 2)[1:-1], np.repeat(values, 2)
     velocity = np.repeat([0.0, 0.5, 0.5, 0.0, -0.5, -0.5, 0.0], 2)[1:-1]
     motion = Motion.along_x(time, acceleration, velocity=velocity)
-    return load_parts(simulate(machine, motion)).quasi_static, motion, machine
+    return load_parts(simulate(machine, motion, times=motion.time)).quasi_static, motion, machine
 
 
 def test_thk_loads_at_rest_and_under_acceleration(thk: tuple[Array, Motion, Machine]) -> None:
@@ -100,7 +100,7 @@ def test_thk_loads_of_a_run_whose_acceleration_grows_slowly(
 def test_thk_mean_loads_lives_and_safety(thk: tuple[Array, Motion, Machine]) -> None:
     """The lives are printed with three digits, some of them cut off: 20 674 km as 20 600, 44 881 km as 44 800."""
     loads, motion, machine = thk
-    travel = travel_of(simulate(machine, motion))
+    travel = travel_of(simulate(machine, motion, times=motion.time))
     conditions = LifeConditions(load_factor=1.5)
     old, new = product(50.2e3, 81.4e3), product(65.0e3, 91.7e3)
     rule = dynamic_load("thk", old, FOUR)

@@ -99,7 +99,7 @@ def free_vibration(machine: Machine, method: str, force_until: float, stop: floa
     force = np.zeros((4, 6))
     force[:2, 1] = 1.0
     motion = Motion(np.array([0.0, force_until, force_until, stop]), np.zeros((4, 3)), wrench=force)
-    return simulate(machine, motion, method, **options).data
+    return simulate(machine, motion, method, times=motion.time, **options).data
 
 
 def amplitude(data: Any, eigenvalue: complex) -> NDArray[np.complex128]:
@@ -420,7 +420,7 @@ def test_no_implicit_step_damps_a_peak_that_is_real() -> None:
     motion = ref.piece(ref.pulse(), 4950, 5300)
     for machine in (ref.cart(), ref.cart(0.0)):
         exact, implicit = (
-            np.abs(simulate(machine, motion, method, **options).carriage_loads).max(axis=0)
+            np.abs(simulate(machine, motion, method, times=motion.time, **options).carriage_loads).max(axis=0)
             for method, options in (("exact", {}), ("implicit", {"step": 1e-3}))
         )
         assert implicit == pytest.approx(exact, rel=1e-6, abs=1e-6)
@@ -444,12 +444,12 @@ def pulses() -> dict[str, Motion]:
 def test_no_tolerance_misses_a_pulse(scene: str, method: str, stamps: str) -> None:
     """Error of the dynamic part of the link loads, as a part of its peak, at twelve tolerances."""
     machine, motion = SCENES[scene](), pulses()[stamps]
-    exact = simulate(machine, motion, "exact").data
+    exact = simulate(machine, motion, "exact", times=motion.time).data
     static = exact["static_link_load"].values
     peak = np.abs(exact["link_load"].values - static).max()
     assert peak > 10.0  # N: the pulse is there
     for decade in range(1, 13):
-        data = simulate(machine, motion, method, rtol=10.0**-decade).data
+        data = simulate(machine, motion, method, rtol=10.0**-decade, times=motion.time).data
         error = np.abs(data["link_load"].values - exact["link_load"].values).max()
         assert error <= 10.0 * 10.0**-decade * data.attrs["load_scale_N"]
         assert error <= 0.2 * peak
@@ -471,9 +471,9 @@ HARD = (
 @pytest.mark.parametrize("name", HARD)
 def test_methods_agree_on_defective_overdamped_undamped_and_spread_out_scenes(name: str, method: str) -> None:
     machine, motion = SCENES[name](), ref.random_motion(11, wrench=True)
-    exact = simulate(machine, motion, "exact").data["link_load"].values
+    exact = simulate(machine, motion, "exact", times=motion.time).data["link_load"].values
     for rtol in (1e-4, 1e-7):
-        data = simulate(machine, motion, method, rtol=rtol).data
+        data = simulate(machine, motion, method, rtol=rtol, times=motion.time).data
         error = np.abs(data["link_load"].values - exact).max() / data.attrs["load_scale_N"]
         assert error <= 10.0 * rtol
 
@@ -481,9 +481,9 @@ def test_methods_agree_on_defective_overdamped_undamped_and_spread_out_scenes(na
 def test_a_near_massless_axis_is_exact_and_costs_rk45_what_theory_says() -> None:
     machine, motion = near_massless(), ref.piece(ref.cycle(), 560, 640)
     expected = ref.reference(machine, motion).link_load
-    exact = simulate(machine, motion, "exact").data["link_load"].values
+    exact = simulate(machine, motion, "exact", times=motion.time).data["link_load"].values
     assert np.abs(exact - expected).max() <= 1e-10 * np.abs(expected).max()
-    data = simulate(machine, motion, "implicit", rtol=1e-8).data
+    data = simulate(machine, motion, "implicit", rtol=1e-8, times=motion.time).data
     assert np.abs(data["link_load"].values - expected).max() <= 1e-7 * data.attrs["load_scale_N"]
     found = stability_of("near-massless")
     assert found.predicted_step < 1e-7 and found.moving(found.limiting) == ["rx"]

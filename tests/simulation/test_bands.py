@@ -154,7 +154,7 @@ def test_histories_spread_as_impulse_responses_times_the_covariance(
 
 def test_a_band_knows_no_more_at_few_instants_than_at_all() -> None:
     machine, motion = ref.cart(), short(uncertain(4)[0])
-    whole, few = simulate(machine, motion).data, simulate(machine, motion, times=motion.time[[3, 7]]).data
+    whole, few = (simulate(machine, motion, times=each).data for each in (motion.time, motion.time[[3, 7]]))
     for name in DEVIATIONS:
         np.testing.assert_allclose(few[name], whole[name][[3, 7]], rtol=1e-12, err_msg=name)
 
@@ -189,7 +189,7 @@ def test_a_motion_that_cannot_deviate_has_no_band() -> None:
 def test_peaks_are_those_of_the_draws_run_one_by_one() -> None:
     machine, (uncertainty, _) = ref.cart(), uncertain(4)
     motion = short(uncertainty)
-    result = simulate(machine, motion)
+    result = simulate(machine, motion, times=motion.time)
     loads = np.ascontiguousarray(result.carriage_loads)
     groups = machine.links_of_carriages, machine.carriage_centers
     everywhere = np.ones(loads.shape[:2], bool)
@@ -199,7 +199,8 @@ def test_peaks_are_those_of_the_draws_run_one_by_one() -> None:
     assert np.array_equal(found, again)
     drawn = uncertainty.unit * _core.draw_motion(uncertainty.model, uncertainty.derivative, 20, SEED)
     for i, deviation in enumerate(drawn):
-        alone = simulate(machine, Motion.along_x(motion.time, motion.acceleration[:, 0] + deviation))
+        moved = Motion.along_x(motion.time, motion.acceleration[:, 0] + deviation)
+        alone = simulate(machine, moved, times=moved.time)
         np.testing.assert_allclose(found[:, i], alone.data["resultant"].values.max(axis=0), rtol=1e-11)
 
 
@@ -260,7 +261,7 @@ def test_a_force_with_other_stamps_does_not_change_the_band() -> None:
     assert pushed.time.size > motion.time.size
     twice = pushed.with_force([0.1, 0.2, 0.3], [10.0, 0.0, 0.0], time=[0.005, 0.006])
     alone = simulate(machine, motion, times=twice.time).data
-    found = simulate(machine, twice).data
+    found = simulate(machine, twice, times=twice.time).data
     for name in ("force_sd", "moment_sd", "link_load_sd", "cart_acceleration_sd"):
         np.testing.assert_allclose(found[name], alone[name], rtol=1e-9, atol=1e-9, err_msg=name)
 
@@ -276,7 +277,7 @@ def straight() -> Machine:
 
 def test_draws_through_a_scene_agree_with_the_covariance_where_it_is_linear_after_all() -> None:
     motion = short(uncertain(4)[0]).with_force([0.0, 0.0, 0.0], [0.0, 5.0, 0.0], time=[0.01, 0.011])
-    drawn, exact = simulate(straight(), motion), simulate(ref.cart(), motion)
+    drawn, exact = (simulate(machine, motion, times=motion.time) for machine in (straight(), ref.cart()))
     assert straight().scene.model_level == "piecewise linear"
     np.testing.assert_allclose(drawn.carriage_loads, exact.carriage_loads, rtol=1e-6, atol=1e-3)
     count = drawn.data.attrs["band_samples"]

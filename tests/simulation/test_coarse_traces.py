@@ -40,6 +40,19 @@ def test_peaks_at_any_rate_are_the_same(machine: Callable[[], Machine], error: f
         assert np.abs(mine - theirs).max() <= error * np.abs(theirs).max()
 
 
+@pytest.mark.parametrize(
+    ("machine", "error"),
+    [(ref.cart, 1e-10), (ref.cart_clear, 1e-10), (with_payload, 1e-10), (ref.preloaded, 1e-5)],
+)
+def test_so_are_those_of_a_motion_given_by_its_corners(machine: Callable[[], Machine], error: float) -> None:
+    """Intervals of many periods, beside short ones."""
+    corners, dense = (
+        peak_loads(machine(), motion).largest
+        for motion in (Motion.along_x(CORNERS, ACCELERATION), sampled(10_000))
+    )
+    assert np.abs(corners - dense).max() <= error * np.abs(dense).max()
+
+
 @pytest.mark.parametrize("rate", [100, 500])
 @pytest.mark.parametrize(
     ("machine", "error"),

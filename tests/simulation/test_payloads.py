@@ -62,7 +62,7 @@ def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
     result = simulate(carrying(machine, part), motion, rtol=1e-10)
     data, time = result.quantities, result.quantities["time"]
     grip, release = (int(np.flatnonzero(time == at)[1]) for at in (0.75, 1.0))
-    alone = simulate(machine, motion, rtol=1e-10).quantities
+    alone = simulate(machine, motion, rtol=1e-10, times=time).quantities
     # Before the first change it is the run without payload.
     size = np.abs(alone["link_load"]).max()
     np.testing.assert_allclose(
@@ -112,7 +112,7 @@ def test_peaks_and_instants_are_those_of_the_histories():
     motion = ref.cycle()
     result, peaks = simulate(machine, motion), peak_loads(machine, motion)
     np.testing.assert_allclose(peaks.largest[:, 6], result.peak_columns["peak_resultant_N"], rtol=1e-13)
-    np.testing.assert_array_equal(peaks.time_of_largest[:, 6], result.peak_columns["time_of_peak_s"])
+    np.testing.assert_allclose(peaks.time_of_largest[:, 6], result.peak_columns["time_of_peak_s"], rtol=1e-9)
     times = np.array([0.2, 0.7, 0.95, 1.1, 1.5])
     at = simulate(machine, motion, times=times)
     place = np.searchsorted(result.quantities["time"], times, side="right") - 1

@@ -391,7 +391,7 @@ def test_what_is_no_result_is_refused_by_name(
 
 def test_peaks_are_those_of_plain_numpy() -> None:
     """Of given instants; without these they are a little larger."""
-    result = simulate(ref.cart(), ref.cycle(), times=ref.cycle().time)
+    result = simulate(ref.cart(), ref.cycle(), times=ref.cycle().time[:-1])
     loads, table = result.carriage_loads, result.peaks()
     time = result.data["time"].values
     static = loads[0]
@@ -422,8 +422,8 @@ def test_peak_loads_are_those_of_the_result() -> None:
     assert found.carriages == tuple(carriage.name for carriage in rich_machine().carriages)
     size = np.maximum(found.largest, -found.smallest)
     for column, name in ((6, "peak_resultant_N"), (1, "peak_Fy_N"), (5, "peak_Mz_Nm")):
-        assert np.array_equal(columns[name], size[:, column])
-    assert np.array_equal(columns["time_of_peak_s"], found.time_of_largest[:, 6])
+        np.testing.assert_allclose(columns[name], size[:, column], rtol=1e-13)
+    np.testing.assert_allclose(columns["time_of_peak_s"], found.time_of_largest[:, 6], rtol=1e-9)
 
 
 # ---- nothing that is passed in is kept

@@ -90,7 +90,7 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
         body = machine.body.model_copy(update={"mass": values[i, 0]})
         options = {"method": plan.metadata.method, "rtol": 1e-9, "start": plan.metadata.start}
         given = machine.model_copy(update={"body": body}), study.sample_motion(i)
-        result, peaks = simulate(*given, **options), peak_loads(*given, **options)
+        result, peaks = simulate(*given, times=given[1].time, **options), peak_loads(*given, **options)
         loads = {
             name: result.data[kind].values[:, :, axis]
             for kind, names in (("force", ("Fx", "Fy", "Fz")), ("moment", ("Mx", "My", "Mz")))
@@ -123,7 +123,9 @@ def test_loads_scatter_as_the_covariance_says_and_peaks_as_those_of_the_bands() 
     plan = study_of(machine, motion, vary=FIXED, samples=count).plan()
     values = plan.values(0, count)
     histories, _ = plan.batch_at_stamps().histories(values)
-    loads = np.ascontiguousarray(simulate(machine, replace(motion, uncertainty=None)).carriage_loads)
+    loads = np.ascontiguousarray(
+        simulate(machine, replace(motion, uncertainty=None), times=motion.time).carriage_loads
+    )
     posterior = motion.uncertainty
     assert posterior is not None
     given = posterior.model, posterior.derivative, posterior.unit, motion.time

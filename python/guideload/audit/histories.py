@@ -149,7 +149,8 @@ class Histories:
     @property
     def has_motion(self) -> bool:
         """Whether the quantities contain all samples of the motion; False also for files that do not say so."""
-        shown = self.starts_at_rest and self.data.attrs.get("instants") == "samples of the motion"
+        instants = str(self.data.attrs.get("instants"))
+        shown = self.starts_at_rest and instants.startswith("samples of the motion")
         return shown or ("motion_acceleration" in self.data and not self.rides)
 
     @property

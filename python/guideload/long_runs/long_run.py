@@ -24,6 +24,7 @@ from guideload.life.mean_load import Travel, integrals
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.simulation.finer_histories import with_visible_vibration
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start
@@ -112,17 +113,18 @@ class LongRun:
         if self.criteria and motion.velocity is None:
             raise LifeError("velocity: the mean load is a mean over distance; give the motion a velocity")
         run = prepared_run(self.machine, motion, self._method, self._rtol, None, None, self._start)
-        peaks, loads = peaks_of(run), run.carriage_loads()
+        shown = with_visible_vibration(run)
+        peaks, loads, history = peaks_of(run), shown.carriage_loads(), shown.motion
         powers, safeties, times, distance = [], [], [], math.nan
         for one in self.criteria:
-            assert motion.velocity is not None
+            assert history.velocity is not None
             load = np.ascontiguousarray(loads[:, one.index])
-            travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
+            travel = Travel(history.time, history.velocity[:, 0], history.acceleration[:, 0])
             power, path = integrals(travel, load, one.rule, one.rating.exponent)
             at, peak, _ = largest_equivalent_load(load, one.static_rule.of_core)
             powers.append(float(power.sum()))
             safeties.append(float(one.safety_under(peak)))
-            times.append(float(motion.time[at]))
+            times.append(float(history.time[at]))
             distance = float(path.sum())
         self._start, self._method = run.solution.end(), run.method
         new = motion.time.size - bool(self.blocks)

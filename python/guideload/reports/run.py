@@ -224,22 +224,32 @@ def _run_motion_lines(data: Quantities) -> list[str]:
     """`motion_lines` of the motion of a result, at the reported instants."""
     velocity = data["cart_velocity"] if "cart_velocity" in data else None
     source, notes = str(data.attrs["motion_source"]), str(data.attrs["motion_notes"]).split("\n")
-    return [*_motion_lines(data["time"], velocity, data["cart_acceleration"], source, filter(None, notes))]
+    time, samples = data["time"], ""
+    count = int(data.attrs.get("motion_samples", time.size))  # results of older versions lack it
+    if count < time.size and data.attrs["instants"] != "given":
+        step = digits(1e3 * float(data.attrs["motion_step_s"]), 4)
+        why = "because loads vibrate between the samples"
+        samples = f"{count} samples, every {step} ms; histories have {time.size} instants, {why}"
+    return [*_motion_lines(time, velocity, data["cart_acceleration"], source, filter(None, notes), samples)]
 
 
 def _motion_lines(
-    time: Array, velocity: Array | None, acceleration: Array, source: str, notes: Iterable[str]
+    time: Array,
+    velocity: Array | None,
+    acceleration: Array,
+    source: str,
+    notes: Iterable[str],
+    samples: str = "",
 ) -> Iterator[str]:
+    """samples: their number and distance; by default those of `time`."""
     if source:
         yield source
     steps = np.diff(time)
     steps = steps[steps > 0]
     if steps.size:
-        uniform = steps.max() - steps.min() <= 1e-6 * steps.max()
-        step = f"{digits(1e3 * float(np.median(steps)), 4)} ms" + (
-            "" if uniform else " (median; not uniform)"
-        )
-        yield f"{digits(np.ptp(time), 4)} s, {time.size} samples, every {step}"
+        uniform = "" if steps.max() - steps.min() <= 1e-6 * steps.max() else " (median; not uniform)"
+        own = f"{time.size} samples, every {digits(1e3 * float(np.median(steps)), 4)} ms{uniform}"
+        yield f"{digits(np.ptp(time), 4)} s, {samples or own}"
     else:
         yield f"a single instant, {digits(time[0], 4)} s"
     speed = "" if velocity is None else f"speed {digits(_largest_norm(velocity), 4)} m/s, "

@@ -50,8 +50,9 @@ class Result:
     A load is the force that the body exerts on its guide: weight makes y negative.
     If riders move: rider_position, rider_velocity and rider_acceleration along their directions, rider_force of their
     drives, and rider_wrench, which their motion adds to the forces on the body.
-    If instants were given: motion_acceleration and motion_wrench at motion_time, the samples of the motion, up to
-    200 000, so that a result that is read from a file can be judged.
+    Instants: the samples of the motion, and more between them where loads vibrate there; see `simulate`.
+    `data.attrs["instants"]` says which. If instants were given: motion_acceleration and motion_wrench at motion_time,
+    the samples of the motion, up to 200 000, so that a result that is read from a file can be judged.
     If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,
     link_load_sd and cart_acceleration_sd, and the 95 % credible band of the peaks, peak_resultant_lower to
     peak_resultant_upper; `data.attrs["band_method"]` describes their computation.

@@ -37,11 +37,19 @@ class Run:
     stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
     feet: Feet | None = None  # None: all rails are straight
     travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
+    samples: Array | None = (
+        None  # s, the samples, if instants were put between them; None: those of the motion
+    )
 
     @property
     def time(self) -> Array:
         """The reported instants, (time,) [s]."""
         return self.motion.time if self.times is None else self.times
+
+    @property
+    def sample_times(self) -> Array:
+        """The samples of the motion [s], without instants that were put between them."""
+        return self.motion.time if self.samples is None else self.samples
 
     @property
     def scene(self) -> Scene | Stretches:

@@ -161,6 +161,13 @@ def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tupl
     return list(zip(began, stretches.payloads, strict=True))
 
 
+def _instants(run: Run) -> str:
+    """Which instants the histories have."""
+    if run.times is not None:
+        return "given"
+    return "samples of the motion" if run.samples is None else "samples of the motion, and more between them"
+
+
 def _attributes(run: Run) -> dict[str, str | float | int]:
     solution, bandwidth = run.solution, usable_bandwidth_of(run.motion)
     attributes: dict[str, str | float | int] = {
@@ -176,8 +183,9 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
         "contact_changes": solution.contact_changes,
-        "instants": "samples of the motion" if run.times is None else "given",
-        "motion_step_s": median_step(run.motion.time),
+        "instants": _instants(run),
+        "motion_step_s": median_step(run.sample_times),
+        "motion_samples": run.sample_times.size,
         "motion_bandwidth_Hz": "unlimited" if np.isinf(bandwidth) else bandwidth,
         "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)) - _changes(run),
         "motion_source": run.motion.source,

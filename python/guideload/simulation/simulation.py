@@ -16,6 +16,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.feet import over_rails
+from guideload.simulation.finer_histories import with_visible_vibration
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
@@ -54,7 +55,9 @@ def simulate(
             link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
             motion
-    times   (m,) s, instants to report, ascending; default: the samples of the motion
+    times   (m,) s, instants to report, ascending; default: the samples of the motion, and where loads vibrate between
+            them by more than 1 % of the largest dynamic load, instants in between; `times=motion.time` has the samples
+            alone
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
             quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
@@ -63,7 +66,8 @@ def simulate(
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step, times or start), RunError (with time and
     step).
     """
-    result = Result.of_run(prepared_run(machine, motion, method, rtol, step, times, start, riders))
+    run = prepared_run(machine, motion, method, rtol, step, times, start, riders)
+    result = Result.of_run(with_visible_vibration(run) if times is None else run)
     if strict:
         result.require_no_doubts()
     return result
@@ -110,8 +114,10 @@ def prepared_run(
     chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
     if feet is not None:
         machine.require_no_payloads("a run over rails that are not straight")
-    motion, stretches = with_changes(machine, motion)
     instants = None if times is None else _instants(times)
+    if instants is not None and np.array_equal(instants, motion.time):
+        instants = None
+    motion, stretches = with_changes(machine, motion)
     begin = start if isinstance(start, np.ndarray) else start_of(machine, motion, start)
     run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
     return with_rack_push(run)

@@ -338,9 +338,8 @@ def histories(plan: Plan) -> Quantities:
             reasons[start + i] = reason
     variables = _loads(("sample",), loads, "", "load of the carriage")
     try:
-        nominal = simulate(
-            metadata.machine, plan.motion, metadata.method, rtol=metadata.rtol, start=metadata.start
-        ).carriage_loads
+        settings = {"rtol": metadata.rtol, "times": plan.motion.time, "start": metadata.start}
+        nominal = simulate(metadata.machine, plan.motion, metadata.method, **settings).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, nominal machine")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass

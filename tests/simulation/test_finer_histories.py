@@ -1,0 +1,109 @@
+"""The instants of a result: between coarse samples its histories show the vibration that the peaks come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import lives
+import numpy as np
+import pytest
+import reference as ref
+
+from guideload import LongRun, Machine, Motion, life_of, simulate
+from guideload.drive import drive_requirements
+from guideload.simulation.finer_histories import BOW
+from guideload.simulation.result import Result
+
+CORNERS = np.array([0.1, 0.12, 0.5, 0.52, 1.0, 1.02, 1.4, 1.42])  # s, samples at 100 Hz and its multiples
+ACCELERATION = np.array([0.0, 2.2, 2.2, 0.0, 0.0, -2.2, -2.2, 0.0])  # m/s2
+END = 2.0  # s
+
+
+def sampled(rate: int, size: float = 1.0) -> Motion:
+    """A move; velocity and position are the integrals of the acceleration."""
+    time = np.arange(int(END * rate) + 1) / rate
+    acceleration, steps = size * np.interp(time, CORNERS, ACCELERATION), np.diff(time)
+    start, end = acceleration[:-1], acceleration[1:]
+    velocity = np.append(0.0, np.cumsum(0.5 * steps * (start + end)))
+    moved = steps * velocity[:-1] + steps**2 * (2.0 * start + end) / 6.0
+    return Motion.along_x(
+        time, acceleration, velocity=velocity, position=np.append(0.0, np.cumsum(moved)), exact=True
+    )
+
+
+MACHINES = [ref.cart, ref.preloaded, lives.cart]
+
+
+@pytest.mark.parametrize("machine", [*MACHINES, ref.cart_clear])
+def test_the_samples_are_among_the_instants(machine: Callable[[], Machine]) -> None:
+    motion = sampled(100)
+    result, at_samples = simulate(machine(), motion), simulate(machine(), motion, times=motion.time)
+    time = result.quantities["time"]
+    assert time.size > 4 * motion.time.size and np.isin(motion.time, time).all()
+    assert np.array_equal(at_samples.quantities["time"], motion.time)
+    loads = result.quantities["link_load"][np.searchsorted(time, motion.time)]
+    size = np.abs(loads).max()
+    np.testing.assert_allclose(loads, at_samples.quantities["link_load"], rtol=0.0, atol=1e-5 * size)
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_lines_between_the_instants_show_the_vibration(machine: Callable[[], Machine]) -> None:
+    """Everywhere within the bow that is allowed; lines between the samples miss a tenth and more."""
+    motion = sampled(100)
+    dense = simulate(machine(), motion, times=np.arange(int(END * 10_000) + 1) / 10_000).quantities
+    time, loads = dense["time"], dense["link_load"]
+    dynamic = np.abs(loads - dense["static_link_load"]).max()
+
+    def missed(result: Result) -> float:
+        at, values = result.quantities["time"], result.quantities["link_load"].T
+        return float(
+            max(
+                np.abs(np.interp(time, at, each) - load).max()
+                for each, load in zip(values, loads.T, strict=True)
+            )
+        )
+
+    assert missed(simulate(machine(), motion)) <= 1.05 * BOW * dynamic
+    assert missed(simulate(machine(), motion, times=motion.time)) > 10.0 * BOW * dynamic
+
+
+def test_life_safety_and_drive_do_not_depend_on_the_samples() -> None:
+    machine = lives.cart()
+    coarse, dense = (simulate(machine, sampled(rate)) for rate in (100, 10_000))
+    at_samples = simulate(machine, sampled(100), times=sampled(100).time)
+
+    def figures(result: Result) -> list[np.ndarray]:
+        one = life_of(result)
+        drive = drive_requirements(result)
+        return [
+            np.array([each.mean_load for each in one.carriages]),
+            np.array([each.static.safety for each in one.carriages]),
+            np.array([drive.peak_force]),
+        ]
+
+    for name, mine, theirs, before, error in zip(
+        ("mean load", "safety", "drive"),
+        *map(figures, (coarse, dense, at_samples)),
+        (1e-4, 1e-3, 2e-3),
+        strict=True,
+    ):
+        assert np.abs(mine / theirs - 1.0).max() < error, name
+        assert np.abs(before / theirs - 1.0).max() > 10.0 * error, name
+
+
+@pytest.mark.parametrize(
+    "motion", [sampled(2000), sampled(100, 0.0)], ids=["enough samples", "nothing moves"]
+)
+@pytest.mark.parametrize("machine", [*MACHINES, ref.cart_clear])
+def test_no_instants_are_added_where_nothing_vibrates_unseen(
+    machine: Callable[[], Machine], motion: Motion
+) -> None:
+    assert np.array_equal(simulate(machine(), motion).quantities["time"], motion.time)
+
+
+def test_a_record_in_blocks_has_them_too() -> None:
+    machine, motion = lives.cart(), sampled(100)
+    run = LongRun(machine)
+    run.add(motion)
+    whole = life_of(simulate(machine, motion))
+    np.testing.assert_allclose(run.mean_loads, [each.mean_load for each in whole.carriages], rtol=1e-12)
