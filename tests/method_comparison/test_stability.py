@@ -99,7 +99,7 @@ def free_vibration(machine: Machine, method: str, force_until: float, stop: floa
     force = np.zeros((4, 6))
     force[:2, 1] = 1.0
     motion = Motion(np.array([0.0, force_until, force_until, stop]), np.zeros((4, 3)), wrench=force)
-    return simulate(machine, motion, method, times=motion.time, **options).data
+    return simulate(machine, motion, method, **({"times": motion.time} | options)).data
 
 
 def amplitude(data: Any, eigenvalue: complex) -> NDArray[np.complex128]:

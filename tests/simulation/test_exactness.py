@@ -25,7 +25,7 @@ REQUIRED = 1e-11
 
 def errors(machine: Machine, motion: Motion, exact: Reference) -> dict[str, float]:
     """Largest difference over the largest value, of each load; `dynamic`: over the largest change from rest."""
-    data = simulate(machine, motion, "exact").data
+    data = simulate(machine, motion, "exact", times=motion.time).data
     load = data["link_load"].values
     found = {
         "link": relative(load, exact.link_load),
