@@ -11,7 +11,7 @@ import reference as ref
 
 from guideload import LongRun, Machine, Motion, life_of, simulate
 from guideload.drive import drive_requirements
-from guideload.simulation.finer_histories import BOW
+from guideload.simulation.finer_histories import MOST_BOW
 from guideload.simulation.result import Result
 
 CORNERS = np.array([0.1, 0.12, 0.5, 0.52, 1.0, 1.02, 1.4, 1.42])  # s, samples at 100 Hz and its multiples
@@ -63,8 +63,8 @@ def test_lines_between_the_instants_show_the_vibration(machine: Callable[[], Mac
             )
         )
 
-    assert missed(simulate(machine(), motion)) <= 1.05 * BOW * dynamic
-    assert missed(simulate(machine(), motion, times=motion.time)) > 10.0 * BOW * dynamic
+    assert missed(simulate(machine(), motion)) <= 1.05 * MOST_BOW * dynamic
+    assert missed(simulate(machine(), motion, times=motion.time)) > 10.0 * MOST_BOW * dynamic
 
 
 def test_life_safety_and_drive_do_not_depend_on_the_samples() -> None:
@@ -84,7 +84,7 @@ def test_life_safety_and_drive_do_not_depend_on_the_samples() -> None:
     for name, mine, theirs, before, error in zip(
         ("mean load", "safety", "drive"),
         *map(figures, (coarse, dense, at_samples)),
-        (1e-4, 1e-3, 2e-3),
+        (1e-4, 3e-3, 3e-3),
         strict=True,
     ):
         assert np.abs(mine / theirs - 1.0).max() < error, name

@@ -6,41 +6,56 @@ from dataclasses import replace
 
 import numpy as np
 
-from guideload.simulation.instants import enough_step, fastest_vibration, parts_of, with_parts
+from guideload.simulation.instants import fastest_vibration, parts_of, with_parts
 from guideload.simulation.run import Run
 
-BOW = 0.01  # distance of a load from the chord between two instants, over the largest dynamic load
+# Distance of a load from the chord between two instants, over the largest dynamic load: what is accepted, and how close
+# the instants are put if it is more.
+MOST_BOW, BOW = 0.01, 0.0025
 ROUNDING = 1e-9  # of the load scale: a smaller dynamic load has no bow
 MOST_INSTANTS = 200_000  # beyond them, some intervals have fewer than they need
+PASSES = 3  # the instants of one pass show more of the vibration than those before
 
 
 def with_visible_vibration(run: Run) -> Run:
     """The run with more instants between the samples if its histories would hide a vibration there; else the same run.
 
-    A load F bows away from the chord between two instants by about h^2 |F''| / 8. Where that is more than `BOW` of the
-    largest dynamic load for some link, the instants are as close as this needs, and at least as those with which
-    extremes are found. Modes with more than 22 samples per period never need it.
+    A load F bows away from the chord between two instants by about h^2 |F''| / 8. If that is more than `MOST_BOW` of
+    the largest dynamic load for some link, the instants are so close that it is `BOW`. Modes with more than 22 samples
+    per period never need it.
 
     Without instants in between: runs that report given instants, have a fixed step (which would end at each of them),
     go over rails that are not straight, or have moving riders.
     """
-    motion, machine, fastest = run.motion, run.machine, fastest_vibration(run.machine)
+    fastest = fastest_vibration(run.machine)
     other = (run.times, run.step, run.feet, run.travel)
     if any(each is not None for each in other) or not fastest:
         return run
-    longest_needed = np.sqrt(8.0 * BOW) / fastest
-    if parts_of(motion, longest_needed, MOST_INSTANTS).max() == 1:
+    if _fine_enough(run, np.sqrt(8.0 * MOST_BOW) / fastest):
         return run
-    table, solution = machine.link_table(), run.solution
+    finer = run
+    for _ in range(PASSES):
+        step = _step_per_root_of_bow(finer)
+        if _fine_enough(finer, step * np.sqrt(MOST_BOW)):
+            break
+        parts = parts_of(run.motion, step * np.sqrt(BOW), MOST_INSTANTS)
+        motion, stretches = with_parts(run.motion, run.stretches, parts)
+        finer = replace(run, motion=motion, stretches=stretches, samples=run.motion.time)
+    return finer
+
+
+def _fine_enough(run: Run, step: float) -> bool:
+    """Whether no instants are, or can be, put into a motion so that they are not further apart than a step [s]."""
+    return bool(parts_of(run.motion, step, MOST_INSTANTS).max() == 1)
+
+
+def _step_per_root_of_bow(run: Run) -> float:
+    """The distance of instants [s] between which the largest bow would be the largest dynamic load."""
+    table, solution = run.machine.link_table(), run.solution
     rows = np.hstack([table.directions, np.cross(table.points, table.directions)]) * table.stiffness[:, None]
     curvature = float(np.abs(solution.acceleration() @ rows.T).max(initial=0.0))
     dynamic = run.link_loads() - run.machine_at_start.scene.static_link_loads()
     largest = float(np.abs(dynamic).max(initial=0.0))
     if not curvature or largest <= ROUNDING * solution.load_scale:
-        return run
-    step = float(np.sqrt(8.0 * BOW * largest / curvature))
-    if parts_of(motion, step, MOST_INSTANTS).max() == 1:
-        return run
-    parts = parts_of(motion, min(step, enough_step(machine)), MOST_INSTANTS)
-    finer, stretches = with_parts(motion, run.stretches, parts)
-    return replace(run, motion=finer, stretches=stretches, samples=motion.time)
+        return np.inf
+    return float(np.sqrt(8.0 * largest / curvature))

@@ -30,13 +30,8 @@ def with_enough_instants(
     It is the same motion: acceleration and process forces are linear between the stamps anyway. Parts are not shorter
     than the shortest interval over `MOST_PARTS`, and all together are not more than `parts_of` allows.
     """
-    return with_parts(motion, stretches, parts_of(motion, enough_step(machine)))
-
-
-def enough_step(machine: Machine) -> float:
-    """The step [s] with which the core finds the extremes between two instants; infinite if nothing vibrates."""
     fastest = fastest_vibration(machine)
-    return STEP / fastest if fastest else np.inf
+    return with_parts(motion, stretches, parts_of(motion, STEP / fastest if fastest else np.inf))
 
 
 def fastest_vibration(machine: Machine) -> float:
