@@ -56,7 +56,8 @@ def parts_of(motion: Motion, step: float, most: int = MOST_INSTANTS) -> NDArray[
     limits = (room - before) // np.arange(
         parts.size, 0, -1
     )  # if this interval and those after it have equally many
-    return np.minimum(parts, limits[np.argmax(limits < ascending)])
+    most_each = int(limits[np.argmax(limits < ascending)])
+    return np.asarray(np.minimum(parts, most_each))
 
 
 def with_parts(

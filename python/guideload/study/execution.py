@@ -338,8 +338,14 @@ def histories(plan: Plan) -> Quantities:
             reasons[start + i] = reason
     variables = _loads(("sample",), loads, "", "load of the carriage")
     try:
-        settings = {"rtol": metadata.rtol, "times": plan.motion.time, "start": metadata.start}
-        nominal = simulate(metadata.machine, plan.motion, metadata.method, **settings).carriage_loads
+        nominal = simulate(
+            metadata.machine,
+            plan.motion,
+            metadata.method,
+            rtol=metadata.rtol,
+            times=plan.motion.time,
+            start=metadata.start,
+        ).carriage_loads
         variables |= _loads((), nominal, "nominal_", "load of the carriage, nominal machine")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
