@@ -34,8 +34,9 @@ class Peaks:
 def peaks_of(run: Run) -> Peaks:
     """The extremes of a run, at any time if they are known, else at the reported instants."""
     names = tuple(carriage.name for carriage in run.machine.carriages)
-    if run.extremes is not None:
-        return Peaks(names, *(part[: len(names)] for part in run.extremes))
+    extremes = run.extremes()
+    if extremes is not None:
+        return Peaks(names, *extremes)
     loads = run.carriage_loads()
     across, moment = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
     values = np.concatenate([loads, across[:, :, None], moment[:, :, None]], axis=2)
@@ -45,9 +46,12 @@ def peaks_of(run: Run) -> Peaks:
 
 def peak_rows(run: Run) -> Iterator[Row]:
     """The quantities of the largest loads at any time, if they are known and a second run is short."""
-    if run.solution.steps + run.solution.rejected > MOST_STEPS or run.extremes is None:
+    if run.solution.steps + run.solution.rejected > MOST_STEPS:
         return
-    smallest, largest, _, times = run.extremes
+    extremes = run.extremes(dynamic=True)
+    if extremes is None:
+        return
+    smallest, largest, _, times = extremes
     count = len(run.machine.carriages)
     of, when = ("carriage",), "at any time"
     size = np.maximum(np.abs(smallest), np.abs(largest))[:count]

@@ -80,12 +80,12 @@ class Run:
             travel=self.travel,
         )
 
-    @cached_property
-    def extremes(self) -> list[Array] | None:
-        """Smallest and largest loads of the carriages at any time, and their times [s], each (2 carriage, 8).
+    def extremes(self, dynamic: bool = False) -> list[Array] | None:
+        """Smallest and largest loads of the carriages at any time, and their times [s], each (carriage, 8).
 
-        As `Scene.peaks`: first of the loads, then of the loads less the static ones. None where the loads are known at
-        the reported instants alone: at given instants, and over rails that are not straight.
+        As `Scene.peaks`. dynamic: (2 carriage, 8), then also the largest magnitudes of the loads less the static ones.
+        None where the loads are known at the reported instants alone: at given instants, and over rails that are not
+        straight.
         """
         if self.times is not None or self.feet is not None:
             return None
@@ -104,7 +104,7 @@ class Run:
             centers=places,
             start=self.start,
             travel=self.travel,
-            less=self.machine_at_start.scene.static_group_loads(groups, places),
+            less=self.machine_at_start.scene.static_group_loads(groups, places) if dynamic else None,
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use guideload::reaction;
 use guideload::{
-    Body, Extremes, Input, ModelLevel, NamedMethod, Output, Part, Peaks, Rider, RunError, Scene, State,
-    System, Watched, eigenvalues, link_load, modes,
+    Body, Input, ModelLevel, NamedMethod, Output, Part, Peaks, Rider, RunError, Scene, State, System,
+    Watched, eigenvalues, link_load, modes,
 };
 use numpy::{
     Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
@@ -14,6 +14,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room};
+use crate::extremes;
 use crate::interrupt::compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads, with_less};
@@ -131,7 +132,8 @@ impl PyScene {
         })??)
     }
 
-    /// Extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8); with `less` (2 groups, 8).
+    /// Extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8); with `less` (2 groups, 8), whose second
+    /// half has only the largest magnitudes, and else infinite numbers.
     #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start=StartState::rest(), travel=None, less=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
@@ -153,26 +155,18 @@ impl PyScene {
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
         let loads = with_less(group_loads(&self.0, &groups.0, &centers, Part::Total)?, less.as_ref())?;
+        let count = groups.0.len();
         let extremes = compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
-            let mut extremes = vec![Extremes::NONE; loads.len()];
+            let mut extremes = extremes::before(count, loads.len());
             let mut record =
                 Watched { record: Peaks::new(&self.0, &excitation, &loads, &mut extremes), watch };
             let control = convert::control(rtol, step);
             method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
-            if !extremes.iter().all(Extremes::is_finite) {
-                return Err(RunError::OutOfRange.into());
-            }
             Ok::<_, CoreError>(extremes)
         })??;
-        let table = |pick: fn(&Extremes) -> [f64; 8]| table(py, extremes.iter().map(pick));
-        Ok([
-            table(|e| e.smallest)?,
-            table(|e| e.largest)?,
-            table(|e| e.time_of_smallest)?,
-            table(|e| e.time_of_largest)?,
-        ])
+        extremes::arrays(py, count, &extremes)
     }
 
     /// Mass, damping and stiffness matrices, each (6, 6), and the weight (6,).

@@ -11,10 +11,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
+use crate::extremes;
 use crate::interrupt::compute;
 use crate::links::{group_loads, with_less};
 use crate::riders::Travels;
-use crate::scene::{PyScene, named_method, table};
+use crate::scene::{PyScene, named_method};
 use crate::solution::{Inputs, PySolution};
 
 /// Checked arguments of a run.
@@ -170,7 +171,7 @@ pub fn peaks_of_stretches<'py>(
     let of = |system| with_less(group_loads(system, &groups.0, &centers, Part::Total)?, less.as_ref());
     let loads = run.systems.iter().map(|system| of(system)).collect::<PyResult<Vec<_>>>()?;
     let count = loads.first().map_or(0, Vec::len);
-    let mut parts = vec![vec![Extremes::NONE; count]; loads.len()];
+    let mut parts = vec![extremes::before(groups.0.len(), count); loads.len()];
     compute(py, |watch| {
         let part = |index: usize| run.bounds[index]..run.bounds[index + 1];
         let excitations = (0..loads.len())
@@ -186,14 +187,5 @@ pub fn peaks_of_stretches<'py>(
     let whole: Vec<Extremes> = (0..count)
         .map(|group| parts.iter().fold(Extremes::NONE, |all, part| all.with(&part[group])))
         .collect();
-    if !whole.iter().all(Extremes::is_finite) {
-        return Err(CoreError::Run(RunError::OutOfRange).into());
-    }
-    let table = |pick: fn(&Extremes) -> [f64; 8]| table(py, whole.iter().map(pick));
-    Ok([
-        table(|e| e.smallest)?,
-        table(|e| e.largest)?,
-        table(|e| e.time_of_smallest)?,
-        table(|e| e.time_of_largest)?,
-    ])
+    extremes::arrays(py, groups.0.len(), &whole)
 }

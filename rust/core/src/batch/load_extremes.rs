@@ -108,7 +108,7 @@ impl ExtremeLoads {
     fn index_of(&mut self, load: Load) -> usize {
         self.loads.iter().position(|known| *known == load).unwrap_or_else(|| {
             self.loads.push(load);
-            self.begin.push(Extremes::unwanted());
+            self.begin.push(Extremes::UNWANTED);
             self.loads.len() - 1
         })
     }

@@ -37,21 +37,12 @@ pub fn evaluate<const ROWS: usize>(
     }
     for (index, quantity) in quantities.iter().enumerate() {
         let from = index * ROWS;
-        let nonlinear = quantity.nonlinear.as_slice();
         if let Some(group) = LinkGroup::<SidedLanes>::of(quantity) {
             finite &= dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
         } else if let Some(group) = LinkGroup::<BallLanes>::of(quantity) {
             finite &= dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
         } else {
-            for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
-                let all = if nonlinear.is_empty() {
-                    quantity.linear.at(state, &input(k))
-                } else {
-                    quantity.at(state, &input(k))
-                };
-                out[from..from + ROWS].copy_from_slice(&all);
-                finite &= all.iter().all(|value| value.is_finite());
-            }
+            finite &= dispatch(AnyKernel { quantity, states, input: &input, out, from, width });
         }
     }
     finite
@@ -133,6 +124,32 @@ impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
             }
         }
         check.all_finite()
+    }
+}
+
+/// Writes the rows of a quantity to `out[k * width + from..]`, one instant at a time.
+struct AnyKernel<'a, I, const ROWS: usize> {
+    quantity: &'a Recovery<'a, ROWS>,
+    states: &'a [State],
+    input: &'a I,
+    out: &'a mut [f64],
+    from: usize,
+    width: usize,
+}
+
+impl<I: Fn(usize) -> Input, const ROWS: usize> Kernel for AnyKernel<'_, I, ROWS> {
+    type Output = bool;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn run(self) -> bool {
+        let Self { quantity, states, input, out, from, width } = self;
+        let mut finite = true;
+        for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
+            let all = quantity.at(state, &input(k));
+            out[from..from + ROWS].copy_from_slice(&all);
+            finite &= all.iter().all(|value| value.is_finite());
+        }
+        finite
     }
 }
 

@@ -34,10 +34,17 @@ impl Extremes {
     };
 
     /// Extremes that no value passes, where values are not wanted.
-    #[cfg(feature = "studies")]
-    pub(crate) fn unwanted() -> Self {
-        Self { smallest: [f64::NEG_INFINITY; 8], largest: [f64::INFINITY; 8], ..Self::NONE }
-    }
+    pub(crate) const UNWANTED: Self =
+        Self { smallest: [f64::NEG_INFINITY; 8], largest: [f64::INFINITY; 8], ..Self::NONE };
+
+    /// Before the first instant, where only the largest y-z resultant and the largest magnitude of the moment are wanted. The others are
+    /// infinite.
+    pub const NO_MAGNITUDES: Self = {
+        let mut extremes = Self::UNWANTED;
+        extremes.largest[6] = f64::NEG_INFINITY;
+        extremes.largest[7] = f64::NEG_INFINITY;
+        extremes
+    };
 
     /// The extremes over these instants and `later` ones.
     #[must_use]
@@ -56,8 +63,9 @@ impl Extremes {
     /// Largest magnitude so far of the force, or of the moment, to which a value belongs.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn size_of(&self, value: usize) -> f64 {
-        let mut size = 0.0;
-        for i in if matches!(value, 0..3 | 6) { 0..3 } else { 3..6 } {
+        let (components, magnitude) = if matches!(value, 0..3 | 6) { (0..3, 6) } else { (3..6, 7) };
+        let mut size = if self.largest[magnitude] < f64::INFINITY { self.largest[magnitude] } else { 0.0 };
+        for i in components {
             let most = f64::max(self.largest[i], -self.smallest[i]);
             // Infinite where the value is not wanted.
             size = if most < f64::INFINITY { f64::max(size, most) } else { size };

@@ -53,15 +53,14 @@ struct Scratch {
 }
 
 impl<'a> Peaks<'a> {
-    /// Writes the extremes of each of `loads` of a system to the entry of `extremes` at the same index, by the end of a run through the
-    /// excitation.
+    /// Updates the extremes of each of `loads` of a system, in the entry of `extremes` at the same index, by the end of a run through the
+    /// excitation. Before it they are [`Extremes::NONE`], [`Extremes::NO_MAGNITUDES`], or those of earlier runs.
     pub fn new(
         system: &'a System,
         excitation: &'a Excitation<'a>,
         loads: &'a [Wrench<'a>],
         extremes: &'a mut [Extremes],
     ) -> Self {
-        extremes.fill(Extremes::NONE);
         Self::after(system, &ScaledExcitation::unscaled(excitation), loads, extremes)
     }
 
