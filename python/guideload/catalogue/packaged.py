@@ -123,6 +123,17 @@ def product_and_class(text: str) -> tuple[Product, str | None]:
     return product, None if found is None else found.name
 
 
+def only_maker(texts: Sequence[str]) -> str | None:
+    """The maker that is a word of every text, so that the records of others need not be read; None if there is none."""
+    words = [set(text.casefold().split()) for text in texts]
+    named = [
+        name
+        for name in {one.maker for one in records()}
+        if words and all(name.casefold() in w for w in words)
+    ]
+    return named[0] if len(named) == 1 else None
+
+
 @checked
 def packaged_catalogue(maker: str | None = None) -> Catalogue:
     """All packaged products, by unique names.

@@ -75,7 +75,7 @@ def size(
     It must reach life and static safety under a motion, within the limits of product and drive.
     """
     from guideload.catalogue.catalogue import Catalogue
-    from guideload.catalogue.packaged import packaged_catalogue
+    from guideload.catalogue.packaged import only_maker, packaged_catalogue
     from guideload.reports.sizing import sizing_report
     from guideload.sizing.size import size as find
 
@@ -83,7 +83,10 @@ def size(
         machine = read_machine(machine_file)
         conditions = requirements(machine, reading)
         motion = read_motion(trace_file, machine, **reading)
-        catalogue = packaged_catalogue() if catalogue_file is None else Catalogue.from_toml(catalogue_file)
+        if catalogue_file is None:
+            catalogue = packaged_catalogue(only_maker(products))
+        else:
+            catalogue = Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
         found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
     report = sizing_report(machine, found, MOST_ROWS)

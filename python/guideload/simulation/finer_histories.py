@@ -14,8 +14,8 @@ from guideload.simulation.run import Run
 MOST_BOW, BOW = 0.01, 0.0025
 ROUNDING = 1e-9  # of the load scale: a smaller dynamic load has no bow
 MOST_INSTANTS = 200_000  # beyond them, some intervals have fewer than they need
-# Of runs with so many instants, only some are looked at, up to each fifth one; a vibration has all its phases there.
-MANY, EVERY = 1000, 4
+# Of runs with so many instants, only some are looked at, up to each thirteenth: a vibration has all its phases there.
+MANY, EVERY = 1000, 12
 PASSES = 3  # the instants of one pass show more of the vibration than those before
 
 

@@ -131,7 +131,7 @@ class Run:
         if name == "reaction":
             return self.solution.reaction()
         if name == "cart_acceleration":
-            return self.solution.inputs()[:, :3]
+            return self.motion.acceleration if self.times is None else self.solution.inputs()[:, :3]
         if name == "time":
             return self.time
         # Measured histories are not interpolated to other instants.
