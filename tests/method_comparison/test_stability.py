@@ -261,9 +261,9 @@ def test_what_sets_the_steps_of_rk45_and_what_is_not_run() -> None:
     assert stability_of("cart_stiff").limited_by == "stability"
     assert stability(ref.cart(), rtol=1e-12).limited_by == "tolerance"
     # Beyond what anyone waits for, it is not run.
-    found = stability(ref.cart(2e10))
+    found = stability(ref.cart(1e9))
     rk45 = found.costs[1]
-    assert rk45.needed > 1e8 and rk45.steps is None and "not worth" in rk45.note
+    assert rk45.needed > 1e7 and rk45.steps is None and "not worth" in rk45.note
     assert found.limited_by == "stability"
     found = stability(ref.preloaded())
     exact, rk45, _, exponential = found.costs
