@@ -465,9 +465,6 @@ class Solution:
     def end(self) -> Array:
         """Position [m, rad] and velocity [m/s, rad/s] of L in the carriage frame at the end of the motion, (2, 6)."""
 
-    def every(self, step: int) -> Solution:
-        """The solution at every so many instants, from the first on; no rider moves."""
-
     def acceleration(self) -> Array:
         """Acceleration (time, 6) of L in the carriage frame [m/s2, rad/s2]."""
 

@@ -13,15 +13,31 @@ from guideload.motion.resolution import usable_bandwidth_of
 
 
 def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
-    """The motion with each interval between stamps in so many equal parts, (n - 1,).
+    """The motion with each interval between stamps in so many equal parts, (n - 1,)."""
+    first = np.repeat(np.arange(parts.size), parts)
+    step = np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)
+    return _at(motion, first, step / parts[first])
+
+
+def with_instants(motion: Motion, times: Array) -> Motion:
+    """The motion with stamps at these times [s] too, as far as it lasts then and has none there."""
+    stamps = motion.time
+    new = np.setdiff1d(times[(times > stamps[0]) & (times < stamps[-1])], stamps)
+    before = np.searchsorted(stamps, new, side="right") - 1
+    first = np.insert(np.arange(stamps.size - 1), before + 1, before)
+    share = np.zeros(first.size)
+    share[before + 1 + np.arange(new.size)] = (new - stamps[before]) / (stamps[before + 1] - stamps[before])
+    return _at(motion, first, share) if new.size else motion
+
+
+def _at(motion: Motion, first: NDArray[np.int64], shares: Array) -> Motion:
+    """The motion at shares of the intervals that begin with these stamps, and at its end.
 
     Acceleration and process forces are linear between the stamps anyway. The position is the cubic through positions
     and velocities at the stamps, which is exact where these are the integrals of the acceleration; a velocity without
     position is linear.
     """
-    first = np.repeat(np.arange(parts.size), parts)
-    step = np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)
-    share = (step / parts[first])[:, None]
+    share = shares[:, None]
 
     def with_last(values: Array, at_last: Array) -> Array:
         return np.append(values, at_last[-1:], axis=0)

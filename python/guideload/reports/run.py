@@ -229,7 +229,7 @@ def _run_motion_lines(data: Quantities) -> list[str]:
     if count < time.size and data.attrs["instants"] != "given":
         step = digits(1e3 * float(data.attrs["motion_step_s"]), 4)
         why = "because loads vibrate between the samples"
-        samples = f"{count} samples, every {step} ms; histories have {time.size} instants, {why}"
+        samples = f"{count} samples, every {step} ms (median); histories have {time.size} instants, {why}"
     return [*_motion_lines(time, velocity, data["cart_acceleration"], source, filter(None, notes), samples)]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -31,11 +32,28 @@ class CarriageQuantities:
     """
 
     def __init__(self, run: RunDerivatives) -> None:
-        machine = run.machine
-        self.run, self.notes = run, list[str]()
-        self.names = [carriage.name for carriage in machine.carriages]
-        self.loads = run.solution.group_loads(machine.links_of_carriages, machine.carriage_places, "total")
+        self._run, self.notes = run, list[str]()
+        self.names = [carriage.name for carriage in run.machine.carriages]
         self.columns = len(run.at_rest.columns)
+
+    @cached_property
+    def at_peaks(self) -> RunDerivatives:
+        """The run with the instants of the peaks."""
+        return self._run.with_peaks()
+
+    @cached_property
+    def _loads_at_peaks(self) -> Array:
+        return self.at_peaks.carriage_loads()
+
+    @cached_property
+    def resultants(self) -> Array:
+        """The y-z resultants [N] at the instants of `at_peaks`, (time, carriage)."""
+        return np.asarray(np.linalg.norm(self._loads_at_peaks[:, :, 1:3], axis=2))
+
+    @cached_property
+    def run(self) -> RunDerivatives:
+        """The run with the instants of `simulate`, between which loads are nearly linear."""
+        return self._run.with_visible_vibration()
 
     def peak_resultant(self) -> tuple[Array, Array]:
         """The largest y-z resultant [N]. Its derivative is that of the resultant at its instant."""
@@ -45,11 +63,12 @@ class CarriageQuantities:
             derivatives[:, i] = by[0]
             if np.abs(by - by[0]).max() > np.sqrt(TIE) * np.abs(by[0]).max() or not values[i]:
                 derivatives[:, i] = np.nan
-                first, last = self.run.motion.time[instants].min(), self.run.motion.time[instants].max()
+                times = self.at_peaks.motion.time[instants]
                 self.notes.append(
                     f"peak_resultant of carriage {name} has no derivative: "
                     + (
-                        f"it is reached at {first:.6g} s and at {last:.6g} s, where the load changes differently"
+                        f"it is reached at {times.min():.6g} s and at {times.max():.6g} s, where the load changes "
+                        "differently"
                         if values[i]
                         else "the carriage carries nothing"
                     )
@@ -70,7 +89,7 @@ class CarriageQuantities:
 
         Of a carriage without load they are those of the magnitude of the load.
         """
-        resultant = np.hypot(self.loads[:, carriage, 1], self.loads[:, carriage, 2])
+        resultant = self.resultants[:, carriage]
         tied = np.flatnonzero(resultant >= (1.0 - TIE) * resultant.max())
         gaps = np.flatnonzero(np.diff(tied) > 1)
         ends = np.unique(
@@ -85,14 +104,15 @@ class CarriageQuantities:
         )
 
     def _resultant_gradient(self, carriage: int, k: int) -> Array:
-        across = self.loads[k, carriage, 1:3]
+        loads = self._loads_at_peaks
+        across = loads[k, carriage, 1:3]
         size = float(np.linalg.norm(across))
         directions = (across / size,) if size else ((1.0, 0.0), (0.0, 1.0))
         parts = []
         for direction in directions:
-            weights = np.zeros_like(self.loads)
+            weights = np.zeros_like(loads)
             weights[k, carriage, 1:3] = direction
-            parts.append(self.run.gradient(weights))
+            parts.append(self.at_peaks.gradient(weights))
         return parts[0] if size else np.hypot(*parts)
 
     def mean_load(self) -> tuple[Array, Array]:
@@ -106,14 +126,14 @@ class CarriageQuantities:
     def life(self) -> tuple[Array, Array]:
         """The rating life [m] of the carriages with ratings; nan for the others. Raises LifeError."""
         values, derivatives = self.mean_load()
-        for one in criteria_of(self.run.machine, self.run.machine.life):
+        for one in criteria_of(self._run.machine, self._run.machine.life):
             mean = values[one.index]
             values[one.index] = one.life_under(mean)
             derivatives[:, one.index] *= -one.rating.exponent * values[one.index] / mean
         return values, derivatives
 
     def _means(self) -> Iterator[tuple[Criteria, float, Array]]:
-        motion, machine = self.run.motion, self.run.machine
+        motion, machine, all_loads = self.run.motion, self.run.machine, self.run.carriage_loads()
         if motion.velocity is None:
             raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
         travel = Travel(
@@ -129,11 +149,11 @@ class CarriageQuantities:
                     f"carriage {one.name}: the rule {machine.life.rule} jumps by 1 % where the load passes 2.8 times "
                     "the preload, so its mean load has no derivative; leave preload_in_life = false out, or run a study"
                 )
-            loads, exponent = np.ascontiguousarray(self.loads[:, one.index]), one.rating.exponent
+            loads, exponent = np.ascontiguousarray(all_loads[:, one.index]), one.rating.exponent
             power, path = integrals(travel, loads, rule, exponent)
             mean = mean_load(power, path, exponent)
             by_loads = equivalent_load_weights(*travel, loads, rule.of_core, exponent)
-            weights = np.zeros_like(self.loads)
+            weights = np.zeros_like(all_loads)
             weights[:, one.index] = mean / (exponent * power.sum()) * by_loads
             derivatives = self.run.gradient(weights)
             if preload:
@@ -144,7 +164,7 @@ class CarriageQuantities:
 
     def _preload(self, one: Criteria) -> tuple[float, Array]:
         """The preload [N] that a carriage's rule counts, with the values of the columns, and its derivatives (p,)."""
-        carriage, at_rest = self.run.machine.carriages[one.index], self.run.at_rest
+        carriage, at_rest = self._run.machine.carriages[one.index], self._run.at_rest
         found = one.rule.preload, np.zeros(self.columns)
         for key in ("preload_y", "preload_z") if one.rule.preload else ():
             own, by = getattr(carriage, key) or 0.0, np.zeros(self.columns)

@@ -71,8 +71,7 @@ def rank_influences(
     steps = [known[column.name] for column in varied.columns]
     sizes = np.array([step for step, _ in steps])
     if figure == "peak_resultant":
-        largest = np.hypot(figures.loads[:, :, 1], figures.loads[:, :, 2]).max(axis=0)
-        index = int(largest.argmax()) if carriage is None else names.index(carriage)
+        index = int(figures.resultants.max(axis=0).argmax()) if carriage is None else names.index(carriage)
         value, changes = figures.peak_changes(index, sizes)
     else:
         values, derivatives = getattr(figures, figure)()

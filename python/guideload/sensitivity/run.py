@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,19 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.motion.refinement import with_instants
 from guideload.sensitivity.instants import Instants, name_in_core
 from guideload.sensitivity.linearised import Linearised
+from guideload.simulation.instants import with_enough_instants
+from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start, start_of
 
 # Method and tolerance of the histories themselves; the exact method does not use the tolerance.
+RESULTANT = 6  # among the columns of `Scene.peaks`
+MOST_TOPS = (
+    200  # that may share a peak; of more, as of a load that does not change, those at samples are enough
+)
+PASSES = 5  # in which a top is found to rounding
 EXACT, WITH_PRELOAD = ("exact", 1e-6), ("implicit", 1e-11)
 
 
@@ -40,13 +49,72 @@ class RunDerivatives:
 
     @cached_property
     def solution(self) -> Solution:
-        motion, (motion_factor, force_factor) = self.motion, self.at_rest.system.factors
-        wrench = None if motion.wrench is None else force_factor * motion.wrench
+        return self.at_rest.scene.solve(*self._scaled(self.motion), **self._settings)
+
+    def carriage_loads(self) -> Array:
+        """Loads of the carriages (time, carriage, 6), force [N] and moment about the carriage centre [N m]."""
+        return self._loads_of(self.solution)
+
+    def on_instants(self, motion: Motion) -> RunDerivatives:
+        """The same run under the same motion with other stamps."""
+        same = motion is self.motion
+        return self if same else RunDerivatives(self.machine, self.at_rest, motion, self._begin)
+
+    def with_visible_vibration(self) -> RunDerivatives:
+        """The same run with the instants that `simulate` reports, between which loads are nearly linear."""
+        run = prepared_run(self.machine, self.motion, "auto", EXACT[1], None, None, self._begin, finer=True)
+        return self.on_instants(run.motion)
+
+    def with_peaks(self) -> RunDerivatives:
+        """The same run with the instants of the largest resultants of the carriages, which lie between samples.
+
+        Where the motion has few samples, also with those of `with_enough_instants`.
+        """
+        machine, motion = self.machine, with_enough_instants(self.machine, self.motion)[0]
+        groups = {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
+        _, largest, _, times = self.at_rest.scene.peaks(*self._scaled(motion), **groups, **self._settings)
+        tied = self._tops(self.on_instants(motion), largest[:, RESULTANT])
+        return self.on_instants(with_instants(motion, np.concatenate([times[:, RESULTANT], tied])))
+
+    def _tops(self, run: RunDerivatives, largest: Array) -> Array:
+        """Instants [s] of tops of the resultants of a denser run that may be as large as the largest ones (carriage,).
+
+        By parabolas through three instants, of which the new top takes the place of the farthest.
+        """
+        time, value = run.motion.time, np.linalg.norm(run.carriage_loads()[:, :, 1:3], axis=2)
+        bow = 2.0 * value[1:-1] - value[:-2] - value[2:]
+        is_top = (value[1:-1] >= value[:-2]) & (value[1:-1] >= value[2:]) & (bow > 0.0)
+        is_top &= (np.diff(time)[1:] > 0.0)[:, None] & (np.diff(time)[:-1] > 0.0)[:, None]
+        at, carriage = np.nonzero(is_top & (value[1:-1] + 0.5 * bow >= largest))
+        if at.size > MOST_TOPS:
+            return np.empty(0)
+        places = time[at[:, None] + np.arange(3)]
+        values = value[at[:, None] + np.arange(3), carriage[:, None]]
+        for _ in range(PASSES if at.size else 0):
+            tops = np.clip(_tops_of_parabolas(places, values), time[at], time[at + 2])
+            order = np.argsort(tops)
+            found = self._loads_of(run.solution_at(tops[order]))[np.argsort(order), carriage, 1:3]
+            index = np.arange(at.size), np.abs(places - tops[:, None]).argmax(axis=1)
+            places[index], values[index] = tops, np.linalg.norm(found, axis=1)
+        return places[np.arange(at.size), values.argmax(axis=1)]
+
+    def solution_at(self, times: Array) -> Solution:
+        """The histories at other instants (m,) [s], ascending."""
+        return self.at_rest.scene.solve(*self._scaled(self.motion), times=times, **self._settings)
+
+    def _loads_of(self, solution: Solution) -> Array:
+        return solution.group_loads(self.machine.links_of_carriages, self.machine.carriage_places, "total")
+
+    @property
+    def _settings(self) -> dict[str, Any]:
         method, rtol = WITH_PRELOAD if self.machine.model_level == "smooth nonlinear" else EXACT
-        acceleration = motion_factor * motion.acceleration
-        return self.at_rest.scene.solve(
-            motion.time, acceleration, wrench, method=method, rtol=rtol, start=self._begin
-        )
+        return {"method": method, "rtol": rtol, "start": self._begin}
+
+    def _scaled(self, motion: Motion) -> tuple[Array, Array, Array | None]:
+        """Time, acceleration and wrench, with the factors."""
+        motion_factor, force_factor = self.at_rest.system.factors
+        wrench = None if motion.wrench is None else force_factor * motion.wrench
+        return motion.time, motion_factor * motion.acceleration, wrench
 
     def at(self, time: Array) -> Instants:
         """The run at instants (n,) [s] in ascending order, between the samples of the motion too."""
@@ -81,6 +149,15 @@ class RunDerivatives:
         """
         flat = np.ascontiguousarray(weights, dtype=np.float64).reshape(self.motion.time.size, -1)
         return self._run.gradient(name_in_core(quantity), flat, part)
+
+
+def _tops_of_parabolas(places: Array, values: Array) -> Array:
+    """Where parabolas through three points each, (m, 3), are largest; the middle point where they are straight."""
+    (a, b, c), (fa, fb, fc) = places.T, values.T
+    left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
+    bend = left - right
+    shift = 0.5 * ((b - a) * left - (b - c) * right)
+    return np.asarray(b - np.divide(shift, bend, out=np.zeros_like(b), where=bend != 0.0))
 
 
 def _require_plain(machine: Machine) -> None:

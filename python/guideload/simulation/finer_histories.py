@@ -5,59 +5,157 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from guideload.simulation.instants import fastest_vibration, parts_of, with_parts
+from guideload.base.arrays import Array
+from guideload.simulation.instants import fastest_vibration, limited, with_parts
 from guideload.simulation.run import Run
 
-# Distance of a load from the chord between two instants, over the largest dynamic load: what is accepted, and how close
-# the instants are put if it is more.
-MOST_BOW, BOW = 0.01, 0.0025
+# Distance of a load from the line between two instants, over the largest dynamic load: accepted, and aimed at if it is
+# larger.
+MOST_BOW, AIMED_BOW = 0.01, 0.0025
 ROUNDING = 1e-9  # of the load scale: a smaller dynamic load has no bow
+# Instants per period of the fastest mode: the most, and those from which on halving lessens each bow but that of a
+# jump, as by a damper that gains contact.
+MOST_PER_PERIOD, RESOLVED = 320, 6
 MOST_INSTANTS = 200_000  # beyond them, some intervals have fewer than they need
-# Of runs with so many instants, only some are looked at, up to each thirteenth: a vibration has all its phases there.
-MANY, EVERY = 1000, 12
-PASSES = 3  # the instants of one pass show more of the vibration than those before
+PASSES = 6  # where an interval lasts for many periods, one pass does not show the whole vibration
+# Where in an interval a load is compared with the line: not in its middle, where a vibration with whole periods from
+# the end to there has no bow. The bow there is this share of that in the middle.
+PLACE = 0.382
+SHARE = 4.0 * PLACE * (1.0 - PLACE)
+SUSPECT = 0.8  # of the bow: with four instants per period, second differences say 0.85 of it
+# Intervals on both sides whose bow counts too: a vibration may cross the line just where it is compared.
+NEIGHBOURS = 2
 
 
 def with_visible_vibration(run: Run) -> Run:
-    """The run with more instants between the samples if its histories would hide a vibration there; else the same run.
+    """The run with more instants between the samples where its histories would hide a vibration; else the same run.
 
-    A load F bows away from the chord between two instants by about h^2 |F''| / 8. If that is more than `MOST_BOW` of
-    the largest dynamic load for some link, the instants are so close that it is `BOW`. Modes with more than 22 samples
-    per period never need it.
+    Where the load of a link differs from the line between two instants by more than `MOST_BOW` of the largest dynamic
+    load, the interval is halved until the distance is about `AIMED_BOW`. A linear machine whose modes have more than 22
+    samples per period never needs it.
 
     Without instants in between: runs that report given instants, have a fixed step (which would end at each of them),
     go over rails that are not straight, or have moving riders.
     """
-    fastest = fastest_vibration(run.machine)
     other = (run.times, run.step, run.feet, run.travel)
-    if any(each is not None for each in other) or not fastest:
+    if any(each is not None for each in other) or _bows_little(run):
         return run
-    if _fine_enough(run, np.sqrt(8.0 * MOST_BOW) / fastest):
-        return run
-    finer = run
+    intervals, fastest = np.diff(run.motion.time), _fastest(run)
+    periods = intervals * fastest / (2.0 * np.pi)
+    most = 2.0 ** np.clip(np.ceil(np.log2(np.maximum(MOST_PER_PERIOD * periods, 1.0))), 0, 40)
+    finer, parts, before = run, np.ones(intervals.size, np.int64), np.full(intervals.size, np.inf)
     for _ in range(PASSES):
-        step = _step_per_root_of_bow(finer)
-        if _fine_enough(finer, step * np.sqrt(MOST_BOW)):
+        places = _suspects(finer, fastest)
+        if not places.size:
             break
-        parts = parts_of(run.motion, step * np.sqrt(BOW), MOST_INSTANTS)
+        bow, largest, accuracy = _bows(finer, places)
+        if largest <= accuracy:
+            break
+        bow = np.maximum.reduceat(bow, np.cumsum(parts) - parts) / largest
+        wide = np.pad(bow, NEIGHBOURS, mode="edge")
+        bow = np.lib.stride_tricks.sliding_window_view(wide, 2 * NEIGHBOURS + 1).max(axis=1)
+        bow[bow * largest <= accuracy] = 0.0
+        if bow.max() <= MOST_BOW:
+            break
+        halvings = np.ceil(0.5 * np.log2(np.maximum(bow / AIMED_BOW, 1.0))).astype(np.int64)
+        is_jump = (bow > 0.5 * before) & (parts >= RESOLVED * periods)
+        wanted, before = np.where((bow > MOST_BOW) & ~is_jump, parts << halvings, parts), bow
+        wanted = limited(np.minimum(wanted, most).astype(np.int64), MOST_INSTANTS)
+        if np.array_equal(wanted, parts):
+            break
+        parts = wanted
         motion, stretches = with_parts(run.motion, run.stretches, parts)
-        finer = replace(run, motion=motion, stretches=stretches, samples=run.motion.time)
+        finer = replace(run, motion=motion, stretches=stretches, original_times=run.motion.time)
     return finer
 
 
-def _fine_enough(run: Run, step: float) -> bool:
-    """Whether no instants are, or can be, put into a motion so that they are not further apart than a step [s]."""
-    return bool(parts_of(run.motion, step, MOST_INSTANTS).max() == 1)
+def _bows_little(run: Run) -> bool:
+    """Whether the curvature of the loads at the samples says already that no load bows by more than `MOST_BOW`.
 
-
-def _step_per_root_of_bow(run: Run) -> float:
-    """The distance of instants [s] between which the largest bow would be the largest dynamic load."""
-    table, solution = run.machine.link_table(), run.solution.every(1 + min(EVERY, run.time.size // MANY))
+    Of linear machines: a load F bows by h^2 |F''| / 8. True where nothing vibrates.
+    """
+    machine, longest = run.machine, float(np.diff(run.motion.time).max())
+    if machine.model_level != "linear":
+        return False
+    fastest = fastest_vibration(machine)
+    if longest * fastest <= np.sqrt(8.0 * MOST_BOW):
+        return True
+    if longest * fastest > np.pi:  # the samples may show a vibration where it has no curvature
+        return False
+    table = machine.link_table()
     rows = np.hstack([table.directions, np.cross(table.points, table.directions)]) * table.stiffness[:, None]
-    moved = solution.position() - run.machine_at_start.scene.static_position()
-    curvature = float(np.abs(solution.acceleration() @ rows.T).max(initial=0.0))
-    largest = float(np.abs(moved @ rows.T).max(initial=0.0))
-    if not curvature or largest <= ROUNDING * solution.load_scale:
-        return np.inf
-    return float(np.sqrt(8.0 * largest / curvature))
+    # Bounds, from the extremes of each dof: much quicker than the links at all samples.
+    moved = run.solution.position() - run.machine_at_start.scene.static_position()
+    extremes = moved[np.concatenate([moved.argmin(axis=0), moved.argmax(axis=0)])]
+    largest = np.abs(extremes @ rows.T).max()
+    curvature = (np.abs(rows) @ np.abs(run.solution.acceleration()).max(axis=0)).max()
+    return bool(longest**2 / 8.0 * curvature <= max(MOST_BOW * largest, _accuracy(run)))
+
+
+def _accuracy(run: Run) -> float:
+    """Size of a load [N] that the run does not know."""
+    exact = run.method == "exact" or run.machine.model_level == "linear"
+    return max(ROUNDING, 0.0 if exact else 10.0 * run.rtol) * float(run.solution.load_scale)
+
+
+def _fastest(run: Run) -> float:
+    """Angular frequency of the fastest vibration [rad/s], also of that with all contacts closed."""
+    closed = float(np.abs(run.machine.nominal_scene.modes()[3].imag).max(initial=0.0))
+    return max(closed, fastest_vibration(run.machine))
+
+
+def _suspects(run: Run, fastest: float) -> NDArray[np.intp]:
+    """Intervals in which a load may bow by more than `MOST_BOW`, by its second differences at the ends.
+
+    They contain the changes of slope at samples, so most of these intervals are innocent. Where an interval is longer
+    than a quarter of a period, or where no second difference is known, it is one of them.
+    """
+    steps = np.diff(run.motion.time)
+    lasts = steps > 0.0
+    each = run.carriage_loads()[:, :, :3] if len(run.machine.carriages) > 1 else run.link_loads()
+    loads = each.reshape(steps.size + 1, -1)
+    slopes = np.diff(loads, axis=0)
+    slopes[lasts] /= steps[lasts, None]
+    changes = np.abs(np.diff(slopes, axis=0)).max(axis=1, initial=0.0)
+    known = np.pad(lasts[1:] & lasts[:-1], 1)
+    curvature = np.zeros(steps.size + 1)
+    curvature[1:-1] = 2.0 * changes / np.where(known[1:-1], steps[1:] + steps[:-1], np.inf)
+    bow = steps**2 / 8.0 * np.maximum(curvature[:-1], curvature[1:])
+    swing = 0.5 * float(np.ptp(loads, axis=0).max(initial=0.0))
+    may = (bow > SUSPECT * MOST_BOW * swing) | ~(known[:-1] | known[1:]) | (steps * fastest > 0.5 * np.pi)
+    return np.flatnonzero(lasts & may)
+
+
+def _bows(run: Run, at: NDArray[np.intp]) -> tuple[Array, float, float]:
+    """The largest bow of a link load in each interval, the largest dynamic load, and the accuracy of both [N].
+
+    at: the intervals that are looked at; for the others the bow is 0.
+    """
+    motion = run.motion
+
+    def with_places(values: Array) -> Array:
+        inner = values[at] + PLACE * (values[at + 1] - values[at])
+        return np.insert(values, at + 1, inner, axis=0)
+
+    stretches = run.stretches
+    if stretches is not None:
+        first = np.array(stretches.first)
+        stretches = replace(stretches, first=tuple((first + np.searchsorted(at, first)).tolist()))
+    wrench = None if motion.wrench is None else with_places(motion.wrench)
+    solution = (stretches or run.machine.scene).solve(
+        with_places(motion.time),
+        with_places(motion.acceleration),
+        wrench,
+        method=run.method,
+        rtol=run.rtol,
+        start=run.start,
+    )
+    loads = run.link_loads(solution=solution)
+    inside = at + 1 + np.arange(at.size)
+    line = (1.0 - PLACE) * loads[inside - 1] + PLACE * loads[inside + 1]
+    bow = np.zeros(motion.time.size - 1)
+    bow[at] = np.abs(loads[inside] - line).max(axis=1) / SHARE
+    loads -= run.machine_at_start.scene.static_link_loads()
+    return bow, float(np.abs(loads).max()), _accuracy(run)

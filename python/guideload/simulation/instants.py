@@ -16,7 +16,7 @@ from guideload.motion.motion import Motion
 from guideload.motion.refinement import refined
 
 STEP = 1.05  # rad of the fastest vibration, from one instant to the next
-# Of the shortest interval: a vibration that is faster still is hardly excited by a motion with such stamps.
+# Parts of the shortest interval: a motion without jumps hardly excites a vibration that is faster still.
 MOST_PARTS = 25
 MOST_INSTANTS = 1_000_000
 FREE_INSTANTS = 100_000  # so many never take long, however few stamps the motion has
@@ -27,11 +27,17 @@ def with_enough_instants(
 ) -> tuple[Motion, Stretches | None]:
     """The motion with six stamps or more per period of the fastest vibration, and the stretches of its payloads.
 
-    It is the same motion: acceleration and process forces are linear between the stamps anyway. Parts are not shorter
-    than the shortest interval over `MOST_PARTS`, and all together are not more than `parts_of` allows.
+    It is the same motion: acceleration and process forces are linear between the stamps anyway. Of a motion without
+    jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
     """
-    fastest = fastest_vibration(machine)
-    return with_parts(motion, stretches, parts_of(motion, STEP / fastest if fastest else np.inf))
+    intervals, fastest = np.diff(motion.time), fastest_vibration(machine)
+    shortest = float(intervals.min(initial=np.inf, where=intervals > 0.0))
+    step = max(STEP / fastest if fastest else np.inf, 0.0 if _jumps(motion) else shortest / MOST_PARTS)
+    wanted = np.clip(np.ceil(intervals / step * (1.0 - 1e-9)), 1, MOST_INSTANTS).astype(np.int64)
+    # An interval for which all instants would not do is one of rest, or of a vibration that nobody resolves.
+    wanted[wanted > FREE_INSTANTS] = MOST_PARTS
+    room = min(MOST_INSTANTS, max(FREE_INSTANTS, MOST_PARTS * wanted.size))
+    return with_parts(motion, stretches, limited(wanted, room))
 
 
 def fastest_vibration(machine: Machine) -> float:
@@ -39,23 +45,23 @@ def fastest_vibration(machine: Machine) -> float:
     return float(np.abs(machine.scene.modes()[3].imag).max(initial=0.0))
 
 
-def parts_of(motion: Motion, step: float, most: int = MOST_INSTANTS) -> NDArray[np.int64]:
-    """Number of parts of each interval between stamps, (n - 1,), so that parts are not longer than a step [s].
+def _jumps(motion: Motion) -> bool:
+    """Whether the excitation may jump, at two equal stamps or the start, and so excite a vibration of any frequency."""
+    starts = bool(motion.acceleration[0].any()) or (
+        motion.wrench is not None and bool(motion.wrench[0].any())
+    )
+    return starts or bool((np.diff(motion.time) == 0.0).any())
 
-    Of more than `most` parts, or than `FREE_INSTANTS` and `MOST_PARTS` per interval, the longest intervals have fewer.
-    """
-    intervals = np.diff(motion.time)
-    shortest = float(intervals.min(initial=np.inf, where=intervals > 0.0))
-    wanted = np.ceil(intervals / max(step, shortest / MOST_PARTS) * (1.0 - 1e-9))
-    parts = np.clip(wanted, 1, most).astype(np.int64)
-    room = max(parts.size, min(most, max(FREE_INSTANTS, MOST_PARTS * parts.size)))
+
+def limited(parts: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+    """The numbers of parts of intervals, the largest of them reduced to the same one so that all are at most `most`."""
+    room = max(parts.size, most)
     if parts.sum() <= room:
         return parts
     ascending = np.sort(parts)
     before = np.cumsum(ascending) - ascending
-    limits = (room - before) // np.arange(
-        parts.size, 0, -1
-    )  # if this interval and those after it have equally many
+    # If this interval and those after it have equally many.
+    limits = (room - before) // np.arange(parts.size, 0, -1)
     most_each = int(limits[np.argmax(limits < ascending)])
     return np.asarray(np.minimum(parts, most_each))
 

@@ -37,8 +37,8 @@ class Run:
     stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
     feet: Feet | None = None  # None: all rails are straight
     travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
-    samples: Array | None = (
-        None  # s, the samples, if instants were put between them; None: those of the motion
+    original_times: Array | None = (
+        None  # s, samples between which instants were put; None: those of the motion
     )
 
     @property
@@ -49,7 +49,7 @@ class Run:
     @property
     def sample_times(self) -> Array:
         """The samples of the motion [s], without instants that were put between them."""
-        return self.motion.time if self.samples is None else self.samples
+        return self.motion.time if self.original_times is None else self.original_times
 
     @property
     def scene(self) -> Scene | Stretches:

@@ -161,11 +161,15 @@ def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tupl
     return list(zip(began, stretches.payloads, strict=True))
 
 
-def _instants(run: Run) -> str:
+def _kind_of_instants(run: Run) -> str:
     """Which instants the histories have."""
     if run.times is not None:
         return "given"
-    return "samples of the motion" if run.samples is None else "samples of the motion, and more between them"
+    return (
+        "samples of the motion"
+        if run.original_times is None
+        else "samples of the motion, and more between them"
+    )
 
 
 def _attributes(run: Run) -> dict[str, str | float | int]:
@@ -183,7 +187,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
         "contact_changes": solution.contact_changes,
-        "instants": _instants(run),
+        "instants": _kind_of_instants(run),
         "motion_step_s": median_step(run.sample_times),
         "motion_samples": run.sample_times.size,
         "motion_bandwidth_Hz": "unlimited" if np.isinf(bandwidth) else bandwidth,

@@ -57,7 +57,7 @@ def simulate(
             motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion, and where loads vibrate between
             them by more than 1 % of the largest dynamic load, instants in between; `times=motion.time` has the samples
-            alone
+            alone, with the peaks at any time
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
             quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
@@ -66,8 +66,8 @@ def simulate(
     Raises SceneError (unsupported body), ArgumentError (method, rtol, step, times or start), RunError (with time and
     step).
     """
-    run = prepared_run(machine, motion, method, rtol, step, times, start, riders)
-    result = Result.of_run(with_visible_vibration(run) if times is None else run)
+    run = prepared_run(machine, motion, method, rtol, step, times, start, riders, finer=times is None)
+    result = Result.of_run(run)
     if strict:
         result.require_no_doubts()
     return result
@@ -104,10 +104,13 @@ def prepared_run(
     times: ArrayLike | None,
     start: str | Array,
     riders: Mapping[str, Motion] | None = None,
+    *,
+    finer: bool = False,
 ) -> Run:
     """A run with its method chosen, with the push of a rack, not solved yet. Arguments and errors as for `simulate`.
 
-    start: also a state (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
+    finer: with instants between the samples where loads vibrate, as always where a rack pushes. start: also a state
+    (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
     """
     moved = ridden(machine, motion, riders)
     machine, motion, feet = over_rails(moved.machine, moved.motion)
@@ -115,12 +118,13 @@ def prepared_run(
     if feet is not None:
         machine.require_no_payloads("a run over rails that are not straight")
     instants = None if times is None else _instants(times)
-    if instants is not None and np.array_equal(instants, motion.time):
+    if instants is not None and not machine.payloads and np.array_equal(instants, motion.time):
         instants = None
     motion, stretches = with_changes(machine, motion)
     begin = start if isinstance(start, np.ndarray) else start_of(machine, motion, start)
     run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
-    return with_rack_push(run)
+    pushes = machine.drive is not None and machine.drive.push_direction is not None
+    return with_rack_push(with_visible_vibration(run) if finer or pushes else run)
 
 
 def _instants(times: ArrayLike) -> Array:

@@ -1,6 +1,5 @@
 //! The states of a run, and the quantities recovered from them.
 
-use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use guideload::input_from;
@@ -64,23 +63,6 @@ impl PySolution {
     #[getter]
     fn load_scale(&self) -> f64 {
         self.summary.load_scale
-    }
-
-    /// The solution at every so many instants, from the first on; no rider moves.
-    fn every(&self, step: NonZeroUsize) -> Self {
-        let step = step.get();
-        let instants = (0..self.states.len()).step_by(step);
-        Self {
-            stretches: self
-                .stretches
-                .iter()
-                .map(|(system, first)| (system.clone(), first.div_ceil(step)))
-                .collect(),
-            states: self.states.iter().copied().step_by(step).collect(),
-            inputs: Inputs::At(instants.map(|k| self.inputs.at(k)).collect()),
-            travels: Travels::NONE,
-            summary: self.summary,
-        }
     }
 
     /// Loads of groups of links about their centres, (time, groups, 6).
