@@ -71,8 +71,8 @@ class RunDerivatives:
         Where the motion has few samples, also with those of `with_enough_instants`.
         """
         machine, motion = self.machine, with_enough_instants(self.machine, self.motion)[0]
-        groups = {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
-        _, largest, _, times = self.at_rest.scene.peaks(*self._scaled(motion), **groups, **self._settings)
+        settings = self._settings | {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
+        _, largest, _, times = self.at_rest.scene.peaks(*self._scaled(motion), **settings)
         tied = self._tops(self.on_instants(motion), largest[:, RESULTANT])
         return self.on_instants(with_instants(motion, np.concatenate([times[:, RESULTANT], tied])))
 
@@ -96,7 +96,7 @@ class RunDerivatives:
             found = self._loads_of(run.solution_at(tops[order]))[np.argsort(order), carriage, 1:3]
             index = np.arange(at.size), np.abs(places - tops[:, None]).argmax(axis=1)
             places[index], values[index] = tops, np.linalg.norm(found, axis=1)
-        return places[np.arange(at.size), values.argmax(axis=1)]
+        return np.asarray(places[np.arange(at.size), values.argmax(axis=1)])
 
     def solution_at(self, times: Array) -> Solution:
         """The histories at other instants (m,) [s], ascending."""
