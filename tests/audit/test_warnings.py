@@ -13,7 +13,7 @@ import lives
 import numpy as np
 import pytest
 from command_line import EXAMPLES, MACHINE, guideload
-from moves import Move
+from moves import GENTLE, Move
 
 from guideload import (
     Drive,
@@ -112,6 +112,14 @@ def at_samples(motion: Motion) -> Found:
     return run(machine(), motion, times=motion.time[:-1])
 
 
+def two_columns(speed: float = 1.0, **options: Any) -> Motion:
+    """A move, its position and the speed times a factor, every 4 ms."""
+    time = np.arange(1000) * 4e-3
+    place, velocity, _ = GENTLE.motion(time)
+    columns = {"t_s": time, "x_position_m": place, "x_velocity_m_s": speed * velocity}
+    return motion_from_trace(read_trace(columns, column="x_position_m", **options))
+
+
 def not_judged() -> Found:
     found = simulate(machine(), MOVES.motion(), "rk45", times=np.arange(400) * 1.1e-3)
     return Result(found.machine, found.data.drop_dims("motion_time")).audit.warnings
@@ -193,6 +201,14 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
             record(np.delete(SWEEP, slice(300, 330)), np.delete(TIME, slice(300, 330)), repair="all")
         ),
         "1 gap in time",
+    ),
+    "other speed": (
+        lambda: motion_warnings(two_columns(speed=2.0)),
+        "has 2 times the speed by column x_position_m: check unit, scale and sign",
+    ),
+    "other rate": (
+        lambda: motion_warnings(two_columns(rate="10 Hz")),
+        "has samples every 4 ms, the given rate every 100 ms",
     ),
     "suspect samples": (
         lambda: motion_warnings(record(stuck(), max_speed="20 m/s")),

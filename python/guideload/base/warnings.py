@@ -102,6 +102,13 @@ LIMITS = {
         "time without a stop or a turn", "at a creep of 1 mm/s this is 0.6 m", most=600.0, unit="s"
     ),
     "gap": Limit("gaps of a trace that the smoothing bridged", "what happened there is unknown"),
+    "other speed": Limit(
+        "speed of one column over that of another of the same axis",
+        "unit or scale of one is wrong",
+        0.95,
+        1.05,
+    ),
+    "other rate": Limit("given rate over that of the column of the time", "one of them is wrong", 0.95, 1.05),
     "suspect samples": Limit(
         "samples that repeat a value, or are 0, while the axis moves", "they may be damage"
     ),

@@ -12,7 +12,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.units import factor
-from guideload.base.warnings import WarningText
+from guideload.base.warnings import LIMITS, WarningText
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.columns import Columns, option_in_si
 from guideload.traces.content.counters import unwrap
@@ -132,7 +132,24 @@ def read_samples(
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else find_quantum(si, decimal) or decimal
-    return TraceDraft(rows, columns, kind, time, si, quantum, place, partner, notes)
+    draft = TraceDraft(rows, columns, kind, time, si, quantum, place, partner, notes)
+    if columns.time is None:
+        _compare_rate(draft, table, options)
+    return draft
+
+
+def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> None:
+    """Warn of a given rate that a column of the time contradicts."""
+    for column in table.time_names[:1]:
+        try:
+            stamps = stamps_of(table, column, None, options.get("date_order"), None)[0]
+        except TraceError:
+            return
+        given, own = (float(np.median(np.diff(each[np.isfinite(each)]))) for each in (draft.time, stamps))
+        if own > 0.0 and not LIMITS["other rate"].holds(own / given):
+            text = f"column {column} has samples every {1e3 * own:.4g} ms, the given rate every {1e3 * given:.4g} ms"
+            way_out = "leave the rate out if the column is right"
+            draft.warnings.append(WarningText("other rate", f"Note: {text}: {way_out}."))
 
 
 def rows_per_value(empty: NDArray[np.bool_]) -> int:

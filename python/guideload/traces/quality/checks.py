@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from guideload.base.arrays import Array
 from guideload.base.number_text import counted
-from guideload.base.warnings import WarningText
+from guideload.base.warnings import LIMITS, WarningText
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 from guideload.traces.quality.clocks import LONGEST_STEP, Clock
@@ -23,6 +24,7 @@ NORMAL = 1.4826  # standard deviation over median deviation, of normal noise
 MOVING = 0.1  # of the top speed: slower rows do not count in the ratio of both speeds
 # Ratios of two speeds in one unit; speeds in different units differ by more.
 SAME_UNIT = (0.4, 2.5)
+TOGETHER = 0.9  # square of the correlation of two speeds from which on they are of one motion
 
 
 def check_order(draft: TraceDraft) -> None:
@@ -91,6 +93,18 @@ def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
     )
 
 
+def _times_the_speed(by_position: Array, velocity: Array) -> float:
+    """Velocity over the speed by the position; NaN if they do not go together.
+
+    Noise of the one lowers what least squares find, noise of the other raises it: of all between, the nearest to 1.
+    """
+    product = float(by_position @ velocity)
+    squares = float(by_position @ by_position), float(velocity @ velocity)
+    if not product * product > TOGETHER * squares[0] * squares[1] > 0.0:
+        return float("nan")
+    return float(np.clip(1.0, *sorted((product / squares[0], squares[1] / product))))
+
+
 def check_partner(draft: TraceDraft) -> None:
     """Refuse position and velocity that contradict each other; a note says whether they were compared.
 
@@ -114,7 +128,17 @@ def check_partner(draft: TraceDraft) -> None:
     # A partner without a unit is read in that of the column; a ratio other than 1 shows another unit.
     with np.errstate(over="ignore"):
         ratio = float(np.median(mean[moving] / middle[moving])) if np.any(moving) else 0.0
-    if not SAME_UNIT[0] < ratio < SAME_UNIT[1]:
+    same_unit = SAME_UNIT[0] < ratio < SAME_UNIT[1]
+    if same_unit or draft.table.header(str(partner)).unit:
+        speed = _times_the_speed(mean, middle)
+        if not (np.isnan(speed) or LIMITS["other speed"].holds(speed)):
+            names = (partner, column) if draft.is_position else (column, partner)
+            text = f"column {names[0]} has {speed:.3g} times the speed by column {names[1]}"
+            draft.warnings.append(
+                WarningText("other speed", f"Note: {text}: check unit, scale and sign of both.")
+            )
+            return
+    if not same_unit:
         reason = f"their speeds have the ratio {ratio:.3g}"
         draft.notes.append(f"column {partner} not compared with {column}: {reason}")
         return
