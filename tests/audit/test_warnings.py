@@ -120,6 +120,14 @@ def two_columns(speed: float = 1.0, **options: Any) -> Motion:
     return motion_from_trace(read_trace(columns, column="x_position_m", **options))
 
 
+def softer() -> Machine:
+    """A vertical axis with the stiffness of the template beside a product."""
+    text = (EXAMPLES / "kinds" / "vertical.toml").read_text(encoding="utf-8")
+    wagon = "[carriage_types.wagon]"
+    text = text.replace(wagon, f'{wagon}\nproduct = "HGH25CA"\npreload_class = "ZA"')
+    return Machine.from_text(text)
+
+
 def not_judged() -> Found:
     found = simulate(machine(), MOVES.motion(), "rk45", times=np.arange(400) * 1.1e-3)
     return Result(found.machine, found.data.drop_dims("motion_time")).audit.warnings
@@ -181,6 +189,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
     "estimated stiffness": (
         lambda: machine_warnings(estimated()),
         "stiffness of all carriages (SHS25C C0) estimated, within 30 %",
+    ),
+    "own stiffness": (
+        lambda: machine_warnings(softer()),
+        "220 N/um instead of 539 N/um of HGH25CA ZA; the machine file counts",
     ),
     "open row": (lambda: run(machine(preload_y=10.0, rolling="ball")), "times the preload would keep"),
     "speed": (

@@ -48,6 +48,7 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
         _modes(machine, modes),
         _weight(machine),
         _estimates(machine),
+        _own_stiffness(machine),
     )
     return [*rest_warnings(free_at_rest(machine)), *(warning for each in found for warning in each)]
 
@@ -301,6 +302,30 @@ def _estimates(machine: Machine) -> Iterator[WarningText]:
     if of_products:
         text = f"Note: stiffness {'; '.join(of_products)}; the catalogue prints none."
         yield WarningText("estimated stiffness", text)
+
+
+def _own_stiffness(machine: Machine) -> Iterator[WarningText]:
+    """On stiffness in the machine file that is far from that of the product which the carriage names."""
+    found: dict[str, list[str]] = {}  # carriages by what is said of them
+    for carriage, product in zip(machine.carriages, machine.product_of_carriage, strict=True):
+        laws = {} if product is None else product.law_keys(carriage.preload_class)
+        parts = []
+        for axis, keys in laws.items():
+            key = f"stiffness_{axis}"
+            own, of_product = getattr(carriage, key), keys.get(key)
+            if not (isinstance(own, float) and isinstance(of_product, float)):
+                continue
+            if not LIMITS["own stiffness"].holds(own / of_product):
+                parts.append(
+                    f"{key} is {digits(1e-6 * own)} N/um instead of {digits(1e-6 * of_product)} N/um"
+                )
+        if parts:
+            kinds = " ".join(filter(None, (carriage.product, carriage.preload_class)))
+            found.setdefault(f"{joined(parts)} of {kinds}", []).append(carriage.name)
+    for text, names in found.items():
+        whose = "all carriages" if len(names) == len(machine.carriages) else f"carriage {joined(names)}"
+        way_out = "the machine file counts; delete the key there for the value of the product"
+        yield WarningText("own stiffness", f"Note: {whose}: {text}; {way_out}.")
 
 
 def static_loads(machine: Machine) -> Array:

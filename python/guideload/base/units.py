@@ -75,6 +75,7 @@ DIMENSIONS = {
     "1/s": "a frequency",
 }
 
+USUAL = ("mm", "um", "ms", "kN", "kg")  # units with a prefix that are meant most often
 LONGEST = 100  # characters of a value or unit
 # Exponents of at most three digits: no double needs more, and fractions of a million digits take minutes.
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
@@ -171,9 +172,14 @@ def _named(unit: str, name: str) -> Unit:
             found = UNITS.get(stem.removeprefix(prefix)) if stem.startswith(prefix) else None
             if found is not None:
                 return found._replace(ratio=found.ratio * Fraction(10) ** PREFIXES[prefix])
-    near = get_close_matches(name, SYMBOLS, n=1, cutoff=0.5)
+    near = get_close_matches(name, [*USUAL, *SYMBOLS], n=4, cutoff=0.5)
     near = near or [symbol for symbol in SYMBOLS if symbol.lower() == name.lower()]
-    hint = f'did you mean "{near[0]}"?' if near else f"known, with the usual prefixes: {', '.join(SYMBOLS)}"
+    near = [f'"{symbol}"' for symbol in dict.fromkeys(near)]
+    hint = (
+        f"did you mean {' or '.join(near)}?"
+        if near
+        else f"known, with the usual prefixes: {', '.join(SYMBOLS)}"
+    )
     if name.rstrip("s") in ("count", "inc", "increment", "tick", "pulse"):
         hint = "counts are no unit by themselves: state the counts per turn or per metre"
     raise ValueRefused("a unit", unit, f'unit "{name}" is unknown; {hint}')

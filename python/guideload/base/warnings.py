@@ -85,6 +85,12 @@ LIMITS = {
     "weight on the constraint": Limit("weight along a held dof", "the guides do not carry it"),
     "free at rest": Limit("motions within the clearance at rest", "the place at the start is a guess"),
     "estimated stiffness": Limit("carriages with an estimated stiffness", "the catalogue prints none"),
+    "own stiffness": Limit(
+        "stiffness in the machine file over that of the product",
+        "values of a template may have stayed",
+        0.7,
+        1.4,
+    ),
     "open row": Limit("preloaded links with a row open", "half of the balls or rollers then carry no load"),
     # motion
     "speed": Limit("largest speed", "ball guides allow 3 to 10 m/s", most=10.0, unit="m/s"),

@@ -103,9 +103,9 @@ def packaged_product(name: str) -> Product:
         hint = f"several have it: {listed}; write the maker before and a word of the edition behind"
         raise ValueRefused("one packaged product", name, f'{hint}, as in "{first.full_name}"')
     names = {one.name.casefold(): one.name for one in records()}
-    near = get_close_matches(name.casefold(), names, n=1)
+    near = [f'"{names[each]}"' for each in get_close_matches(name.casefold(), names, n=3, cutoff=0.8)]
     way_out = "`guideload catalogue list` shows what is packaged; for another, name a catalogue file"
-    raise ValueRefused("a packaged product", name, f'did you mean "{names[near[0]]}"?' if near else way_out)
+    raise ValueRefused("a packaged product", name, f"did you mean {' or '.join(near)}?" if near else way_out)
 
 
 def product_and_class(text: str) -> tuple[Product, str | None]:

@@ -54,6 +54,9 @@ def find(
     file: Path | None,
 ) -> None:
     """Find products, sorted by their dynamic load rating."""
+    if file is not None and not file.exists() and not file.suffix:
+        hint = f"`guideload catalogue show {file}` shows a product, and --series or --size find some"
+        raise click.UsageError(f"{file}: expected a catalogue file; {hint}")
     from guideload.base.units import quantity
     from guideload.catalogue.catalogue import Catalogue
     from guideload.reports.catalogue import catalogue_report

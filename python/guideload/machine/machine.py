@@ -21,7 +21,10 @@ from guideload._core import Law, Scene
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import (
+    ABSENT,
     ArgumentError,
+    ConfigError,
+    Problem,
     SceneError,
     ValueRefused,
     shown,
@@ -112,6 +115,9 @@ class Machine(FileModel):
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:
+        if "moves" in values and "body" not in values:
+            hint = "this is a motion file: give the machine file before it"
+            raise ConfigError([Problem(("body",), None, "[body], as a machine file has", hint, None, ABSENT)])
         return cls(**with_catalogue(with_straightness(values, file.parent), file))
 
     @checked

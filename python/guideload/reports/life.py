@@ -148,9 +148,7 @@ def life_text(life: float, repetition: Repetition, conditions: LifeConditions, d
 def duty_text(conditions: LifeConditions) -> str:
     """How often the motion is run."""
     cycles = conditions.cycles_per_hour
-    return (
-        "if the motion repeats without a pause" if cycles is None else f"at {number(cycles)} cycles per hour"
-    )
+    return "if the motion repeats at once" if cycles is None else f"at {number(cycles)} cycles per hour"
 
 
 def fatigue_text(life: float, repetition: Repetition, wanted: float | None) -> str:

@@ -29,11 +29,12 @@ DEFINITIONS = (
     "of all carriages together; S0: static safety of the weakest "
     "carriage; margin: smallest ratio of figure to requirement; the criterion that has it fails first. The product "
     "gives ratings, length, width and stiffness, as far as its record has or implies them; damping is scaled so that "
-    "damping ratios stay, and the mass stays. Carriages: their mass together."
+    "damping ratios stay, and the mass stays. Drive: largest force of the drive; mode 1: lowest natural frequency; "
+    "carriages: their mass together."
 )
 # The value of a quantity in the answer, and its unit.
 WORDS = {
-    "pace": ("{} times the given pace", "times the given pace"),
+    "pace": ("{} times the given pace, pauses included", "times the given pace"),
     "payload": ("{} kg more", "kg more"),
     "overhang": ("{} m more", "m more"),
     "speed": ("a speed limit of {} m/s", "m/s"),

@@ -102,7 +102,8 @@ def _times_the_speed(by_position: Array, velocity: Array) -> float:
     squares = float(by_position @ by_position), float(velocity @ velocity)
     if not product * product > TOGETHER * squares[0] * squares[1] > 0.0:
         return float("nan")
-    return float(np.clip(1.0, *sorted((product / squares[0], squares[1] / product))))
+    low, high = sorted((product / squares[0], squares[1] / product))
+    return min(max(1.0, low), high)
 
 
 def check_partner(draft: TraceDraft) -> None:
