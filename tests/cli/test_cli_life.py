@@ -52,7 +52,9 @@ def test_life_tells_the_answer_with_its_band_and_draws_the_rails(machine_file: P
         assert 0.5 * low < one.life < 2.0 * high
     words = " ".join(text.split())
     hours, wanted = (rounded(life.hours(travel)) for travel in (life.machine, 9e7))
-    answer = f"last {hours} h if the motion repeats without a pause (wanted: {kilometres(9e7)} km, {wanted} h), that is"
+    answer = (
+        f"last {hours} h if the motion repeats at once (wanted: {kilometres(9e7)} km, {wanted} h), that is"
+    )
     assert answer in " ".join(text.split("\n"))
     assert "NOT REACHED: life." in words and "HIWIN" in words
 

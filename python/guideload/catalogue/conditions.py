@@ -65,7 +65,7 @@ class LifeConditions(ConfigModel):
         default=None, description="static safety to be reached, instead of that of the use"
     )
     cycles_per_hour: Annotated[float, in_range(CYCLES, above=0.0)] | None = Field(
-        default=None, description="repetitions of the motion per hour; by default it repeats without a pause"
+        default=None, description="repetitions of the motion per hour; by default it repeats at once"
     )
     hours_per_year: Annotated[float, in_range(YEARLY, above=0.0)] | None = Field(
         default=None,

@@ -227,7 +227,7 @@ class LongRun:
 
     @property
     def repetition(self) -> Repetition:
-        """The record as one cycle, which repeats without a pause."""
+        """The record as one cycle, which repeats at once."""
         return Repetition(self.distance, self.duration, self.machine.life.hours_per_year)
 
     def table(self) -> pd.DataFrame:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 ROWS = 24
 FIGURES = {"peak_resultant": "largest load", "mean_load": "mean load", "life": "life"}
+FIRST_ORDER = 0.3  # of the figure: a larger change is not proportional to that of the number
+BEYOND = "An effect of more than 30 % is not proportional any more: run the machine with the change."
 NOTE = (
     "Derivatives from one run, times a change of 1 % of each number, 1 mm of a place, 10 um of a mounting error: "
     "the effect to first order, of each number alone."
@@ -35,6 +37,8 @@ def sensitivities_report(machine: Machine, motion: Motion, found: Influence) -> 
         Column("effect", changes, found.unit, "signed 3 digits"),
         Column("effect", shares, "%", "signed time"),
     )
+    most = float(np.abs(changes).max(initial=0.0))
+    beyond = [BEYOND] if found.value and most > FIRST_ORDER * abs(found.value) else []
     left = len(found.columns) - len(shown)
     figure = f"{FIGURES[found.figure]} of carriage {found.carriage}, {digits(found.value, 4)} {found.unit}"
     return Report.of(
@@ -47,7 +51,7 @@ def sensitivities_report(machine: Machine, motion: Motion, found: Influence) -> 
                 "Effect of a change of each number",
                 table,
                 f"{left} numbers with less effect are left out." if left else "",
-                Definitions(NOTE),
+                Definitions(NOTE, *beyond),
             )
         ],
     )

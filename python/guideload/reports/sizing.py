@@ -204,7 +204,7 @@ def _pace_lines(limit: Limit, conditions: LifeConditions) -> Iterator[str]:
             f"cycles_per_hour = {number(cycles)} is kept at every {limit.quantity}: hours and years of life are those "
             f"of a motion every {digits(HOUR / cycles, 4)} s, and it lasts {digits(np.ptp(limit.motion.time), 4)} s "
             "there. A faster motion that is repeated more often wears out sooner; without cycles_per_hour the motion "
-            "repeats without a pause."
+            "repeats at once."
         )
 
 
