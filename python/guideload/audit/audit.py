@@ -161,7 +161,7 @@ class Audit:
             row, column = divmod(int(contact.preload_needed.argmax()), 2)
             balls = float(contact.preload_needed[row, column])
             needed = f"{load_in_sentence(balls)} on balls, {load_in_sentence(ROLLERS * balls)} on rollers"
-            sides = f"{counted(len(contact.changing_sign), 'link')} both pull and push"
+            sides = f"{counted(len(contact.changing_sign), 'link')} loaded to both sides"
             keep = f"preload to keep all rows loaded: {needed} ({simpler.names[row]} in {'yz'[column]})"
             yield "preload", f"{sides}; {keep}" if contact.changing_sign else keep
         if simpler.linear is not None:
@@ -208,7 +208,10 @@ class Audit:
                 f"{percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J, does not "
                 "balance"
             )
-            yield "energy", f"{share} in the quadrature over the reported instants"
+            yield (
+                "energy",
+                f"{share}, summed over the reported instants: an error of the sum if the second look agrees",
+            )
         look = self.second_look
         if isinstance(look, str):
             yield "second look", f"no second solution to compare with: {look}"

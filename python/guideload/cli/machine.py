@@ -71,7 +71,7 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
     elif kind == "moves":
         print_text(f"Wrote {path}. Fill it in, then: guideload run machine.toml {path} -o out/")
     elif kind == "study":
-        inputs = "put machine.toml (from `guideload init`) and trace.csv, a measured motion, into its folder"
+        inputs = "put machine.toml (from `guideload init`) and trace.csv, or moves.toml, into its folder"
         print_text(f"Wrote {path}. Fill it in and {inputs}, then: guideload study {path} -o out/")
     else:
         print_text(f"Wrote {path}. Fill it in, then: guideload check {path}")

@@ -39,9 +39,10 @@ def life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
     if LIFE in result.limits:
         row = result.failure_probability().loc[""].to_dict()
         probability, low, high, shorter = (digits(100 * row[key]) for key in ROW)
+        interval = "" if low == high else f" ({low} to {high} %)"
         before = travel_text(row["travel_km"], result.metadata)
         yield (
-            f"Probability of a failure by fatigue before {before}: {probability} % ({low} to {high} %); the rating "
+            f"Probability of a failure by fatigue before {before}: {probability} %{interval}; the rating "
             f"life is shorter in {shorter} % of the samples"
         )
 

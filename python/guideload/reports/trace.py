@@ -107,7 +107,7 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
         noise += "; the quantum is unknown"
     length = float(np.diff(estimate.jumps, axis=1).sum())
     point = "drive's position" if estimate.oscillation else "position"
-    jumps = f"jumps in {counted(len(estimate.jumps), 'place')}, {digits(length)} s in all"
+    jumps = f"sudden changes in {counted(len(estimate.jumps), 'place')}, {digits(length)} s in all"
     return [
         f"white noise model of derivative {estimate.order} of the {point} ({MOVES[estimate.order]}), chosen by "
         "likelihood; its density varies along the trace",
@@ -119,7 +119,7 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
         noise,
         f"bandwidth at sudden changes {digits(estimate.bandwidth)} Hz; half the sampling rate is "
         f"{digits(0.5 / inspection.step, 4)} Hz",
-        jumps if estimate.jumps.size else "no jumps",
+        jumps if estimate.jumps.size else "no sudden changes",
     ]
 
 
