@@ -40,7 +40,7 @@ def with_visible_vibration(run: Run) -> Run:
     go over rails that are not straight, or have moving riders.
     """
     other = (run.times, run.step, run.feet, run.travel)
-    if any(each is not None for each in other) or _bows_little(run):
+    if any(each is not None for each in other) or run.motion.time.size >= MOST_INSTANTS or _bows_little(run):
         return run
     intervals, fastest = np.diff(run.motion.time), _fastest(run)
     periods = intervals * fastest / (2.0 * np.pi)
