@@ -343,7 +343,8 @@ ROW = "distance = 1\nspeed = 1\nacceleration = 1\njerk = 10\n"
         (f'repeat = 2000\n[[moves]]\n{ROW}profile = "polynomial 5"', "row 1: repeat: .*at most 5e.06 stamps"),
         ("[[moves]]\ndistance = 1\nspeed = 1e-10", "row 3: .*expected a speed from 1e-09 to 1e.08 m/s"),
         (f"[[moves]]\n{ROW}acelleration = 1", 'did you mean "acceleration"'),
-        ("[body]\nmass = 1", r"moves: expected \[\[moves\]\] tables.*guideload init --moves"),
+        ("rate = 100", r"moves: expected \[\[moves\]\] tables.*guideload init --moves"),
+        ("[body]\nmass = 1", r"moves: expected \[\[moves\]\] tables.*this is a machine file"),
         ("moves = []", "row 1: moves: expected at least one entry"),
     ],
 )

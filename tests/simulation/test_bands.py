@@ -239,8 +239,9 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
         mean, _, _ = _core.smooth_motion(
             (step, samples, variance, np.zeros(states), covariance, cell, intensity, None)
         )
-        found = simulate(machine, Motion.along_x(time, mean[:, 2], uncertainty=uncertainty))
-        true = simulate(machine, Motion.along_x(time, acceleration)).carriage_loads
+        estimate = Motion.along_x(time, mean[:, 2], uncertainty=uncertainty)
+        found = simulate(machine, estimate, times=time)
+        true = simulate(machine, Motion.along_x(time, acceleration), times=time).carriage_loads
         at = int(rng.integers(2, count)), int(rng.integers(4)), int(rng.integers(1, 3))
         bands = bands_of(found._run, found.carriage_loads)
         assert bands is not None

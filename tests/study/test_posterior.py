@@ -90,7 +90,7 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
         body = machine.body.model_copy(update={"mass": values[i, 0]})
         options = {"method": plan.metadata.method, "rtol": 1e-9, "start": plan.metadata.start}
         given = machine.model_copy(update={"body": body}), study.sample_motion(i)
-        result, peaks = simulate(*given, times=given[1].time, **options), peak_loads(*given, **options)
+        result, peaks = simulate(*given, times=plan.motion.time, **options), peak_loads(*given, **options)
         loads = {
             name: result.data[kind].values[:, :, axis]
             for kind, names in (("force", ("Fx", "Fy", "Fz")), ("moment", ("Mx", "My", "Mz")))

@@ -76,7 +76,7 @@ def test_every_sample_is_the_run_of_its_machine(machine: Machine, method: Any, t
     assert not failures and not result.doubts
     for row, found, values in zip(rows, at_any_time, plan.values(0, 3).tolist(), strict=True):
         own = sample_of(machine, values)
-        single = simulate(own, MOTION, method, rtol=1e-9, times=MOTION.time)
+        single = simulate(own, MOTION, method, rtol=1e-9, times=plan.motion.time)
         data, time = single.quantities, single.quantities["time"]
         loads = {"Fy": data["force"][:, :, 1], "Fz": data["force"][:, :, 2], "resultant": data["resultant"]}
         size = data["resultant"].max()
@@ -139,8 +139,9 @@ def test_payloads_by_the_place_of_the_cart() -> None:
     where = {"picked_at": {"x": 0.4567, "travel": "+x"}, "released_at": {"x": 0.4567, "travel": "-x"}}
     machine = loaded(ref.cart(), {"name": "part", "mass": 90.0, "center_of_mass": (0.3, 0.2, 0.1)} | where)
     study = Study(machine=machine, motion=motion, vary=VARY[:1], samples=1, seed=1, histories=1)
-    single = simulate(study.machine, motion, times=time).quantities
-    assert study.plan().motion.time.tolist() == single["time"].tolist()
+    stamps = study.plan().motion.time
+    single = simulate(study.machine, motion, times=stamps).quantities
+    assert stamps.tolist() == single["time"].tolist()
     assert run_study(study).histories.sizes["time"] == time.size + 4
 
 

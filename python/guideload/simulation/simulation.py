@@ -117,10 +117,10 @@ def prepared_run(
     chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
     if feet is not None:
         machine.require_no_payloads("a run over rails that are not straight")
-    instants = None if times is None else _instants(times)
-    if instants is not None and not machine.payloads and np.array_equal(instants, motion.time):
-        instants = None
     motion, stretches = with_changes(machine, motion)
+    instants = None if times is None else _instants(times)
+    if instants is not None and np.array_equal(instants, motion.time):
+        instants = None
     begin = start if isinstance(start, np.ndarray) else start_of(machine, motion, start)
     run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
     pushes = machine.drive is not None and machine.drive.push_direction is not None
