@@ -24,6 +24,9 @@ PASSES = 6  # where an interval lasts for many periods, one pass does not show t
 # the end to there has no bow. The bow there is this share of that in the middle.
 PLACE = 0.382
 SHARE = 4.0 * PLACE * (1.0 - PLACE)
+SOME = 200  # instants, whose largest dynamic load is a lower bound of that of all
+TOGETHER = 128  # instants in a row of `_largest_sizes`
+AT_A_TIME = 1000  # instants: larger arrays take longer to get than to fill
 SUSPECT = 0.8  # of the bow: with four instants per period, second differences say 0.85 of it
 # Intervals on both sides whose bow counts too: a vibration may cross the line just where it is compared.
 NEIGHBOURS = 2
@@ -86,12 +89,20 @@ def _bows_little(run: Run) -> bool:
         return False
     table = machine.link_table()
     rows = np.hstack([table.directions, np.cross(table.points, table.directions)]) * table.stiffness[:, None]
-    # Bounds, from the extremes of each dof: much quicker than the links at all samples.
-    moved = run.solution.position() - run.machine_at_start.scene.static_position()
-    extremes = moved[np.concatenate([moved.argmin(axis=0), moved.argmax(axis=0)])]
-    largest = np.abs(extremes @ rows.T).max()
-    curvature = (np.abs(rows) @ np.abs(run.solution.acceleration()).max(axis=0)).max()
+    # Bounds, from the extremes of the dofs and from some instants: much quicker than all links at all samples.
+    some = run.solution.position()[:: 1 + run.motion.time.size // SOME]
+    largest = np.abs((some - run.machine_at_start.scene.static_position()) @ rows.T).max()
+    curvature = (np.abs(rows) @ _largest_sizes(run.solution.acceleration())).max()
     return bool(longest**2 / 8.0 * curvature <= max(MOST_BOW * largest, _accuracy(run)))
+
+
+def _largest_sizes(values: Array) -> Array:
+    """The largest magnitudes in the columns of (n, m) values; of few columns quicker in rows of many instants."""
+    count, width = values.shape
+    many = count // TOGETHER * TOGETHER
+    rows = values[:many].reshape(-1, TOGETHER * width)
+    ends = [each(rows, axis=0, initial=0.0).reshape(-1, width) for each in (np.max, np.min)]
+    return np.abs(np.concatenate([*ends, values[many:]])).max(axis=0)
 
 
 def _accuracy(run: Run) -> float:
@@ -114,16 +125,22 @@ def _suspects(run: Run, fastest: float) -> NDArray[np.intp]:
     """
     steps = np.diff(run.motion.time)
     lasts = steps > 0.0
-    each = run.carriage_loads()[:, :, :3] if len(run.machine.carriages) > 1 else run.link_loads()
-    loads = each.reshape(steps.size + 1, -1)
-    slopes = np.diff(loads, axis=0)
-    slopes[lasts] /= steps[lasts, None]
-    changes = np.abs(np.diff(slopes, axis=0)).max(axis=1, initial=0.0)
+    each = run.carriage_loads()[:, :, :3] if len(run.machine.carriages) > 1 else run.link_loads()[:, None]
+    per_step = np.divide(1.0, steps, out=np.zeros_like(steps), where=lasts)
+    changes, low, high = np.zeros(steps.size - 1), np.inf, -np.inf
+    for first in range(0, steps.size, AT_A_TIME):
+        part = slice(first, first + AT_A_TIME + 2)
+        loads = np.ascontiguousarray(each[part].reshape(-1, each.shape[1] * each.shape[2]).T)
+        low, high = np.minimum(low, loads.min(axis=1)), np.maximum(high, loads.max(axis=1))
+        slopes = np.diff(loads)
+        slopes *= per_step[part][: slopes.shape[1]]
+        found = np.abs(np.diff(slopes)).max(axis=0)
+        changes[first : first + found.size] = found
     known = np.pad(lasts[1:] & lasts[:-1], 1)
     curvature = np.zeros(steps.size + 1)
     curvature[1:-1] = 2.0 * changes / np.where(known[1:-1], steps[1:] + steps[:-1], np.inf)
     bow = steps**2 / 8.0 * np.maximum(curvature[:-1], curvature[1:])
-    swing = 0.5 * float(np.ptp(loads, axis=0).max(initial=0.0))
+    swing = 0.5 * float(np.max(high - low))
     may = (bow > SUSPECT * MOST_BOW * swing) | ~(known[:-1] | known[1:]) | (steps * fastest > 0.5 * np.pi)
     return np.flatnonzero(lasts & may)
 

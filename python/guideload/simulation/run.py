@@ -138,11 +138,19 @@ class Run:
         known = {"cart_velocity": self.motion.velocity, "cart_position": self.motion.position}
         return known[name] if self.times is None else None
 
+    @cached_property
+    def _total_loads(self) -> Array:
+        loads = self._loads_of(self.machine.links_of_carriages, self.machine.carriage_places, "total", None)
+        loads.setflags(write=False)
+        return loads
+
     def carriage_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
         """Loads (time, carriage, 6): force [N] and moment about the carriage centre [N m].
 
         part: total, elastic or damping. solution: default `self.solution`.
         """
+        if part == "total" and solution is None:
+            return self._total_loads
         loads = self._loads_of(self.machine.links_of_carriages, self.machine.carriage_places, part, solution)
         loads.setflags(write=False)  # arrays of the result are views of it
         return loads
