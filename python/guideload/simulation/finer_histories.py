@@ -102,7 +102,7 @@ def _largest_sizes(values: Array) -> Array:
     many = count // TOGETHER * TOGETHER
     rows = values[:many].reshape(-1, TOGETHER * width)
     ends = [each(rows, axis=0, initial=0.0).reshape(-1, width) for each in (np.max, np.min)]
-    return np.abs(np.concatenate([*ends, values[many:]])).max(axis=0)
+    return np.asarray(np.abs(np.concatenate([*ends, values[many:]])).max(axis=0))
 
 
 def _accuracy(run: Run) -> float:

@@ -2,6 +2,7 @@
 //! and the load monitor of a controller count life by the same code.
 //!
 //! - `real`: f32 and f64.
+//! - `rows`: two preloaded rows, for one number or several side by side.
 //! - `rule`: what a [`Rule`] makes of a load.
 //! - `travel`: `∫ P^p |v| dt` over an interval on which loads are linear and the speed is quadratic, cut into pieces on which P is smooth.
 //!
@@ -13,9 +14,11 @@
 extern crate std;
 
 mod real;
+mod rows;
 mod rule;
 mod travel;
 
 pub use real::Real;
+pub use rows::{Number, Rows};
 pub use rule::{COMPONENTS, Exponent, Rule, Weighed};
 pub use travel::{Integrals, Interval, Piece, Power, Travel};

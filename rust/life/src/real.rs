@@ -1,11 +1,14 @@
 //! The two kinds of numbers: f32 and f64.
 
 use core::fmt::Debug;
+
+use crate::rows::Number;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A floating-point number. The roots are here because `core` has none; they take a fixed number of operations.
 pub trait Real:
-    Copy
+    Number
+    + Copy
     + Debug
     + PartialOrd
     + Add<Output = Self>
@@ -170,6 +173,32 @@ impl Real for f64 {
         halley_ninth_root(self, Self::from_bits(self.to_bits() / 9 + 0x38D4_B152_0000_0000), 3)
     }
 }
+
+macro_rules! number {
+    ($type:ty) => {
+        impl Number for $type {
+            #[inline(always)]
+            fn constant(self, value: f64) -> Self {
+                Self::from_f64(value)
+            }
+            #[inline(always)]
+            fn at_most(self, other: Self) -> Self {
+                if self > other { other } else { self }
+            }
+            #[inline(always)]
+            fn root_of_balls(self) -> Self {
+                Real::sqrt(self)
+            }
+            #[inline(always)]
+            fn root_of_rollers(self) -> Self {
+                self.ninth_root()
+            }
+        }
+    };
+}
+
+number!(f32);
+number!(f64);
 
 #[cfg(test)]
 mod tests {

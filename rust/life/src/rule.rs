@@ -1,6 +1,7 @@
 //! The equivalent load of a carriage, and its powers.
 
 use crate::real::Real;
+use crate::rows::Rows;
 use crate::travel::{Integrals, Interval, Power, Travel};
 
 /// Number of components of a carriage's load: Fy, Fz, Mx, My, Mz, N and N m about the carriage centre.
@@ -159,8 +160,9 @@ impl<T: Real> Rule<T> {
     /// rollers.
     #[inline(never)]
     fn loaded_row(&self, load: T) -> T {
-        let e = self.row_deflection(load, 3);
-        self.preload * (T::ONE + e) * self.row_root(T::ONE + e)
+        let rows = self.rows();
+        let e = rows.deflection(load, 3);
+        self.preload * (T::ONE + e) * rows.root(T::ONE + e)
     }
 
     /// Derivative of P with the effect of the preload by P without it, N/N.
@@ -172,74 +174,18 @@ impl<T: Real> Rule<T> {
             0 => T::from_f64(1.5) * self.preload * (load / self.opening + T::ONE).sqrt() / self.opening,
             1 => T::from_f64(2.0 / 3.0),
             _ => {
-                let e = self.row_deflection(load, 3);
-                let (above, below) = (self.row_root(T::ONE + e), self.row_root(T::ONE - e));
+                let rows = self.rows();
+                let e = rows.deflection(load, 3);
+                let (above, below) = (rows.root(T::ONE + e), rows.root(T::ONE - e));
                 above / (above + below)
             }
         }
     }
 
-    /// Coefficients of the Taylor series of [`Rule::raised`] about a load below the opening, by powers 0 to 4 of the change of the load. Only
-    /// for two preloaded rows.
-    pub fn row_series(&self, load: T) -> [T; 5] {
-        let number = T::from_f64;
-        let n = number(if self.preload_form == 2 { 3.0 / 2.0 } else { 10.0 / 9.0 });
-        // Two steps are enough: the series takes in the rest as a change of the load.
-        let e = self.row_deflection(load, 2);
-        let (more, less) = (T::ONE + e, T::ONE - e);
-        // The series of (1 + e)^n, and that of P/F with its coefficients over the first one.
-        let [root, other] = [more, less].map(|x| self.row_root(x));
-        let of_row = |x: T, root: T, sign: T| {
-            let first = n * root;
-            let second = number(0.5) * (n - T::ONE) * first / x;
-            let third = number(1.0 / 3.0) * (n - number(2.0)) * second / x;
-            [sign * first, second, sign * third, number(0.25) * (n - number(3.0)) * third / x]
-        };
-        let ([a1, a2, a3, a4], below) = (of_row(more, root, T::ONE), of_row(less, other, -T::ONE));
-        let p1 = a1 - below[0];
-        let [p2, p3, p4] = [a2 - below[1], a3 - below[2], a4 - below[3]].map(|of| of / p1);
-        // The series of e in the change of P/F over the first coefficient.
-        let square = p2 * p2;
-        let [e2, e3, e4] = [-p2, square + square - p3, number(5.0) * p2 * (p3 - square) - p4];
-        let over = T::ONE / (self.preload * p1);
-        let rest = (load / self.preload - (more * root - less * other)) / p1;
-        let mut series = [
-            more * root + a1 * rest,
-            a1,
-            a1 * e2 + a2,
-            a1 * e3 + number(2.0) * a2 * e2 + a3,
-            a1 * e4 + a2 * (e3 + e3 + square) + number(3.0) * a3 * e2 + a4,
-        ];
-        let mut factor = self.preload;
-        for coefficient in &mut series {
-            *coefficient = *coefficient * factor;
-            factor = factor * over;
-        }
-        series
-    }
-
-    /// e under a load below the opening. P over e falls from `2 n F` to `2^n F`, so e is between both lines; P is concave in it, so Newton's
-    /// steps converge from anywhere. Two of them leave 1e-10, three leave rounding.
-    fn row_deflection(&self, load: T, steps: usize) -> T {
-        let balls = self.preload_form == 2;
-        let exponent = T::from_f64(if balls { 3.0 / 2.0 } else { 10.0 / 9.0 });
-        let (share, ratio) = (load / self.opening, load / self.preload);
-        // 2^n / (2 n).
-        let slope = T::from_f64(if balls { 0.942_809_041_582_063_4 } else { 0.972_053_765_003_075_5 });
-        let mut e = share * (slope + (T::ONE - slope) * share * share);
-        for _ in 0..steps {
-            let (more, less) = (T::ONE + e, T::ONE - e);
-            let (above, below) = (self.row_root(more), self.row_root(less));
-            e = e - (more * above - less * below - ratio) / (exponent * (above + below));
-            e = if e > T::ONE { T::ONE } else { e };
-        }
-        e
-    }
-
-    /// `x^(n - 1)`.
+    /// The two preloaded rows of a rule with these.
     #[inline(always)]
-    fn row_root(&self, x: T) -> T {
-        if self.preload_form == 2 { x.sqrt() } else { x.ninth_root() }
+    pub fn rows(&self) -> Rows<T> {
+        Rows { preload: self.preload, opening: self.opening, balls: self.preload_form == 2 }
     }
 }
 

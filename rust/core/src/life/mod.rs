@@ -11,3 +11,5 @@ pub use equivalent_load::{EquivalentLoad, Preload};
 pub(crate) use guideload_life::COMPONENTS;
 pub use guideload_life::{Integrals, Interval, Rule};
 pub use power::LoadPower;
+#[cfg(feature = "studies")]
+pub(crate) use power::{LAST_GAP, NEARLY_CONSTANT, mean_by_series};

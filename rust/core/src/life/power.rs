@@ -1,7 +1,7 @@
 //! Integrals of `P^p v` for any exponent p, to rounding: over a piece on which the load is linear and the speed quadratic, in closed form; under
 //! preloaded rows, by a Taylor series where the load changes little, else by nodes.
 
-use guideload_life::{Piece, Power, Real, Rule};
+use guideload_life::{Number, Piece, Power, Real, Rule};
 
 use crate::numeric::float::{floor, pow, sqrt};
 
@@ -27,11 +27,11 @@ pub(super) const SIX_NODES: [[f64; 2]; 6] = [
 ];
 
 /// Largest change of the load on a part over its distance from the opening for which four terms leave less than 1e-11.
-const NEARLY_CONSTANT: f64 = 0.015;
+pub(crate) const NEARLY_CONSTANT: f64 = 0.015;
 
 /// At the opening the row load has no second derivative, so parts halve their distance from it, down to this share of the opening; below,
 /// what is not smooth is less than rounding.
-const LAST_GAP: f64 = 1e-4;
+pub(crate) const LAST_GAP: f64 = 1e-4;
 
 /// Powers `P^p` by their exponent p, at least 1.
 #[derive(Debug, Clone, Copy)]
@@ -76,7 +76,7 @@ impl LoadPower {
             let (load, change) = (0.5 * rule.opening * (first + last), 0.5 * rule.opening * (last - first));
             let gap = 1.0 - f64::max(first, last);
             let mean = if gap > LAST_GAP && f64::abs(last - first) < NEARLY_CONSTANT * gap {
-                self.mean_by_series(rule.row_series(load), change, speed)
+                mean_by_series(self.0, rule.rows().series(load), change, speed, |row| power(row, self.0))
             } else {
                 let of_node = |[x, weight]: [f64; 2]| {
                     let speed = speed[0] + x * (speed[1] + x * speed[2]);
@@ -88,20 +88,31 @@ impl LoadPower {
         });
         (piece.to - piece.from) * sum
     }
+}
 
-    /// Mean of `R^p v` with R by its series in the change of the load, x times `change`, and `v = c0 + c1 x + c2 x²`, x from -1 to 1.
-    fn mean_by_series(&self, [row, r1, r2, r3, r4]: [f64; 5], change: f64, [c0, c1, c2]: [f64; 3]) -> f64 {
-        let p = self.0;
-        let [p2, p3] = [0.5 * (p - 1.0), (p - 2.0) / 3.0];
-        let of_node = |[x, weight]: [f64; 2]| {
-            let d = x * change;
-            let r = d * (r1 + d * (r2 + d * (r3 + d * r4))) / row;
-            // (1 + r)^p.
-            let power = 1.0 + p * r * (1.0 + p2 * r * (1.0 + p3 * r * (1.0 + 0.25 * (p - 3.0) * r)));
-            0.5 * weight * power * (c0 + x * (c1 + x * c2))
-        };
-        power(row, p) * THREE_NODES.map(of_node).iter().sum::<f64>()
+/// Mean of `R^p v` with R by its series in the change of the load, x times `change`, and `v = c0 + c1 x + c2 x²`, x from -1 to 1. `power`:
+/// `R^p`.
+#[inline(always)]
+pub(crate) fn mean_by_series<N: Number>(
+    p: f64,
+    [row, r1, r2, r3, r4]: [N; 5],
+    change: N,
+    [c0, c1, c2]: [N; 3],
+    power: impl Fn(N) -> N,
+) -> N {
+    let number = |value: f64| row.constant(value);
+    let (one, p1, p2) = (number(1.0), number(p), number(0.5 * (p - 1.0)));
+    let (p3, p4) = (number((p - 2.0) / 3.0), number(0.25 * (p - 3.0)));
+    let mut sum = number(0.0);
+    for [x, weight] in THREE_NODES {
+        let (x, weight) = (number(x), number(0.5 * weight));
+        let d = x * change;
+        let r = d * (r1 + d * (r2 + d * (r3 + d * r4))) / row;
+        // (1 + r)^p.
+        let relative = one + p1 * r * (one + p2 * r * (one + p3 * r * (one + p4 * r)));
+        sum = sum + weight * relative * (c0 + x * (c1 + x * c2));
     }
+    power(row) * sum
 }
 
 /// Coefficients of the speed on a piece by 1, x and x², x from -1 to 1.

@@ -3,12 +3,13 @@
 //! In an interval, few lanes have such a load. So the intervals of all lanes of a block are collected, and then integrated side by side, one
 //! in each lane.
 
+use guideload_life::Rows;
 use pulp::Simd;
 
 use super::power_integral::{PowerIntegral, added, combined};
 use super::timeline::BLOCK;
 use super::vector::{Mask, Real};
-use crate::life::COMPONENTS;
+use crate::life::{COMPONENTS, LAST_GAP, NEARLY_CONSTANT, mean_by_series};
 use crate::numeric::simd::LANES;
 
 /// An interval of a lane, by the sample of the block at which it ends.
@@ -55,7 +56,9 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let simd = self.simd;
         let zero = Real::splat(simd, 0.0);
         let mut speeds = [[0.0; LANES]; 3];
-        let mut one_by_one = [self.equivalent.rule.opening > 0.0; LANES];
+        let rule = &self.equivalent.rule;
+        let has_rows = rule.opening > 0.0 && rule.preload_form >= 2;
+        let mut one_by_one = [rule.opening > 0.0 && !has_rows; LANES];
         for (place, bent) in some.iter().enumerate() {
             let speed = self.travel.one_way.get(start + bent.sample).copied().flatten();
             one_by_one[place] |= speed.is_none();
@@ -67,7 +70,8 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let (pieces, mut more) = self.pieces(some);
         let mut sum = zero;
         for piece in pieces {
-            let (integral, differs_much) = self.linear(speed, piece);
+            let plain = self.linear(speed, piece);
+            let (integral, differs_much) = if has_rows { self.of_rows(speed, piece, plain) } else { plain };
             sum = sum + integral;
             more = more.or(differs_much);
         }
@@ -87,13 +91,13 @@ impl<S: Simd> PowerIntegral<'_, S> {
         Real::gather(self.simd, |lane| numbers[lane])
     }
 
-    /// The pieces before and after the change of sign of a component, or of A - B; equal ones if there is none. And where there are more
-    /// pieces.
+    /// The pieces before and after the change of sign of a component, or of A - B; the whole, and nothing, if there is none. And where there
+    /// are more pieces.
     #[inline(always)]
     fn pieces(&self, some: &[Bent]) -> ([Piece<S>; 2], Mask<S>) {
         let simd = self.simd;
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
-        let (mut from, mut drop) = (one, one + one);
+        let (mut from, mut drop) = (one, one);
         let mut found = zero.less_than(zero);
         let mut more = found;
         let (mut components, mut groups) = ([[[zero; 2]; COMPONENTS]; 2], [[zero; 2]; 3]);
@@ -141,6 +145,48 @@ impl<S: Simd> PowerIntegral<'_, S> {
         ([before, Piece { at: [cut, one], loads: [middle, last] }], more)
     }
 
+    /// The length of a piece, and the coefficients of 1, x and x² of the speed on it, x from -1 to 1.
+    #[inline(always)]
+    fn speed_on(&self, [start, change, bend]: [Real<S>; 3], at: [Real<S>; 2]) -> (Real<S>, [Real<S>; 3]) {
+        let one = Real::splat(self.simd, 1.0);
+        let half = one.constant(0.5);
+        let (middle, width) = (half * (at[0] + at[1]), at[1] - at[0]);
+        let reach = half * width;
+        let even = middle.mul_add(bend.mul_add(middle - one, change), start);
+        let odd = reach * bend.mul_add(at[0] + at[1] - one, change);
+        (width, [even, odd, reach * reach * bend])
+    }
+
+    /// The integral over a piece under two preloaded rows, by their series, and the lanes in which it does not hold; above the opening, as
+    /// without preload.
+    #[inline(always)]
+    fn of_rows(
+        &self,
+        speed: [Real<S>; 3],
+        Piece { at, loads }: Piece<S>,
+        (plain, differs_much): (Real<S>, Mask<S>),
+    ) -> (Real<S>, Mask<S>) {
+        let (simd, rule) = (self.simd, &self.equivalent.rule);
+        let (one, half) = (Real::splat(simd, 1.0), Real::splat(simd, 0.5));
+        let rows = Rows {
+            preload: Real::splat(simd, rule.preload),
+            opening: Real::splat(simd, rule.opening),
+            balls: rule.preload_form == 2,
+        };
+        let (load, rise) = (half * (loads[0] + loads[1]), half * (loads[1] - loads[0]));
+        let below = loads[0].min(loads[1]).less_than(rows.opening);
+        let gap = one - loads[0].max(loads[1]) / rows.opening;
+        let change = (loads[1] - loads[0]).abs() / rows.opening;
+        let smooth =
+            one.constant(LAST_GAP).less_than(gap).and(change.less_than(one.constant(NEARLY_CONSTANT) * gap));
+        let (width, speed) = self.speed_on(speed, at);
+        let exponent = self.travel.exponent;
+        let mean = mean_by_series(exponent, rows.series(load), rise, speed, |row| {
+            if exponent == 3.0 { row * row * row } else { self.power(row) }
+        });
+        (below.select(width * mean, plain), below.and_not(smooth).or(differs_much.and_not(below)))
+    }
+
     /// The integral over a piece, by the speed of [`Travel::one_way`](crate::batch::travel::Travel), and the lanes in which the load changes too much
     /// for the series.
     #[inline(always)]
@@ -151,12 +197,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
     ) -> (Real<S>, Mask<S>) {
         let zero = Real::splat(self.simd, 0.0);
         let half = zero.constant(0.5);
-        let (middle, width) = (half * (at[0] + at[1]), at[1] - at[0]);
-        let reach = half * width;
-        // Coefficients of 1, x and x² of the speed, x from -1 to 1.
-        let even = middle.mul_add(bend.mul_add(middle - zero.constant(1.0), change), start);
-        let odd = reach * bend.mul_add(at[0] + at[1] - zero.constant(1.0), change);
-        let square = reach * reach * bend;
+        let (width, [even, odd, square]) = self.speed_on([start, change, bend], at);
         let (load, rise) = (half * (loads[0] + loads[1]), half * (loads[1] - loads[0]));
         if self.travel.exponent == 3.0 {
             let (of_load, of_rise) = (load * load, rise * rise);

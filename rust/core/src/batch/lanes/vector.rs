@@ -5,6 +5,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use guideload_life::Number;
 use pulp::Simd;
 
 /// A number in each lane.
@@ -90,6 +91,28 @@ impl<S: Simd> Real<S> {
     #[inline(always)]
     pub(super) fn less_than(self, other: Self) -> Mask<S> {
         Mask { simd: self.simd, lanes: self.simd.less_than_f64s(self.lanes, other.lanes) }
+    }
+}
+
+impl<S: Simd> Number for Real<S> {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> Self {
+        self.min(other)
+    }
+
+    #[inline(always)]
+    fn root_of_balls(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn root_of_rollers(self) -> Self {
+        Self::gather(self.simd, |lane| self.lane(lane).root_of_rollers())
     }
 }
 
