@@ -26,7 +26,8 @@ from guideload import (
     read_trace,
     simulate,
 )
-from guideload.audit.plausibility import longest_move, machine_warnings, motion_warnings
+from guideload.audit.motion_plausibility import longest_move, motion_warnings
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.warnings import LIMITS, WarningText, verdict
 from guideload.cli.inputs import MACHINE_KINDS
 from guideload.cli.templates import FILES

@@ -27,7 +27,7 @@ from guideload import (
     life_of,
     simulate,
 )
-from guideload.audit.plausibility import input_warnings
+from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits
 from guideload.base.warnings import WarningText
 from guideload.cli.inputs import EXAMPLES

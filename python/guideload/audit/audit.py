@@ -12,12 +12,8 @@ from guideload.audit.energy import Energy, energy
 from guideload.audit.figures import ROLLERS, Contact, Rotation, Sampling, SimplerModels
 from guideload.audit.force_balance import ForceBalance, force_balance
 from guideload.audit.histories import Histories
-from guideload.audit.plausibility import (
-    free_at_rest,
-    machine_warnings,
-    plausible_motion,
-    resolution_warnings,
-)
+from guideload.audit.motion_plausibility import plausible_motion, resolution_warnings
+from guideload.audit.plausibility import free_at_rest, machine_warnings
 from guideload.audit.second_look import SecondLook, Solve, second_look
 from guideload.audit.warnings import (
     contact_warnings,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload._core import largest_equivalent_load
-from guideload.audit.plausibility import motion_warnings
+from guideload.audit.motion_plausibility import motion_warnings
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
@@ -24,7 +24,6 @@ from guideload.life.mean_load import Travel, integrals
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.finer_histories import with_visible_vibration
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start
@@ -112,9 +111,10 @@ class LongRun:
             )
         if self.criteria and motion.velocity is None:
             raise LifeError("velocity: the mean load is a mean over distance; give the motion a velocity")
-        run = prepared_run(self.machine, motion, self._method, self._rtol, None, None, self._start)
-        shown = with_visible_vibration(run)
-        peaks, loads, history = peaks_of(run), shown.carriage_loads(), shown.motion
+        run = prepared_run(
+            self.machine, motion, self._method, self._rtol, None, None, self._start, finer=True
+        )
+        peaks, loads, history = peaks_of(run), run.carriage_loads(), run.motion
         powers, safeties, times, distance = [], [], [], math.nan
         for one in self.criteria:
             assert history.velocity is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from guideload.audit.plausibility import life_warnings
+from guideload.audit.motion_plausibility import life_warnings
 from guideload.base.number_text import fixed, kilometres, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.reports.life import fatigue_text, life_text, rating_formulas

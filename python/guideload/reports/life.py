@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import life_warnings
+from guideload.audit.motion_plausibility import life_warnings
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
     between,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from guideload.audit.plausibility import life_warnings, machine_warnings
+from guideload.audit.motion_plausibility import life_warnings
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.arrays import Array
 from guideload.base.number_text import (
     counted,

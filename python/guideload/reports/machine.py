@@ -7,13 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import (
-    free_at_rest,
-    input_warnings,
-    machine_warnings,
-    open_row_warnings,
-    static_loads,
-)
+from guideload.audit.motion_plausibility import input_warnings
+from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import input_warnings
+from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import input_warnings, machine_warnings
+from guideload.audit.motion_plausibility import input_warnings
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import between, counted, digits, fixed, number
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import input_warnings
+from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits, joined, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN
 from guideload.reports.machine import nominal_lines

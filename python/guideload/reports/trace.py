@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.audit.plausibility import plausible_motion, resolution_warnings
+from guideload.audit.motion_plausibility import plausible_motion, resolution_warnings
 from guideload.base.number_text import counted, digits, milliseconds
 from guideload.motion.uncertainty import COVER
 from guideload.reports.report import Column, Definitions, Report, Section, Table

@@ -20,12 +20,11 @@ from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start, start_of
 
 # Method and tolerance of the histories themselves; the exact method does not use the tolerance.
-RESULTANT = 6  # among the columns of `Scene.peaks`
-MOST_TOPS = (
-    200  # that may share a peak; of more, as of a load that does not change, those at samples are enough
-)
-PASSES = 5  # in which a top is found to rounding
 EXACT, WITH_PRELOAD = ("exact", 1e-6), ("implicit", 1e-11)
+RESULTANT = 6  # among the columns of `Scene.peaks`
+# Tops that may share a peak: of more, as of a load that does not change, those at samples are enough.
+MOST_TOPS = 200
+PASSES = 5  # in which a top is found to rounding
 
 
 class RunDerivatives:

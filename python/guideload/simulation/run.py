@@ -37,9 +37,7 @@ class Run:
     stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
     feet: Feet | None = None  # None: all rails are straight
     travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
-    original_times: Array | None = (
-        None  # s, samples between which instants were put; None: those of the motion
-    )
+    original_times: Array | None = None  # s, the samples, if the motion has more instants; else None
 
     @property
     def time(self) -> Array:

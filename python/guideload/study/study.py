@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, InstanceOf, StrictBool, model_validator
 from scipy.stats import qmc
 
-from guideload.audit.plausibility import motion_warnings
+from guideload.audit.motion_plausibility import motion_warnings
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
 from guideload.base.toml import located
 from guideload.machine.machine import Machine

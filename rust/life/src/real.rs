@@ -3,21 +3,10 @@
 use core::fmt::Debug;
 
 use crate::rows::Number;
-use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+use core::ops::AddAssign;
 
 /// A floating-point number. The roots are here because `core` has none; they take a fixed number of operations.
-pub trait Real:
-    Number
-    + Copy
-    + Debug
-    + PartialOrd
-    + Add<Output = Self>
-    + AddAssign
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-{
+pub trait Real: Number + Debug + PartialOrd + AddAssign {
     /// 0.
     const ZERO: Self;
     /// 1.

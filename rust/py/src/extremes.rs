@@ -9,7 +9,7 @@ use crate::scene::table;
 
 /// The extremes of so many loads before the first instant.
 pub fn before(groups: usize, loads: usize) -> Vec<Extremes> {
-    (0..loads).map(|load| if load < groups { Extremes::NONE } else { Extremes::NO_MAGNITUDES }).collect()
+    (0..loads).map(|load| if load < groups { Extremes::NONE } else { Extremes::ONLY_MAGNITUDES }).collect()
 }
 
 /// Smallest, largest, time of smallest, time of largest, each (loads, 8). An error if one is beyond the range of numbers.

@@ -39,7 +39,7 @@ impl Extremes {
 
     /// Before the first instant, where only the largest y-z resultant and the largest magnitude of the moment are wanted. The others are
     /// infinite.
-    pub const NO_MAGNITUDES: Self = {
+    pub const ONLY_MAGNITUDES: Self = {
         let mut extremes = Self::UNWANTED;
         extremes.largest[6] = f64::NEG_INFINITY;
         extremes.largest[7] = f64::NEG_INFINITY;

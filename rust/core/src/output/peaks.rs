@@ -54,7 +54,7 @@ struct Scratch {
 
 impl<'a> Peaks<'a> {
     /// Updates the extremes of each of `loads` of a system, in the entry of `extremes` at the same index, by the end of a run through the
-    /// excitation. Before it they are [`Extremes::NONE`], [`Extremes::NO_MAGNITUDES`], or those of earlier runs.
+    /// excitation. Before it they are [`Extremes::NONE`], [`Extremes::ONLY_MAGNITUDES`], or those of earlier runs.
     pub fn new(
         system: &'a System,
         excitation: &'a Excitation<'a>,
@@ -64,7 +64,7 @@ impl<'a> Peaks<'a> {
         Self::after(system, &ScaledExcitation::unscaled(excitation), loads, extremes)
     }
 
-    /// The same, after the extremes of earlier runs. The factors on the direct effect of the excitation are in the loads.
+    /// The same for an excitation with factors; those on its direct effect are in the loads.
     pub(crate) fn after(
         system: &'a System,
         excitation: &ScaledExcitation<'a>,
