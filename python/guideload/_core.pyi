@@ -365,7 +365,8 @@ class Scene:
         groups: indices of the links of each group. centers: (groups, 3) m from L, or (groups, 4) with
         the roll [rad] about x of the axes in which the loads are given. less: (groups, 6), constant loads; rows for the
         loads less these are then appended, which have only the largest magnitudes: the others are infinite. Other
-        arguments: as in `solve`. Extremes are those at any time, if the fastest vibration has six samples per period or more; the smallest magnitudes are those at the samples.
+        arguments: as in `solve`. Extremes are those at any time, if the fastest vibration has six samples per period or
+        more; the smallest magnitudes are those at the samples.
         """
 
     def matrices(self) -> tuple[list[Array], Array]:
