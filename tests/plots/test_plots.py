@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
 from guideload.base.number_text import load_with_unit
+from guideload.base.quantities import Quantities, Quantity
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import PICTURE_ENDINGS, PICTURES
 from guideload.machine.machine import Machine
@@ -219,7 +220,9 @@ def tone(result: Result, time: np.ndarray, load: np.ndarray) -> SimpleNamespace:
     """A result whose dynamic load is `load` along y, for each carriage."""
     static = result.quantities["static_force"]
     along_y = load[:, None, None] * np.array([0.0, 1.0, 0.0])
-    return SimpleNamespace(quantities={"time": time, "static_force": static, "force": static + along_y})
+    arrays = {"time": time, "static_force": static, "force": static + along_y}
+    variables = {name: Quantity((), values, {}) for name, values in arrays.items()}
+    return SimpleNamespace(quantities=Quantities(variables, {}))
 
 
 def test_spectrum_is_the_root_of_the_density_and_marks_the_modes(result: Result) -> None:

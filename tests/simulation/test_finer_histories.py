@@ -11,6 +11,7 @@ import reference as ref
 
 from guideload import LongRun, Machine, Motion, life_of, peak_loads, simulate
 from guideload.drive import drive_requirements
+from guideload.plots import load_density
 from guideload.simulation.finer_histories import MOST_BOW
 from guideload.simulation.result import Result
 
@@ -124,6 +125,25 @@ def test_a_motion_of_corners_and_jumps_shows_all(machine: Callable[[], Machine])
     size = peaks.max()
     np.testing.assert_allclose(shown.peak_columns["peak_resultant_N"], peaks, rtol=0.0, atol=1e-5 * size)
     np.testing.assert_allclose(shown.quantities["resultant"].max(axis=0), peaks, rtol=0.0, atol=3e-3 * size)
+
+
+def test_a_spectrum_shows_them_at_their_frequency() -> None:
+    """A short move in a long record at 100 Hz: a vibration at 60 Hz is not one of 40 Hz."""
+    time = np.arange(3001) / 100.0
+    move = sampled(100).acceleration[:, 0]
+    motion = Motion.along_x(time, np.pad(move, (500, time.size - 500 - move.size)))
+    coarse, dense = (
+        simulate(lives.cart(), motion),
+        simulate(lives.cart(), motion, times=np.arange(30_001) / 1e3),
+    )
+    assert np.median(np.diff(coarse.quantities["time"])) == pytest.approx(0.01)
+    for at in (40.0, 61.0):
+
+        def near(result: Result, at: float = at) -> float:
+            frequency, density = load_density(result)
+            return float(density[np.abs(frequency - at) < 3.0].sum())
+
+        assert near(coarse) == pytest.approx(near(dense), rel=0.05)
 
 
 def test_a_record_in_blocks_has_them_too() -> None:

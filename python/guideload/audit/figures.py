@@ -207,12 +207,12 @@ def excitation_band(histories: Histories) -> float | None:
     return float(np.searchsorted(total, POWER_SHARE * total[-1])) / (len(columns) * step)
 
 
-def uniform(time: Array, columns: Array) -> tuple[float, Array]:
-    """The median step [s], and the columns (n, ...) at uniform steps.
+def uniform(time: Array, columns: Array, step: float | None = None) -> tuple[float, Array]:
+    """The step [s], by default the median one, and the columns (n, ...) at uniform steps.
 
     Columns with uneven steps are interpolated linearly, which reduces the highest frequencies.
     """
-    step = median_step(time)
+    step = median_step(time) if step is None else step
     even = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1)
     if even.size == time.size and np.allclose(np.diff(time), step, rtol=1e-6, atol=0):
         return step, columns

@@ -10,7 +10,7 @@ from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
 from guideload.plots.long_records import draw_envelope, is_long, worst_cycle
-from guideload.plots.spectra import octave_bands, power_density, set_frequency_ticks
+from guideload.plots.spectra import even_step, octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import (
     GREY,
     PALE,
@@ -85,7 +85,7 @@ def _draw_spectrum(ax: Axes, result: Result, moving: Array) -> None:
     if np.ptp(time) == 0.0:
         write_instead(ax, "a single instant has no spectrum")
         return
-    step, even = uniform(time, moving)
+    step, even = uniform(time, moving, even_step(result.quantities))
     frequency, density, _ = octave_bands(*power_density(step, even))
     amplitude = np.sqrt(density)
     top = float(amplitude.max(initial=0.0)) or 1.0

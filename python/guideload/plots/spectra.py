@@ -10,6 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodF
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
+from guideload.base.arrays import median_step
 from guideload.base.number_text import digits
 from guideload.plots.style import (
     PALE,
@@ -27,9 +28,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from guideload.base.arrays import Array
+    from guideload.base.quantities import Quantities
     from guideload.simulation.result import Result
 
 BANDS_PER_OCTAVE = 12
+MOST_EVEN = 1_000_000  # instants of a spectrum
 DYNAMIC_RANGE = 1e-6  # smallest amplitude in the picture over the peak: smaller ones are rounding
 LABEL_HEIGHT, LABEL_WIDTH = 0.022, 0.04  # of a mode's label, over the length of the frequency axis
 
@@ -76,8 +79,8 @@ def load_density(result: Result) -> tuple[Array, Array]:
 
     The dynamic load is the force minus its static value; the densities of its y and z components are added,
     so that the choice of y and z does not matter. No window is used: the record starts in static equilibrium,
-    where the dynamic load is zero (a record that ends far from it leaks as 1/f). Samples that are not uniform are first
-    interpolated linearly to the median step, which weakens the highest frequencies.
+    where the dynamic load is zero (a record that ends far from it leaks as 1/f). Instants that are not uniform are
+    first interpolated linearly to the step of `even_step`, which weakens the highest frequencies.
 
     Returns
     -------
@@ -86,9 +89,22 @@ def load_density(result: Result) -> tuple[Array, Array]:
     """
     data = result.quantities
     dynamic = data["force"] - data["static_force"]
-    step, force = uniform(data["time"], dynamic[:, :, 1:])
+    step, force = uniform(data["time"], dynamic[:, :, 1:], even_step(data))
     frequency, density = power_density(step, force)
     return frequency, density.sum(axis=-1)
+
+
+def even_step(data: Quantities) -> float:
+    """The step [s] of even instants that show what the histories of a result do.
+
+    The median one; where instants were put between the samples, the shortest, so that no vibration has another
+    frequency.
+    """
+    time = data["time"]
+    if data.attrs.get("instants") == "given" or data.attrs.get("motion_samples", time.size) >= time.size:
+        return median_step(time)
+    steps = np.diff(time)
+    return max(float(steps[steps > 0.0].min()), float(np.ptp(time)) / MOST_EVEN)
 
 
 def power_density(step: float, values: Array) -> tuple[Array, Array]:
