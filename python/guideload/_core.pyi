@@ -31,11 +31,18 @@ Rule = tuple[Array, float, float, str]
 PayloadOfBatch = tuple[float, Vector, Sequence[Sequence[float]], bool, Sequence[tuple[int, int]]]
 
 def equivalent_load_integrals(
-    time: Array, velocity: Array, acceleration: Array, loads: Array, rule: Rule, exponent: float
+    time: Array,
+    velocity: Array,
+    acceleration: Array,
+    loads: Array,
+    rule: Rule,
+    exponent: float,
+    bows: Array | None = None,
 ) -> tuple[Array, Array]:
     """int P^p |v| dt [N^p m] and int |v| dt [m] of the n - 1 intervals between instants; p: exponent > 0.
 
-    Exact, with rounding, for loads (n, 6) [N, N m] and an acceleration along x (n,) [m/s2] linear in time.
+    Exact, with rounding, for loads (n, 6) [N, N m] and an acceleration along x (n,) [m/s2] linear in time. bows:
+    (n - 1, 6) of the loads, as from `Scene.group_load_bows`: in each interval the line is shifted by this.
     """
 
 def equivalent_load_weights(
@@ -389,6 +396,21 @@ class Scene:
 
     def static_group_loads(self, groups: Groups, centers: Array) -> Array:
         """Loads of groups of links at rest, (groups, 6): force [N] and moment about the centre [N m]."""
+
+    def group_load_bows(
+        self,
+        time: Array,
+        position: Array,
+        velocity: Array,
+        acceleration: Array,
+        groups: Groups,
+        centers: Array,
+    ) -> Array:
+        """Mean load of groups of links in each interval less the mean of both ends, (n - 1, groups, 6) [N, N m].
+
+        position, velocity, acceleration: (n, 6) of L at n instants. By Simpson's rule, with the quintic polynomial of
+        the motion in the middle; zero where the motion is not smooth enough for it, as between samples of noise.
+        """
 
 def solve_stretches(
     scenes: Sequence[Scene],

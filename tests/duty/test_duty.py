@@ -57,7 +57,7 @@ def test_the_life_together_is_that_under_the_mean_load_of_all_cycles() -> None:
         power = path = 0.0
         for case, life in zip(given, duty.lives, strict=True):
             loads = np.ascontiguousarray(simulate(case.machine, MOTION).carriage_loads[:, k])
-            found = integrals(life.record.travel, loads, one.rule, 3.0)
+            found = integrals(life.record.travel, loads, one.rule, 3.0, life.record.bows[:, k])
             power, path = power + case.cycles * found[0].sum(), path + case.cycles * found[1].sum()
         assert duty.mean_loads[k] == pytest.approx((power / path) ** (1 / 3), rel=1e-12)
         assert duty.carriage_lives[k] == pytest.approx(float(one.life_under(duty.mean_loads[k])), rel=1e-12)

@@ -8,6 +8,8 @@ from machines import carriage, machine
 from moves import Move
 
 from guideload.catalogue.product import Product
+from guideload.life.life import Life
+from guideload.life.mean_load import integrals, mean_load
 from guideload.machine.components import Rail
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -31,6 +33,15 @@ def cart(**changes: Any) -> Machine:
     places = [("1a", "1", -0.3), ("1b", "1", 0.3), ("2a", "2", -0.3), ("2b", "2", 0.3)]
     carriages = [carriage(name, rail=rail, x=x, length=0.05, product="20") for name, rail, x in places]
     return machine(*carriages, rails=rails, products=[Product(**PRODUCT)], **changes)
+
+
+def on_lines(life: Life) -> list[float]:
+    """The lives [m] of the carriages under loads that are linear between the instants, as in studies."""
+    return [
+        float(one.life_under(mean_load(*integrals(life.record.travel, loads, one.rule, p), p)))
+        for one in life.carriages
+        for p, loads in [(one.rating.exponent, life.record.result.carriage_loads[:, one.index])]
+    ]
 
 
 def moved(move: Move, rate: float = 1000.0) -> Motion:

@@ -99,7 +99,8 @@ def carriage_life(record: Record, criteria: Criteria) -> CarriageLife:
     for axis in criteria.unrated_moments:
         _require_small(loads, axis, criteria)
     exponent = criteria.rating.exponent
-    power, path = integrals(record.travel, loads, criteria.rule, exponent)
+    bows = record.bows[:, criteria.index]
+    power, path = integrals(record.travel, loads, criteria.rule, exponent, bows)
     mean = mean_load(power, path, exponent)
     return CarriageLife(
         **vars(criteria),

@@ -1,8 +1,9 @@
-"""The mean load over distance: P_m = (int P^p |v| dt / int |v| dt)^(1/p), an exact integral of the history.
+"""The mean load over distance: P_m = (int P^p |v| dt / int |v| dt)^(1/p), an integral of the history.
 
-Between two instants the loads are linear in time and the speed is quadratic, because the acceleration is linear. The
-core cuts an interval where the speed or a component of the load changes its sign, and where the rule changes branch. On
-each piece P is a power of a linear load, and its integral is in closed form.
+Between two instants the speed is quadratic, because the acceleration is linear, and a load is the line that has its
+mean in the interval. The core cuts an interval where the speed or a component of the load changes its sign, and where
+the rule changes branch. On each piece P is a power of a linear load, and its integral is in closed form. A load that
+bows by b from the line between its ends so has an error of order b^2, where that line has one of order b.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import numpy as np
 from guideload._core import equivalent_load_integrals
 from guideload.base.arrays import Array
 from guideload.life.equivalent_load import EquivalentLoad
+from guideload.simulation.result import Result
+from guideload.simulation.run import Run
 
 
 class Travel(NamedTuple):
@@ -25,13 +28,24 @@ class Travel(NamedTuple):
     acceleration: Array
 
 
-def integrals(travel: Travel, loads: Array, rule: EquivalentLoad, exponent: float) -> tuple[Array, Array]:
+def integrals(
+    travel: Travel, loads: Array, rule: EquivalentLoad, exponent: float, bows: Array | None = None
+) -> tuple[Array, Array]:
     """int P^p |v| dt [N^p m] and int |v| dt [m] of the n - 1 intervals.
 
-    loads: (n, 6) of one carriage, force [N] and moment [N m] at the instants, linear between them.
+    loads: (n, 6) of one carriage, force [N] and moment [N m] at the instants. bows: (n - 1, 6) of `load_bows`; None:
+    the loads are linear between the instants.
     """
     time, velocity, acceleration, load = (np.ascontiguousarray(history) for history in (*travel, loads))
-    return equivalent_load_integrals(time, velocity, acceleration, load, rule.of_core, exponent)
+    shift = None if bows is None else np.ascontiguousarray(bows)
+    return equivalent_load_integrals(time, velocity, acceleration, load, rule.of_core, exponent, shift)
+
+
+def load_bows(run: Result | Run) -> Array:
+    """By how much the mean loads of the intervals differ from those of lines, (n - 1, carriage, 6) [N, N m]."""
+    machine, names = run.machine, ("time", "displacement", "velocity", "acceleration")
+    motion = [each for each in map(run.history, names) if each is not None]
+    return machine.scene.group_load_bows(*motion, machine.links_of_carriages, machine.carriage_places)
 
 
 def mean_load(load: Array, path: Array, exponent: float) -> float:

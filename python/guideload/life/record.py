@@ -9,7 +9,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import LifeError
 from guideload.life.causes import phases
 from guideload.life.load_parts import LoadParts, load_parts
-from guideload.life.mean_load import Travel
+from guideload.life.mean_load import Travel, load_bows
 from guideload.simulation.result import Result
 
 
@@ -24,6 +24,11 @@ class Record:
     def of(cls, result: Result) -> Record:
         """Raises LifeError if the velocity of the cart is unknown or always zero."""
         return cls(result, travel_of(result))
+
+    @cached_property
+    def bows(self) -> Array:
+        """By how much the mean loads of the intervals differ from those of lines, (n - 1, carriage, 6) [N, N m]."""
+        return load_bows(self.result)
 
     @cached_property
     def parts(self) -> LoadParts:

@@ -20,7 +20,7 @@ from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.methods import Method
 from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
-from guideload.life.mean_load import Travel, integrals
+from guideload.life.mean_load import Travel, integrals, load_bows
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -116,11 +116,12 @@ class LongRun:
         )
         peaks, loads, history = peaks_of(run), run.carriage_loads(), run.motion
         powers, safeties, times, distance = [], [], [], math.nan
+        bows = load_bows(run)
         for one in self.criteria:
             assert history.velocity is not None
             load = np.ascontiguousarray(loads[:, one.index])
             travel = Travel(history.time, history.velocity[:, 0], history.acceleration[:, 0])
-            power, path = integrals(travel, load, one.rule, one.rating.exponent)
+            power, path = integrals(travel, load, one.rule, one.rating.exponent, bows[:, one.index])
             at, peak, _ = largest_equivalent_load(load, one.static_rule.of_core)
             powers.append(float(power.sum()))
             safeties.append(float(one.safety_under(peak)))

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.simulation.instants import fastest_vibration, limited, with_parts
+from guideload.simulation.instants import fastest_vibration, limited, slowest_vibration, with_parts
 from guideload.simulation.run import Run
 
-# Distance of a load from the line between two instants, over the largest dynamic load: accepted, and aimed at if it is
-# larger.
-MOST_BOW, AIMED_BOW = 0.01, 0.0025
+# Distance of a load from the line between two instants, over the largest dynamic load: accepted, aimed at if it is
+# larger, and accepted where no vibration has four instants per period, so that the mean load is that of the vibration.
+MOST_BOW, AIMED_BOW, BLIND_BOW = 0.01, 0.0025, 0.0003
 ROUNDING = 1e-9  # of the load scale: a smaller dynamic load has no bow
 # Instants per period of the fastest mode: the most, and those from which on halving lessens each bow but that of a
 # jump, as by a damper that gains contact.
@@ -37,7 +37,8 @@ def with_visible_vibration(run: Run) -> Run:
 
     Where the load of a link differs from the line between two instants by more than `MOST_BOW` of the largest dynamic
     load, the interval is halved until the distance is about `AIMED_BOW`. A linear machine whose modes have more than 22
-    samples per period never needs it.
+    samples per period never needs it. Where even the slowest vibration has fewer than four instants per period,
+    `BLIND_BOW` is too much.
 
     Without instants in between: runs that report given instants, have a fixed step (which would end at each of them),
     go over rails that are not straight, or have moving riders.
@@ -45,7 +46,7 @@ def with_visible_vibration(run: Run) -> Run:
     other = (run.times, run.step, run.feet, run.travel)
     if any(each is not None for each in other) or run.motion.time.size >= MOST_INSTANTS or _bows_little(run):
         return run
-    intervals, fastest = np.diff(run.motion.time), _fastest(run)
+    intervals, fastest, slowest = np.diff(run.motion.time), _fastest(run), slowest_vibration(run.machine)
     periods = intervals * fastest / (2.0 * np.pi)
     most = 2.0 ** np.clip(np.ceil(np.log2(np.maximum(MOST_PER_PERIOD * periods, 1.0))), 0, 40)
     finer, parts, before = run, np.ones(intervals.size, np.int64), np.full(intervals.size, np.inf)
@@ -60,11 +61,12 @@ def with_visible_vibration(run: Run) -> Run:
         wide = np.pad(bow, NEIGHBOURS, mode="edge")
         bow = np.lib.stride_tricks.sliding_window_view(wide, 2 * NEIGHBOURS + 1).max(axis=1)
         bow[bow * largest <= accuracy] = 0.0
-        if bow.max() <= MOST_BOW:
+        accepted = np.where(intervals / parts * slowest > 0.5 * np.pi, BLIND_BOW, MOST_BOW)
+        if np.all(bow <= accepted):
             break
-        halvings = np.ceil(0.5 * np.log2(np.maximum(bow / AIMED_BOW, 1.0))).astype(np.int64)
+        halvings = np.ceil(0.5 * np.log2(np.maximum(bow / AIMED_BOW, 2.0))).astype(np.int64)
         is_jump = (bow > 0.5 * before) & (parts >= RESOLVED * periods)
-        wanted, before = np.where((bow > MOST_BOW) & ~is_jump, parts << halvings, parts), bow
+        wanted, before = np.where((bow > accepted) & ~is_jump, parts << halvings, parts), bow
         wanted = limited(np.minimum(wanted, most).astype(np.int64), MOST_INSTANTS)
         if np.array_equal(wanted, parts):
             break

@@ -45,6 +45,12 @@ def fastest_vibration(machine: Machine) -> float:
     return float(np.abs(machine.scene.modes()[3].imag).max(initial=0.0))
 
 
+def slowest_vibration(machine: Machine) -> float:
+    """Angular frequency of the slowest vibration [rad/s]; 0 if nothing vibrates."""
+    values = np.abs(machine.scene.modes()[3].imag)
+    return float(values[values > 0.0].min()) if values.any() else 0.0
+
+
 def _jumps(motion: Motion) -> bool:
     """Whether the excitation may jump, at two equal stamps or the start, and so excite a vibration of any frequency."""
     starts = bool(motion.acceleration[0].any()) or (

@@ -100,9 +100,10 @@ class Result:
         return np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
 
     def history(self, name: str) -> Array | None:
-        """A history of the cart or its drive, without computing the other quantities; None if it is unknown.
+        """A history of the cart, its drive or of L, without computing the other quantities; None if it is unknown.
 
-        Names: time, cart_position, cart_velocity, cart_acceleration, reaction, as in `quantities`.
+        Names: time, cart_position, cart_velocity, cart_acceleration, reaction, displacement, velocity, acceleration,
+        as in `quantities`.
         """
         if "_run" in self.__dict__:
             return self._run.history(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -124,10 +124,20 @@ class Run:
         )
         return solution.link_loads("total")
 
+    @property
+    def _of_solution(self) -> dict[str, Callable[[], Array]]:
+        solution = self.solution
+        return {
+            "reaction": solution.reaction,
+            "displacement": solution.position,
+            "velocity": solution.velocity,
+            "acceleration": solution.acceleration,
+        }
+
     def history(self, name: str) -> Array | None:
-        """A history of the cart or its drive, by its name among the quantities; None if it is unknown."""
-        if name == "reaction":
-            return self.solution.reaction()
+        """A history of the cart, its drive or of L, by its name among the quantities; None if it is unknown."""
+        if name in self._of_solution:
+            return self._of_solution[name]()
         if name == "cart_acceleration":
             return self.motion.acceleration if self.times is None else self.solution.inputs()[:, :3]
         if name == "time":

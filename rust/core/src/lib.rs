@@ -155,7 +155,7 @@ pub use output::{
 };
 
 #[cfg(feature = "std")]
-pub use output::Watched;
+pub use output::{ReferenceMotion, Watched};
 
 // Judge: the equivalent load of a carriage over its travel.
 pub use life::{EquivalentLoad, Integrals, Interval, LoadPower, Preload, Rule};

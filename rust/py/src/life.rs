@@ -37,28 +37,34 @@ pub fn equivalent_load((weights, minor, preload, formula): &Rule<'_>) -> PyResul
     Ok(EquivalentLoad { weights: [*first, *second], minor: *minor, preload })
 }
 
-/// Travel and loads at n instants.
+/// Travel and loads at n instants, and by how much the mean loads of the intervals differ from those of lines.
 struct Course {
     time: Vec<f64>,
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
     loads: Vec<[f64; 6]>,
+    bows: Option<Vec<[f64; 6]>>,
 }
 
 impl Course {
     fn new(
         [time, velocity, acceleration]: [&PyReadonlyArray1<'_, f64>; 3],
         loads: &PyReadonlyArray2<'_, f64>,
+        bows: Option<&PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<Self> {
         let course = Self {
             time: numbers(time, "time")?,
             velocity: numbers(velocity, "velocity")?,
             acceleration: numbers(acceleration, "acceleration")?,
             loads: rows::<6>(loads, "loads")?,
+            bows: bows.map(|bows| rows::<6>(bows, "bows")).transpose()?,
         };
         let lengths = [course.velocity.len(), course.acceleration.len(), course.loads.len()];
         if lengths.iter().any(|&length| length != course.time.len()) {
             return Err(PyValueError::new_err("time, velocity, acceleration, loads: lengths do not agree"));
+        }
+        if course.bows.as_ref().is_some_and(|bows| bows.len() != course.intervals()) {
+            return Err(PyValueError::new_err("bows: expected one per interval"));
         }
         Ok(course)
     }
@@ -67,7 +73,7 @@ impl Course {
         self.time.len().saturating_sub(1)
     }
 
-    /// The travel between instant k and the next one, and the loads Fy to Mz at both.
+    /// The travel between instant k and the next one, and the loads Fy to Mz at both: of the line with the mean of the interval.
     fn interval(&self, k: usize) -> (Interval, [[f64; 5]; 2]) {
         let ends = |of: &[f64]| [of[k], of[k + 1]];
         let travel = Interval {
@@ -75,12 +81,15 @@ impl Course {
             velocity: ends(&self.velocity),
             acceleration: ends(&self.acceleration),
         };
-        (travel, [self.loads[k], self.loads[k + 1]].map(|[_, rest @ ..]| rest))
+        let bow = self.bows.as_ref().map_or([0.0; 6], |bows| bows[k]);
+        (travel, [k, k + 1].map(|end| core::array::from_fn(|i| self.loads[end][1 + i] + bow[1 + i])))
     }
 }
 
-/// Integrals of `P^p |v|` and `|v|` over each interval between n instants, two of (n - 1,).
+/// Integrals of `P^p |v|` and `|v|` over each interval between n instants, two of (n - 1,). bows: (n - 1, 6), see `group_load_bows`.
 #[pyfunction]
+#[pyo3(signature = (time, velocity, acceleration, loads, rule, exponent, bows=None))]
+#[allow(clippy::too_many_arguments)]
 pub fn equivalent_load_integrals<'py>(
     py: Python<'py>,
     time: PyReadonlyArray1<'py, f64>,
@@ -89,8 +98,10 @@ pub fn equivalent_load_integrals<'py>(
     loads: PyReadonlyArray2<'py, f64>,
     rule: Rule<'py>,
     exponent: f64,
+    bows: Option<PyReadonlyArray2<'py, f64>>,
 ) -> PyResult<(Array1<'py>, Array1<'py>)> {
-    let (rule, course) = (equivalent_load(&rule)?, Course::new([&time, &velocity, &acceleration], &loads)?);
+    let course = Course::new([&time, &velocity, &acceleration], &loads, bows.as_ref())?;
+    let rule = equivalent_load(&rule)?;
     let count = course.intervals();
     let (powers, paths) = (zeros(py, &[count])?, zeros(py, &[count])?);
     {
@@ -122,7 +133,8 @@ pub fn equivalent_load_weights<'py>(
     rule: Rule<'py>,
     exponent: f64,
 ) -> PyResult<Array2<'py>> {
-    let (rule, course) = (equivalent_load(&rule)?, Course::new([&time, &velocity, &acceleration], &loads)?);
+    let (rule, course) =
+        (equivalent_load(&rule)?, Course::new([&time, &velocity, &acceleration], &loads, None)?);
     let weights = zeros(py, &[course.loads.len(), 6])?;
     {
         let mut weights = weights.readwrite();

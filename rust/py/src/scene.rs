@@ -4,16 +4,19 @@ use std::sync::Arc;
 
 use guideload::reaction;
 use guideload::{
-    Body, Input, ModelLevel, NamedMethod, Output, Part, Peaks, Rider, RunError, Scene, State, System,
-    Watched, eigenvalues, link_load, modes,
+    Body, Input, ModelLevel, NamedMethod, Output, Part, Peaks, ReferenceMotion, Rider, RunError, Scene,
+    State, System, Watched, eigenvalues, link_load, modes,
 };
 use numpy::{
-    Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray,
+    Complex64, IntoPyArray, PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, ToPyArray,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room};
+use crate::convert::{
+    self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room, zeros,
+};
 use crate::extremes;
 use crate::interrupt::compute;
 use crate::law::PyLaw;
@@ -227,6 +230,55 @@ impl PyScene {
         }
         table(py, at_rest.into_iter())
     }
+
+    /// Mean load of each group of links in each interval, less the mean of its loads at both ends (n - 1, groups, 6).
+    #[allow(clippy::too_many_arguments)]
+    fn group_load_bows<'py>(
+        &self,
+        py: Python<'py>,
+        time: PyReadonlyArray1<'py, f64>,
+        position: PyReadonlyArray2<'py, f64>,
+        velocity: PyReadonlyArray2<'py, f64>,
+        acceleration: PyReadonlyArray2<'py, f64>,
+        groups: List<PyReadonlyArray1<'_, i64>>,
+        centers: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let (system, time) = (&*self.0, numbers(&time, "time")?);
+        let [position, velocity, acceleration] =
+            [(&position, "position"), (&velocity, "velocity"), (&acceleration, "acceleration")]
+                .map(|(array, name)| convert::rows::<6>(array, name));
+        let (position, velocity, acceleration) = (position?, velocity?, acceleration?);
+        if [position.len(), velocity.len(), acceleration.len()] != [time.len(); 3] {
+            return Err(PyValueError::new_err(
+                "time, position, velocity, acceleration: lengths do not agree",
+            ));
+        }
+        let loads = group_loads(system, &groups.0, &centers, Part::Total)?;
+        let (width, intervals) = (6 * loads.len(), time.len().saturating_sub(1));
+        let bows = zeros(py, &[intervals, loads.len(), 6])?;
+        {
+            let mut bows = bows.readwrite();
+            let bows = bows.as_slice_mut()?;
+            let is_finite = compute(py, |watch| {
+                let mut is_finite = true;
+                for from in (0..intervals).step_by(AT_A_TIME).take_while(|_| !watch.stops()) {
+                    let to = usize::min(from + AT_A_TIME, intervals);
+                    let motion = ReferenceMotion {
+                        time: &time[from..=to],
+                        position: &position[from..=to],
+                        velocity: &velocity[from..=to],
+                        acceleration: &acceleration[from..=to],
+                    };
+                    is_finite &= motion.load_bows(system, &loads, &mut bows[from * width..to * width]);
+                }
+                is_finite
+            })?;
+            if !is_finite {
+                return Err(CoreError::Run(RunError::OutOfRange).into());
+            }
+        }
+        Ok(bows)
+    }
 }
 
 /// Rows of one length as a two-dimensional array.
@@ -234,7 +286,6 @@ pub fn table<'py, const N: usize>(
     py: Python<'py>,
     rows: impl Iterator<Item = [f64; N]>,
 ) -> PyResult<Array2<'py>> {
-    use numpy::PyArrayMethods;
     let flat: Vec<f64> = rows.flatten().collect();
     let count = flat.len() / N;
     flat.into_pyarray(py).reshape([count, N])

@@ -1,5 +1,5 @@
 //! Results from states: loads and motions of L (`loads`) in chosen axes (`axes`), their evaluation at all instants (`evaluate`), those of
-//! a body with moving riders (`riding`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` and `block_values` at
+//! a body with moving riders (`riding`), mean loads between instants (`mean_loads`), and what a run records: states (`record`), or extremes (`peaks`, with `bounds` and `block_values` at
 //! the instants, `bows`, `between` and `search` between them).
 
 mod axes;
@@ -10,6 +10,8 @@ mod bows;
 mod evaluate;
 mod extremes;
 mod loads;
+#[cfg(feature = "std")]
+mod mean_loads;
 mod peaks;
 mod record;
 mod riding;
@@ -26,6 +28,8 @@ pub use loads::{
     Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, link_load, position, reaction,
     velocity,
 };
+#[cfg(feature = "std")]
+pub use mean_loads::ReferenceMotion;
 pub use peaks::Peaks;
 #[cfg(feature = "std")]
 pub use record::Watched;

@@ -1,0 +1,100 @@
+//! Mean loads between instants, from the motion of L at them.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::evaluate::evaluate;
+use super::loads::Wrench;
+use crate::numeric::simd::{Kernel, dispatch};
+use crate::system::{State, System};
+
+/// Difference of the cubic and the quintic polynomial in the middle of an interval, over the distance of the quintic from the line: where it
+/// is larger, the motion is not that of a polynomial. It is 0.2 for a motion without acceleration at both ends, whose velocity changes between
+/// them, as that of a stiff mode under noise.
+const SMOOTH: f64 = 0.15;
+
+/// The motion `(u, φ)` of L at n instants, sag included.
+#[derive(Debug, Clone, Copy)]
+pub struct ReferenceMotion<'a> {
+    /// s.
+    pub time: &'a [f64],
+    /// m, rad.
+    pub position: &'a [[f64; 6]],
+    /// m/s, rad/s.
+    pub velocity: &'a [[f64; 6]],
+    /// m/s², rad/s².
+    pub acceleration: &'a [[f64; 6]],
+}
+
+impl ReferenceMotion<'_> {
+    /// The mean of each load in each interval less the mean of its values at both ends, by Simpson's rule:
+    /// `out[(k * loads + load) * 6 + row]`. Returns whether all values are finite.
+    ///
+    /// The state in the middle is that of the quintic polynomial through position, velocity and acceleration at both ends, where that
+    /// differs little from the cubic one through position and velocity; else the mean of both states.
+    ///
+    /// # Panics
+    /// If the lengths do not agree.
+    pub fn load_bows(&self, system: &System, loads: &[Wrench<'_>], out: &mut [f64]) -> bool {
+        let (count, width) = (self.time.len(), 6 * loads.len());
+        let (mut states, mut middles) = (vec![[0.0; 12]; count], vec![[0.0; 12]; count.saturating_sub(1)]);
+        let momenta = system.shapes().transpose() * system.matrices().mass;
+        let rest = momenta * system.static_position();
+        dispatch(Middles { motion: self, system, momenta, rest, states: &mut states, middles: &mut middles });
+        let mut at_ends = vec![0.0; count * width];
+        let are_finite = [(&states, &mut *at_ends), (&middles, &mut *out)]
+            .map(|(states, values)| evaluate(loads, states, |_| [0.0; 9], values));
+        for (k, bow) in out.iter_mut().enumerate() {
+            *bow = 2.0 / 3.0 * (*bow - 0.5 * (at_ends[k] + at_ends[k + width]));
+        }
+        are_finite == [true; 2]
+    }
+}
+
+/// States at the instants, and in the middle of the intervals.
+struct Middles<'a> {
+    motion: &'a ReferenceMotion<'a>,
+    system: &'a System,
+    /// To modal coordinates.
+    momenta: Matrix6<f64>,
+    rest: Vector6<f64>,
+    states: &'a mut [State],
+    middles: &'a mut [State],
+}
+
+impl Kernel for Middles<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { motion, system, momenta, rest, states, middles } = self;
+        let frequency = system.frequency;
+        let (mut before, mut earlier) = ([0.0; 6], 0.0);
+        for (k, &now) in motion.time.iter().enumerate() {
+            let [position, velocity, acceleration] = [motion.position, motion.velocity, motion.acceleration]
+                .map(|of| momenta * Vector6::from(of[k]));
+            let (mut state, mut middle) = ([0.0; 12], [0.0; 12]);
+            let (length, mut bow, mut difference) = (now - earlier, 0.0, 0.0);
+            let last = states[k.saturating_sub(1)];
+            for mode in 0..6 {
+                state[mode] = frequency[mode] * (position[mode] - rest[mode]);
+                state[6 + mode] = velocity[mode];
+                let (start, end) = (before[mode], acceleration[mode]);
+                let (gained, expected) = (state[6 + mode] - last[6 + mode], 0.5 * length * (start + end));
+                let scale = frequency[mode] * length / 32.0;
+                let beyond = scale * (expected - 5.0 * gained);
+                middle[mode] = beyond;
+                middle[6 + mode] = 0.125 * length * (start - end);
+                bow += beyond * beyond;
+                difference += (scale * (gained - expected)) * (scale * (gained - expected));
+            }
+            states[k] = state;
+            if k > 0 {
+                let share = if difference <= SMOOTH * SMOOTH * bow { 1.0 } else { 0.0 };
+                for (i, to) in middles[k - 1].iter_mut().enumerate() {
+                    *to = 0.5 * (last[i] + state[i]) + share * middle[i];
+                }
+            }
+            (before, earlier) = (acceleration.into(), now);
+        }
+    }
+}
