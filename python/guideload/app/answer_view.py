@@ -18,6 +18,7 @@ from guideload.app.words import (
     carriage_color,
     chart_options,
     line,
+    new_chart,
     redraw,
     show_report,
     show_warnings,
@@ -61,15 +62,13 @@ class AnswerView:
         with ui.element("section").classes("answer").props('aria-label="Answer"'):
             self.figures = Figures()
             self.progress = ui.label().classes("text-caption").props("role=status")
-            self.chart = (
-                ui.echart(chart_options([], TITLE)).classes("history").props('aria-label="Load histories"')
-            )
+            self.chart = new_chart("Load histories")
             self.chart.on("chart:datazoom", self._zoomed, throttle=0.1)
-            whole = ui.button("Whole history", on_click=self._whole).props("flat dense size=sm no-caps")
+            whole = ui.button("Whole history", on_click=self._whole).props("flat size=sm")
             whole.classes("self-start")
-            with ui.expansion("Report: causes, life by place, modes, audit").classes("w-full") as self.more:
-                self.report = ui.column().classes("w-full gap-1")
-            self.cautions = ui.column().classes("w-full gap-1").mark("cautions")
+            with ui.expansion("Report: causes, life by place, modes, audit") as self.more:
+                self.report = ui.column()
+            self.cautions = ui.column().mark("cautions")
         self.more.on_value_change(lambda: self.show_report())
 
     def show_progress(self, what: str) -> None:
@@ -148,4 +147,4 @@ def _show_places(life: guideload.Life) -> None:
     if series:
         title = "Life by place: share of all damage [%/m] over the place on the rail [m]"
         options = chart_options(series, title) | {"yAxis": {"type": "value", "min": 0}}
-        ui.echart(options).classes("history").props('aria-label="Life by place"')
+        new_chart("Life by place", options)

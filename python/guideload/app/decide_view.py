@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -15,9 +14,17 @@ from nicegui.events import GenericEventArguments
 import guideload
 from guideload.app import document
 from guideload.app.answer import Answer
-from guideload.app.form import Refused
 from guideload.app.hub import Hub, Part
-from guideload.app.words import chart_options, redraw, show_commands, show_report, show_table
+from guideload.app.words import (
+    chart_options,
+    errors_shown,
+    new_chart,
+    redraw,
+    show_commands,
+    show_report,
+    show_table,
+    work_button,
+)
 
 QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
@@ -32,76 +39,42 @@ OF_AXIS = ("stiffness", "curve", "preload", "clearance")
 class DecideView(Part):
     """Size, limit, study and comparison of variants; each says the command that repeats it."""
 
-    def __init__(self, hub: Hub, attempt: Refused) -> None:
-        self.hub, self.session, self.attempt = hub, hub.session, attempt
+    def __init__(self, hub: Hub) -> None:
+        self.session = hub.session
         self.sizing: guideload.sizing.Sizing | None = None
         self.kept: Answer | None = None
-        with ui.expansion("Size: the smallest product that holds", value=True).classes("w-full"):
-            with ui.row().classes("items-center gap-2"):
-                self.words = (
-                    ui.input("products, e.g. HIWIN 25", value="HIWIN")
-                    .props("dense outlined")
-                    .classes("field wide")
-                )
-                self._button("Size", self._size)
-            self.sized = ui.column().classes("w-full gap-1").mark("sizes")
-        with ui.expansion("Limit: how fast, how heavy, how far out").classes("w-full"):
-            with ui.row().classes("items-center gap-2"):
-                self.quantity = ui.select(QUANTITIES, value="pace", label="what grows").classes("field mid")
-                self.quantity.props("dense outlined options-dense")
-                self._button("Find the limit", self._limit)
-            self.limited = ui.column().classes("w-full gap-1").mark("limits")
-        with ui.expansion("Drivers: which numbers of the machine drive a figure").classes("w-full"):
-            with ui.row().classes("items-center gap-2"):
-                self.driven = ui.select(DRIVEN, value="peak_resultant", label="figure").classes("field mid")
-                self.driven.props("dense outlined options-dense")
-                self._button("Find the drivers", self._drivers)
-            self.drivers = ui.column().classes("w-full gap-1").mark("drivers")
-        with ui.expansion("Study: how the figures scatter").classes("w-full"):
-            self._build_study()
-        with ui.expansion("Variants: two machines side by side").classes("w-full"):
-            with ui.row().classes("items-center gap-2"):
-                self._button("Keep this machine as A", self._keep)
-                self._button("Compare A with now", self._compare)
-            self.compared = ui.column().classes("w-full gap-1").mark("comparison")
-
-    def _build_study(self) -> None:
-        with ui.row().classes("items-center gap-2"):
-            self.samples = ui.number("machines", value=1000, min=8, max=100000, precision=0)
-            self.mass = ui.number("mass +- [%]", value=10, min=0, max=90)
-            self.stiffness = ui.number("stiffness +- [%]", value=20, min=0, max=90)
-            for one in (self.samples, self.mass, self.stiffness):
-                one.props("dense outlined").classes("field")
-            self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("field mid")
-            self.figure.props("dense outlined options-dense")
-            self.least = ui.input("limit, e.g. 6 kN").props("dense outlined").classes("field mid")
-            self._button("Run the study", self._study)
-        self.progress = ui.label().classes("text-caption").props("role=status")
-        self.histogram = (
-            ui.echart({"series": []}).classes("history").props('aria-label="Histogram of the study"')
-        )
-        self.histogram.set_visibility(False)
-        self.studied = ui.column().classes("w-full gap-1").mark("study")
-
-    def _button(self, words: str, action: Callable[[Answer], Any]) -> None:
-        """A button for work with the last answer; while it runs, it cannot be pressed."""
-
-        async def press() -> None:
-            answer = self.hub.sound
-            if answer is None or self.hub.answer is not answer:
-                ui.notify("There is no answer yet, or the machine has a problem: see the answer at the right")
-                return
-            button.disable()
-            button.props("loading")
-            try:
-                await action(answer)
-            except (guideload.GuideloadError, OSError) as error:
-                ui.notify(str(error), type="negative", multi_line=True, close_button="Close", timeout=0)
-            finally:
-                button.enable()
-                button.props(remove="loading")
-
-        button = ui.button(words, on_click=press).props("dense no-caps unelevated")
+        with ui.expansion("Size: the smallest product that holds", value=True):
+            with ui.row():
+                self.words = ui.input("products, e.g. HIWIN 25", value="HIWIN").classes("wide")
+                work_button(hub, "Size", self._size)
+            self.sized = ui.column().mark("sizes")
+        with ui.expansion("Limit: how fast, how heavy, how far out"):
+            with ui.row():
+                self.quantity = ui.select(QUANTITIES, value="pace", label="what grows").classes("mid")
+                work_button(hub, "Find the limit", self._limit)
+            self.limited = ui.column().mark("limits")
+        with ui.expansion("Drivers: which numbers of the machine drive a figure"):
+            with ui.row():
+                self.driven = ui.select(DRIVEN, value="peak_resultant", label="figure").classes("mid")
+                work_button(hub, "Find the drivers", self._drivers)
+            self.drivers = ui.column().mark("drivers")
+        with ui.expansion("Study: how the figures scatter"):
+            with ui.row():
+                self.samples = ui.number("machines", value=1000, min=8, max=100000, precision=0)
+                self.mass = ui.number("mass +- [%]", value=10, min=0, max=90)
+                self.stiffness = ui.number("stiffness +- [%]", value=20, min=0, max=90)
+                self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("mid")
+                self.least = ui.input("limit, e.g. 6 kN").classes("mid")
+                work_button(hub, "Run the study", self._study)
+            self.progress = ui.label().classes("text-caption").props("role=status")
+            self.histogram = new_chart("Histogram of the study")
+            self.histogram.set_visibility(False)
+            self.studied = ui.column().mark("study")
+        with ui.expansion("Variants: two machines side by side"):
+            with ui.row():
+                work_button(hub, "Keep this machine as A", self._keep)
+                work_button(hub, "Compare A with now", self._compare)
+            self.compared = ui.column().mark("comparison")
 
     # ---- size
 
@@ -117,14 +90,10 @@ class DecideView(Part):
             for line in report.answer:
                 ui.label(line)
             names = [one.name for one in found.candidates]
-            with ui.row().classes("items-center gap-2"):
-                best = found.smallest
-                chosen = ui.select(names, value=best.name if best else names[0], label="product").classes(
-                    "field wide"
-                )
-                chosen.props("dense outlined options-dense")
-                take = ui.button("Take", on_click=lambda: self._take(str(chosen.value)))
-                take.props("dense no-caps unelevated")
+            with ui.row():
+                best = found.smallest.name if found.smallest else names[0]
+                chosen = ui.select(names, value=best, label="product").classes("wide")
+                ui.button("Take", on_click=lambda: self._take(str(chosen.value))).props("unelevated")
             for section in report.sections:
                 for part in section.parts:
                     if isinstance(part, guideload.reports.Table):
@@ -145,7 +114,8 @@ class DecideView(Part):
             ui.notify(f"{name}: {one.reason}", type="negative")
             return
         changes = changes_of(one, self.session.state.machine)
-        self.attempt(lambda: self.session.set("machine", changes))
+        with errors_shown():
+            self.session.set("machine", changes)
         ui.notify(f"All carriages are {name} now; Undo takes it back")
 
     # ---- limit
@@ -178,7 +148,7 @@ class DecideView(Part):
         del options["dataZoom"]
         self.drivers.clear()
         with self.drivers:
-            ui.echart(options).classes("tornado").props('aria-label="Tornado of the drivers"')
+            new_chart("Tornado of the drivers", options).classes("tornado")
             show_commands(self.session.command("sensitivities", f"--of {figure}"))
 
     # ---- study

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
@@ -12,7 +12,7 @@ import guideload
 from guideload.app import document
 from guideload.app.answer import Problem
 from guideload.app.state import Session
-from guideload.app.words import COLORS
+from guideload.app.words import COLORS, errors_shown
 
 # Keys that are always shown; others are shown if the file has them, or added by the user.
 MAIN = {
@@ -30,7 +30,6 @@ MAIN = {
 }
 TITLES = {"": "general"}
 WIDE = ("inertia", "gravity", "center_of_mass", "position", "at", "free", "direction", "point", "product")
-Refused = Callable[[Callable[[], object]], None]
 
 
 @cache
@@ -44,17 +43,16 @@ class Form:
 
     part      "machine" or "moves"
     sections  tables of the file in the order in which they are shown; "" for the keys outside tables
-    attempt   does a change that may be refused, and shows the reason
     """
 
-    def __init__(self, session: Session, part: str, sections: Sequence[str], attempt: Refused) -> None:
-        self.session, self.part, self.sections, self.attempt = session, part, sections, attempt
+    def __init__(self, session: Session, part: str, sections: Sequence[str]) -> None:
+        self.session, self.part, self.sections = session, part, sections
         self.schema = guideload.file_schema("machine" if part == "machine" else "motion")
         self.fields: dict[document.Path, Any] = {}
         self.structure: Any = None
         self.open = {"body", "moves", "limits", ""}
         self.others = ui.column().classes("gap-0").props("role=alert")
-        self.box = ui.column().classes("w-full gap-0")
+        self.box = ui.column().classes("gap-0")
         self.show()
 
     # ---- what is shown
@@ -121,31 +119,28 @@ class Form:
                 f"{TITLES.get(section, section)} ({len(mine)})" if repeated else TITLES.get(section, section)
             )
             with ui.expansion(title.replace("_", " "), value=section in self.open) as box:
-                box.classes("w-full").props("dense header-class=text-weight-medium")
                 box.on_value_change(lambda e, s=section: (self.open.add if e.value else self.open.discard)(s))
                 for path, one in mine:
                     self._build_table(section, path, one, repeated)
                 if repeated:
-                    add = ui.button(
-                        f"Add to {section}", icon="add", on_click=lambda s=section, m=mine: self._add(s, m)
-                    )
-                    add.props("flat dense no-caps size=sm")
+                    add = ui.button(f"Add to {section}", icon="add").props("flat size=sm")
+                    add.on_click(lambda s=section, m=mine: self._add(s, m))
 
     def _build_table(self, section: str, path: document.Path, one: dict[str, Any], repeated: bool) -> None:
         keys = self._keys(section)
         shown = [key for key in MAIN.get(section, ()) if key in keys]
         shown += [key for key in one if key in keys and key not in shown]
-        with ui.row().classes("entry items-start"):
+        with ui.row().classes("entry items-start", remove="items-center"):
             for key in shown:
                 self._build_field((*path, key), key, keys[key])
             absent = {key: f"{key}: {keys[key].get('description', '')}" for key in keys if key not in shown}
             if absent:
                 more = ui.select(absent, label="more", on_change=lambda e: self._more(path, keys, e.value))
-                more.props("dense outlined options-dense").classes("field narrow")
+                more.classes("narrow")
             if repeated:
                 name = f"{section} {one.get('name', int(path[1]) + 1)}"
                 drop = ui.button(icon="delete", on_click=lambda: self._drop(section, int(path[1])))
-                drop.props(f'flat dense round aria-label="Remove {name}"')
+                drop.props(f'flat round aria-label="Remove {name}"')
 
     def _build_field(self, path: document.Path, key: str, schema: dict[str, Any]) -> None:
         unit = schema.get("x-unit", "1")
@@ -158,9 +153,8 @@ class Form:
         else:
             field = ui.input(label, autocomplete=packaged() if key == "product" else None)
             field.on("change", lambda: self._typed(path, str(field.value or ""), schema))
-        field.props("dense outlined hide-hint hide-bottom-space stack-label").classes(
-            "field" + (" wide" if key in WIDE else " mid" if options or key == "name" else "")
-        )
+        field.props("hide-hint hide-bottom-space stack-label")
+        field.classes("wide" if key in WIDE else "mid" if options or key == "name" else "")
         field.props["hint"] = schema.get("description", "")
         field.mark("/".join(map(str, path)))
         field.props["input-id"] = field.props["for"] = f"{self.part}-{'-'.join(map(str, path))}".replace(
@@ -174,13 +168,15 @@ class Form:
         text = getattr(self.session.state, self.part)
         value = document.typed(written, is_text=schema.get("type") == "string")
         if value != document.value_at(text, path):
-            self.attempt(lambda: self.session.set(self.part, {path: value}))
+            with errors_shown():
+                self.session.set(self.part, {path: value})
 
     def _more(self, path: document.Path, keys: dict[str, Any], key: str | None) -> None:
         """Add a key, with the first example of its description as its value."""
         if key is not None:
             example = _example(keys[key])
-            self.attempt(lambda: self.session.set(self.part, {(*path, key): example}))
+            with errors_shown():
+                self.session.set(self.part, {(*path, key): example})
 
     def _add(self, section: str, mine: list[tuple[document.Path, dict[str, Any]]]) -> None:
         """Add a table like the last one, under a name of its own."""
@@ -189,10 +185,12 @@ class Form:
         if "name" in entry:
             base = str(entry["name"])
             entry["name"] = next(name for n in range(2, 999) if (name := f"{base} {n}") not in names)
-        self.attempt(lambda: self.session.add(self.part, section, entry))
+        with errors_shown():
+            self.session.add(self.part, section, entry)
 
     def _drop(self, section: str, index: int) -> None:
-        self.attempt(lambda: self.session.drop(self.part, section, index))
+        with errors_shown():
+            self.session.drop(self.part, section, index)
 
     # ---- the schema
 

@@ -10,9 +10,10 @@ from nicegui import ui
 import guideload
 from guideload.app import document
 from guideload.app.answer import text
-from guideload.app.form import Form, Refused
+from guideload.app.form import Form
 from guideload.app.hub import Hub, Part
 from guideload.app.scene import MachineScene
+from guideload.app.words import errors_shown
 
 KINDS = {
     "two-rails": "two rails",
@@ -30,12 +31,12 @@ CENTER = "center of mass"
 class MachineView(Part):
     """Scene, steps of the keyboard, and form of the machine file."""
 
-    def __init__(self, hub: Hub, attempt: Refused) -> None:
-        self.hub, self.session, self.attempt = hub, hub.session, attempt
+    def __init__(self, hub: Hub) -> None:
+        self.hub, self.session = hub, hub.session
         self.drags = 0
-        with ui.row().classes("items-center w-full gap-2"):
+        with ui.row().classes("w-full"):
             self.kind = ui.select(KINDS, label="start from", on_change=lambda e: self._start(e.value))
-            self.kind.props("dense outlined options-dense").classes("field mid").mark("kind")
+            self.kind.classes("mid").mark("kind")
             self.instant = ui.slider(min=0, max=1, step=1, on_change=lambda: self.show_answer())
             self.instant.props('aria-label="Instant of the loads"').classes("col")
             self.time = ui.label().classes("text-caption")
@@ -44,26 +45,22 @@ class MachineView(Part):
             )
         self.scene = MachineScene(self._dragged)
         self._build_steps()
-        self.form = Form(self.session, "machine", (*SECTIONS, *MORE), attempt)
+        self.form = Form(self.session, "machine", (*SECTIONS, *MORE))
 
     def _build_steps(self) -> None:
         """Parts without a mouse: choose one, and step it along an axis."""
-        with ui.row().classes("items-center w-full gap-1 no-wrap"):
-            self.part = ui.select([CENTER], value=CENTER, label="move").classes("field mid")
-            self.step = ui.select(STEPS, value=1e-2, label="by").classes("field")
-            for select in (self.part, self.step):
-                select.props("dense outlined options-dense")
+        with ui.row().classes("w-full no-wrap"):
+            self.part = ui.select([CENTER], value=CENTER, label="move").classes("mid")
+            self.step = ui.select(STEPS, value=1e-2, label="by")
             self.buttons = {}
             for axis, name in enumerate("xyz"):
                 for sign, word in ((-1, "-"), (1, "+")):
                     button = ui.button(f"{name} {word}", on_click=lambda a=axis, s=sign: self._stepped(a, s))
-                    self.buttons[axis, sign] = button.props("outline dense no-caps").mark(
-                        f"step {name}{word}"
-                    )
+                    self.buttons[axis, sign] = button.props("outline").mark(f"step {name}{word}")
             ui.label("or drag them").classes("text-caption")
             ui.space()
-            self.mode = ui.select({-1: "none"}, value=-1, label="mode (damping)").classes("field mid")
-            self.mode.props("dense outlined options-dense").on_value_change(lambda: self._show_mode())
+            self.mode = ui.select({-1: "none"}, value=-1, label="mode (damping)").classes("mid")
+            self.mode.on_value_change(lambda: self._show_mode())
         self.part.on_value_change(lambda: self._allow_axes())
 
     def show_state(self) -> None:
@@ -110,7 +107,8 @@ class MachineView(Part):
         """Begin with the file of a kind of machine; Undo brings the old one back."""
         if kind is not None:
             self.kind.value = None
-            self.attempt(lambda: self.session.start(kind))
+            with errors_shown():
+                self.session.start(kind)
 
     # ---- places of parts
 
@@ -119,7 +117,7 @@ class MachineView(Part):
             button.set_enabled(axis == 0 or self.part.value == CENTER)
 
     def _dragged(self, name: str, place: tuple[float, float, float], ended: bool) -> None:
-        self.attempt(lambda: self._place(name, place, merge=f"drag {self.drags} of {name}"))
+        self._place(name, place, merge=f"drag {self.drags} of {name}")
         self.drags += ended
 
     def _stepped(self, axis: int, sign: int) -> None:
@@ -128,7 +126,7 @@ class MachineView(Part):
         name = CENTER if index is None else f"carriage {index}"
         place = np.array(machine.body.center_of_mass if index is None else machine.carriage_centers[index])
         place[axis] += sign * float(self.step.value)
-        self.attempt(lambda: self._place(name, tuple(place.tolist()), merge=""))
+        self._place(name, tuple(place.tolist()), merge="")
 
     def _place(self, name: str, place: tuple[float, ...], merge: str) -> None:
         """Write the place of a part, in whole millimetres."""
@@ -139,4 +137,5 @@ class MachineView(Part):
             }
         else:
             changes = {("carriages", int(name.split()[1]), "x"): written[0]}
-        self.session.set("machine", changes, merge)
+        with errors_shown():
+            self.session.set("machine", changes, merge)

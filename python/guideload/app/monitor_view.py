@@ -9,13 +9,13 @@ from nicegui import ui
 
 import guideload
 from guideload.app.answer import Level
-from guideload.app.form import Refused
 from guideload.app.hub import Hub, Part
 from guideload.app.words import (
     COLORS,
     carriage_color,
     chart_options,
     line,
+    new_chart,
     redraw,
     show_commands,
     table_content,
@@ -30,19 +30,17 @@ NONE = "No watch has written into a folder below this one yet. The commands belo
 class MonitorView(Part):
     """The loads that a watch sees now, and what it has seen."""
 
-    def __init__(self, hub: Hub, attempt: Refused) -> None:
+    def __init__(self, hub: Hub) -> None:
         self.session = hub.session
         self.shown: guideload.WatchState | None = None
-        with ui.row().classes("items-center gap-3 w-full no-wrap"):
+        with ui.row().classes("w-full no-wrap"):
             self.folder = ui.select([], label="folder of a watch", on_change=lambda: self._look())
-            self.folder.props("dense outlined options-dense").classes("field mid")
+            self.folder.classes("mid")
             self.sign = ui.label().classes("text-weight-medium").props("role=status").mark("watch")
         self.answer = ui.label()
         self.warnings = ui.label().style(f"color: {COLORS['near']}").classes("whitespace-pre-line")
-        self.chart = ui.echart(_options([])).classes("history").props('aria-label="Loads of the last minute"')
-        self.table = (
-            ui.table(rows=[], row_key="id").props("dense flat hide-bottom").classes("w-full").mark("monitor")
-        )
+        self.chart = new_chart("Loads of the last minute", _options([]))
+        self.table = ui.table(rows=[], row_key="id").props("hide-bottom").mark("monitor")
         self.input = ui.label().classes("text-caption")
         ui.label("The commands that make a monitor of this machine, and show here what it sees:")
         self.commands = show_commands("")

@@ -12,10 +12,10 @@ from nicegui.events import UploadEventArguments
 
 import guideload
 from guideload.app.envelope import envelope
-from guideload.app.form import Form, Refused
+from guideload.app.form import Form
 from guideload.app.guard import LARGEST_BODY
 from guideload.app.hub import Hub, Part
-from guideload.app.words import COLORS, chart_options, line, redraw, show_report
+from guideload.app.words import COLORS, chart_options, errors_shown, line, new_chart, redraw, show_report
 
 SIGMAS = 1.96  # of the 95 % band
 UNITS = {"acceleration": "m/s2", "velocity": "m/s", "position": "m"}
@@ -26,30 +26,25 @@ BLUE, BAND = "#0072B2", "#9aa3ad"
 class MotionView(Part):
     """Planned moves or a trace, and the motion along the rails."""
 
-    def __init__(self, hub: Hub, attempt: Refused) -> None:
-        self.hub, self.session, self.attempt = hub, hub.session, attempt
+    def __init__(self, hub: Hub) -> None:
+        self.hub, self.session = hub, hub.session
         self.inspected: tuple[Any, guideload.Inspection] | None = None
         self.drawn: object = None  # motion, quantity and inspection of the chart
-        with ui.row().classes("items-center gap-2 w-full"):
+        with ui.row().classes("w-full"):
             kinds = {"moves": "planned moves", "trace": "measured trace"}
             self.kind = ui.toggle(kinds, value="trace" if self.session.state.trace else "moves")
             self.kind.props("dense no-caps").on_value_change(lambda: self._choose_kind())
             self.quantity = ui.select(list(UNITS), value="acceleration", label="chart of")
-            self.quantity.props("dense outlined options-dense").classes("field mid")
-            self.quantity.on_value_change(lambda: self._draw())
-            self.problem = (
-                ui.label().style(f"color: {COLORS['bad']}").props("role=alert").mark("motion problem")
-            )
-        self.chart = (
-            ui.echart(chart_options([], "")).classes("history").props('aria-label="Motion of the cart"')
-        )
-        with ui.column().classes("w-full") as self.moves:
-            self.form = Form(self.session, "moves", ("moves", "limits", ""), attempt)
-        with ui.column().classes("w-full") as self.trace:
-            with ui.row().classes("items-start gap-3"):
+            self.quantity.classes("mid").on_value_change(lambda: self._draw())
+            self.problem = ui.label().style(f"color: {COLORS['bad']}").props("role=alert")
+            self.problem.mark("motion problem")
+        self.chart = new_chart("Motion of the cart")
+        with ui.column() as self.moves:
+            self.form = Form(self.session, "moves", ("moves", "limits", ""))
+        with ui.column() as self.trace:
+            with ui.row():
                 self.names = ui.select([], label="trace in this folder", clearable=True)
-                self.names.props("dense outlined options-dense").classes("field wide")
-                self.names.on_value_change(lambda e: self._choose(e.value or ""))
+                self.names.classes("wide").on_value_change(lambda e: self._choose(e.value or ""))
                 ui.upload(
                     label="or drop a trace here (CSV, text, NumPy, Parquet, MATLAB)",
                     auto_upload=True,
@@ -59,7 +54,7 @@ class MotionView(Part):
                         "The file is too large: guideload long-run reads any length"
                     ),
                 ).props("flat bordered dense").classes("trace-drop")
-            self.report = ui.column().classes("w-full gap-1").mark("inspection")
+            self.report = ui.column().mark("inspection")
         self._show_kind()
 
     def show_state(self) -> None:
@@ -108,12 +103,8 @@ class MotionView(Part):
 
     async def _uploaded(self, event: UploadEventArguments) -> None:
         content = await event.file.read()
-        name = event.file.name
-        self.attempt(
-            lambda: self.session.change(
-                replace(self.session.state, trace=self.session.add_trace(name, content))
-            )
-        )
+        with errors_shown():
+            self._choose(self.session.add_trace(event.file.name, content))
 
     async def _inspect(self) -> None:
         """What was read of the trace: samples, clock, gaps, noise, and what the smoothing made of it."""

@@ -9,18 +9,16 @@ from importlib.resources import files
 from nicegui import ui
 from nicegui.events import KeyEventArguments
 
-import guideload
 from guideload.app.answer_view import AnswerView
 from guideload.app.decide_view import DecideView
-from guideload.app.form import Refused
 from guideload.app.hub import Hub, Part
 from guideload.app.keep_view import KeepView
 from guideload.app.machine_view import MachineView
 from guideload.app.monitor_view import MonitorView
 from guideload.app.motion_view import MotionView
-from guideload.app.words import COLORS
+from guideload.app.words import COLORS, errors_shown
 
-VIEWS: dict[str, tuple[str, Callable[[Hub, Refused], Part]]] = {
+VIEWS: dict[str, tuple[str, Callable[[Hub], Part]]] = {
     "Machine": ("precision_manufacturing", MachineView),
     "Motion": ("timeline", MotionView),
     "Decide": ("balance", DecideView),
@@ -42,7 +40,7 @@ class Page(Part):
         ui.colors(primary="#1f4e79")
         self.client = ui.context.client
         self._build_header()
-        self.offer = ui.row().classes("offer items-center w-full")
+        self.offer = ui.row().classes("offer w-full")
         with ui.element("main").classes("page"):
             with ui.element("div").classes("views"):
                 self._build_views()
@@ -69,7 +67,7 @@ class Page(Part):
             self.parts: dict[str, Part] = {}
             for tab, (name, (_, make)) in zip(names, VIEWS.items(), strict=True):
                 with ui.tab_panel(tab):
-                    self.parts[name] = make(self.hub, self.attempt)
+                    self.parts[name] = make(self.hub)
         # The one in view; the others are brought up to date when they come into view.
         self.part = next(iter(self.parts.values()))
         tabs.on_value_change(lambda event: self._turn_to(event.value))
@@ -82,23 +80,14 @@ class Page(Part):
         self.part.show_answer()
 
     def _button(self, icon: str, words: str, action: Callable[[], object]) -> ui.button:
-        return ui.button(words, icon=icon, on_click=lambda: self.attempt(action)).props(
-            "flat dense no-caps color=white"
-        )
+        return ui.button(words, icon=icon, on_click=lambda: _attempt(action)).props("flat color=white")
 
     def _key(self, event: KeyEventArguments) -> None:
         """Ctrl-Z, Ctrl-Y and Ctrl-S, outside fields, where the browser has its own."""
         actions = {"z": self.session.undo, "y": self.session.redo, "s": self.save}
         action = actions.get(str(event.key.name).lower())
         if event.action.keydown and event.modifiers.ctrl and action is not None:
-            self.attempt(action)
-
-    def attempt(self, action: Callable[[], object]) -> None:
-        """Do something that may be refused; the reason is shown."""
-        try:
-            action()
-        except (guideload.GuideloadError, OSError) as error:
-            ui.notify(str(error), type="negative", multi_line=True, close_button="Close", timeout=0)
+            _attempt(action)
 
     def save(self) -> None:
         """Write the files."""
@@ -143,10 +132,13 @@ class Page(Part):
                 when = time.strftime("%d %b %H:%M:%S", time.localtime(session.offered[1]))
                 ui.label(f"Unsaved changes of {when} were found: the page ended before they were saved.")
                 for words, taken in (("Take them", True), ("Leave them", False)):
-                    ui.button(words, on_click=lambda taken=taken: session.take_offered(taken)).props(
-                        "dense no-caps"
-                    )
+                    ui.button(words, on_click=lambda taken=taken: session.take_offered(taken))
             if session.notice:
                 ui.label(session.notice).style(f"color: {COLORS['bad']}")
-                ui.button("Reload", on_click=lambda: self.attempt(session.reload)).props("dense no-caps")
+                ui.button("Reload", on_click=lambda: _attempt(session.reload))
         self.offer.set_visibility(session.offered is not None or bool(session.notice))
+
+
+def _attempt(action: Callable[[], object]) -> None:
+    with errors_shown():
+        action()

@@ -1,13 +1,29 @@
-"""Parts that several views share: reports, judgements and their colours."""
+"""Parts that several views share: looks of widgets, charts, work with the last answer, reports and their colours."""
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from nicegui import ui
 
 import guideload
-from guideload.app.answer import Level
+from guideload.app.answer import Answer, Level
+from guideload.app.hub import Hub
+
+for _widget, _props, _classes in (
+    (ui.input, "dense outlined", "field"),
+    (ui.number, "dense outlined", "field"),
+    (ui.select, "dense outlined options-dense", "field"),
+    (ui.button, "dense no-caps", ""),
+    (ui.expansion, "dense header-class=text-weight-medium", "w-full"),
+    (ui.table, "dense flat wrap-cells", "w-full"),
+    (ui.row, "", "items-center gap-2"),
+    (ui.column, "", "w-full gap-1"),
+    (ui.echart, "", "history"),
+):
+    _widget.default_props(_props).default_classes(_classes)
 
 # Contrast on white of at least 4.5 (WCAG AA): 5.2, 6.3, 6.5, 7.6.
 COLORS: dict[Level, str] = {"good": "#1b7a34", "near": "#8a5a00", "bad": "#b3261e", "open": "#4a5160"}
@@ -63,6 +79,11 @@ def line(name: str, data: list[list[float]], color: str, **more: Any) -> dict[st
     } | more
 
 
+def new_chart(what: str, options: dict[str, Any] | None = None) -> ui.echart:
+    """A chart, still empty; what: it shows, for those who do not see it."""
+    return ui.echart(options or chart_options([], "")).props(f'aria-label="{what}"')
+
+
 def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
     """Give a chart new options; one with as many series as before only what changes with the data.
 
@@ -75,6 +96,36 @@ def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
         chart.options.clear()
         chart.options.update(options)
         chart.update()
+
+
+def work_button(hub: Hub, words: str, work: Callable[[Answer], Awaitable[None]], **more: Any) -> ui.button:
+    """A button for work with the last answer; while it runs, it cannot be pressed."""
+
+    async def press() -> None:
+        answer = hub.sound
+        if answer is None or hub.answer is not answer:
+            ui.notify("There is no answer yet, or the machine has a problem: see the answer at the right")
+            return
+        button.disable()
+        button.props("loading")
+        try:
+            with errors_shown():
+                await work(answer)
+        finally:
+            button.enable()
+            button.props(remove="loading")
+
+    button = ui.button(words, on_click=press, **more).props("unelevated")
+    return button
+
+
+@contextmanager
+def errors_shown() -> Iterator[None]:
+    """Show the reason why something is refused, until the user closes it."""
+    try:
+        yield
+    except (guideload.GuideloadError, OSError) as error:
+        ui.notify(str(error), type="negative", multi_line=True, close_button="Close", timeout=0)
 
 
 def show_commands(commands: str) -> ui.code:
@@ -91,7 +142,7 @@ def show_report(report: guideload.reports.Report) -> None:
     show_warnings(report)
     for section in report.sections:
         if section.parts:
-            with ui.expansion(section.title).classes("w-full").props("dense header-class=text-weight-medium"):
+            with ui.expansion(section.title):
                 for part in section.parts:
                     _show_part(part)
 
@@ -132,4 +183,4 @@ def table_content(table: guideload.reports.Table) -> tuple[list[dict[str, Any]],
 def show_table(table: guideload.reports.Table) -> ui.table:
     """A table of a report."""
     columns, rows = table_content(table)
-    return ui.table(columns=columns, rows=rows, row_key="id").props("dense flat wrap-cells").classes("w-full")
+    return ui.table(columns=columns, rows=rows, row_key="id")
