@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 pytest.importorskip("tomlkit", reason="the extra guideload[app] is not installed")
 
 import guideload
-from guideload.app.answer import Answer, Refusal, Solver, judged
+from guideload.app.answer import Answer, Refusal, Solver
 from guideload.app.envelope import BUCKETS, envelope
 from guideload.app.files import Folder
 from guideload.app.runner import SHORT, Runner
@@ -54,14 +54,15 @@ def test_the_figures_are_those_of_the_library(session: Session) -> None:
     machine = guideload.Machine.from_text(session.state.machine)
     result = guideload.simulate(machine, guideload.Moves.from_text(session.state.moves).motion())
     life = guideload.life_of(result)
-    assert isinstance(answer.life, guideload.Life) and answer.life.machine == life.machine
+    figures = answer.figures
+    assert isinstance(figures.life, guideload.Life) and figures.life.machine == life.machine
     instant, place = answer.peak
     assert answer.loads[instant, place] == result.quantities["resultant"].max()
     peaks = result.peaks()["peak_resultant_N"]
     assert answer.names[place] == peaks.idxmax()
-    shown = answer.figures[0].value.removesuffix(" N").replace("\N{NARROW NO-BREAK SPACE}", "")
+    shown = figures.figures[0].value.removesuffix(" N").replace("\N{NARROW NO-BREAK SPACE}", "")
     assert float(shown) == pytest.approx(peaks.max(), abs=0.5)
-    assert answer.margins == guideload.sizing.margins_of(life).ratios
+    assert figures.margins == guideload.sizing.margins_of(life).ratios
     assert answer.report is not None
     assert answer.report.text() == guideload.reports.result_report(result).text()
     level, words = answer.verdict
@@ -114,12 +115,6 @@ def test_a_body_without_support_is_a_problem_of_the_machine(session: Session) ->
     for _ in range(3):
         session.drop("machine", "carriages", 0)
     assert refused(session).problems[0].part == "machine"
-
-
-@pytest.mark.parametrize(("margin", "level"), [(0.99, "bad"), (1.0, "near"), (1.19, "near"), (1.2, "good")])
-def test_the_levels_of_a_margin(margin: float, level: str) -> None:
-    assert judged({"life": margin}, "life", "the life")[0] == level
-    assert judged({}, "life", "the life") == ("open", "")
 
 
 @given(st.integers(2, 5000), st.integers(0, 2**32), st.floats(0, 1), st.floats(0, 1))

@@ -9,7 +9,7 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import guideload
-from guideload.app.answer import Answer, Figure, Level
+from guideload.app.answer import Answer
 from guideload.app.envelope import envelope
 from guideload.app.hub import Hub
 from guideload.app.words import (
@@ -42,7 +42,9 @@ class Figures(ui.element, component="figures.js"):
             "figures": [],
         }
 
-    def show(self, level: Level, words: str, figures: Iterable[Figure]) -> None:
+    def show(
+        self, level: guideload.reports.Level, words: str, figures: Iterable[guideload.reports.KeyFigure]
+    ) -> None:
         """Show them; a figure that is not judged is black."""
         shown = [
             asdict(one) | {"color": COLORS[one.level] if one.level != "open" else BLACK} for one in figures
@@ -86,7 +88,7 @@ class AnswerView:
             if self.hub.problems and sound
             else ""
         )
-        self.figures.show(level, words + stale, sound.figures if sound else [])
+        self.figures.show(level, words + stale, sound.figures.figures if sound else [])
         if sound is None or sound is self.shown:
             return
         judged_only = self.shown is not None and self.shown.result is sound.result
@@ -105,8 +107,8 @@ class AnswerView:
         self.report.clear()
         if self.more.value and self.shown is not None and self.shown.report is not None:
             with self.report:
-                if isinstance(self.shown.life, guideload.Life):
-                    _show_places(self.shown.life)
+                if isinstance(self.shown.figures.life, guideload.Life):
+                    _show_places(self.shown.figures.life)
                 show_report(replace(self.shown.report, warnings=[]))
 
     def _draw(self, answer: Answer) -> None:

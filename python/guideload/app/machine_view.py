@@ -9,7 +9,6 @@ from nicegui import ui
 
 import guideload
 from guideload.app import document
-from guideload.app.answer import text
 from guideload.app.form import Form
 from guideload.app.hub import Hub, Part
 from guideload.app.scene import MachineScene
@@ -95,9 +94,11 @@ class MachineView(Part):
         if self.hub.sound is None:
             return
         modes = guideload.Modes.of(self.hub.sound.machine)
-        names = {-1: "none"}
-        for i, (frequency, ratio) in enumerate(zip(modes.frequency, modes.damping_ratio, strict=True)):
-            names[i] = f"{text(frequency, '3 digits')} Hz ({text(ratio, 'percent')})"
+        column = guideload.reports.Column
+        frequencies = column("", modes.frequency, kind="3 digits").cells
+        ratios = column("", modes.damping_ratio, kind="percent").cells
+        both = enumerate(zip(frequencies, ratios, strict=True))
+        names = {-1: "none"} | {i: f"{frequency} Hz ({ratio})" for i, (frequency, ratio) in both}
         chosen = int(self.mode.value) if self.mode.value in names else -1
         if self.mode.options != names:
             self.mode.set_options(names, value=chosen)

@@ -8,7 +8,6 @@ from typing import Any
 from nicegui import ui
 
 import guideload
-from guideload.app.answer import Level
 from guideload.app.hub import Hub, Part
 from guideload.app.words import (
     COLORS,
@@ -85,7 +84,7 @@ class MonitorView(Part):
             self.shown = state
             self._show(state)
 
-    def _say(self, level: Level, words: str) -> None:
+    def _say(self, level: guideload.reports.Level, words: str) -> None:
         self.sign.text = words
         self.sign.style(f"color: {COLORS[level]}")
 

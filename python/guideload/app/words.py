@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 import guideload
-from guideload.app.answer import Answer, Level
+from guideload.app.answer import Answer
 from guideload.app.hub import Hub
 
 for _widget, _props, _classes in (
@@ -26,8 +26,13 @@ for _widget, _props, _classes in (
     _widget.default_props(_props).default_classes(_classes)
 
 # Contrast on white of at least 4.5 (WCAG AA): 5.2, 6.3, 6.5, 7.6.
-COLORS: dict[Level, str] = {"good": "#1b7a34", "near": "#8a5a00", "bad": "#b3261e", "open": "#4a5160"}
-ICONS: dict[Level, str] = {
+COLORS: dict[guideload.reports.Level, str] = {
+    "good": "#1b7a34",
+    "near": "#8a5a00",
+    "bad": "#b3261e",
+    "open": "#4a5160",
+}
+ICONS: dict[guideload.reports.Level, str] = {
     "good": "check_circle",
     "near": "error",
     "bad": "cancel",

@@ -44,8 +44,10 @@ def integrals(
 def load_bows(run: Result | Run) -> Array:
     """By how much the mean loads of the intervals differ from those of lines, (n - 1, carriage, 6) [N, N m]."""
     machine, names = run.machine, ("time", "displacement", "velocity", "acceleration")
-    motion = [each for each in map(run.history, names) if each is not None]
-    return machine.scene.group_load_bows(*motion, machine.links_of_carriages, machine.carriage_places)
+    known = (each for each in map(run.history, names) if each is not None)
+    time, position, velocity, acceleration = known
+    groups, places = machine.links_of_carriages, machine.carriage_places
+    return machine.scene.group_load_bows(time, position, velocity, acceleration, groups, places)
 
 
 def mean_load(load: Array, path: Array, exponent: float) -> float:

@@ -1,4 +1,8 @@
 from .compare import comparison_report as comparison_report
+from .key_figures import KeyFigure as KeyFigure
+from .key_figures import KeyFigures as KeyFigures
+from .key_figures import Level as Level
+from .key_figures import key_figures as key_figures
 from .monitor import monitor_report as monitor_report
 from .report import Column as Column
 from .report import Definitions as Definitions

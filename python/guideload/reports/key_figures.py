@@ -1,0 +1,176 @@
+"""The figures of a run that decide, each judged by what is required: the cards of the page and of the HTML report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from guideload.base.arguments import checked
+from guideload.base.errors import LifeError
+from guideload.base.number_text import (
+    digits,
+    fixed,
+    kilometres,
+    length_in_table,
+    load_in_table,
+    milliseconds,
+    number,
+    rounded,
+    seconds,
+)
+from guideload.drive.requirements import DriveRequirements, drive_requirements
+from guideload.life.life import Life
+from guideload.reports.life import run_life
+from guideload.simulation.result import Result
+from guideload.sizing.requirements import margins_of
+
+Level = Literal["good", "near", "bad", "open"]
+LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
+NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
+RPM = 60.0 / (2.0 * math.pi)  # per rad/s
+F_W = "dynamic factor: peak over quasi-static peak"
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """A figure: its name, its value and where or how it is meant.
+
+    level   "good", "near" (by less than a fifth) or "bad" where something is required, else "open"; reason: in words
+    """
+
+    name: str
+    value: str
+    place: str = ""
+    level: Level = "open"
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class KeyFigures:
+    """The key figures of a run.
+
+    margins  figure over requirement of each criterion, as in `Margins.ratios`
+    life     of the carriages, or why it cannot be computed; None if no carriage names a product
+    """
+
+    figures: tuple[KeyFigure, ...]
+    margins: dict[str, float]
+    life: Life | LifeError | None
+
+    @property
+    def verdict(self) -> tuple[Level, str]:
+        """The worst judgement, and its reason."""
+        worst = max(self.figures, key=lambda one: LEVELS.index(one.level))
+        if worst.level == "bad":
+            return "bad", f"Does not hold. {worst.name}: {worst.reason}"
+        if worst.level == "near":
+            return "near", f"Holds with little margin. {worst.name}: {worst.reason}"
+        if worst.level == "open":
+            return (
+                "open",
+                "Nothing is required yet: name a product of the carriages, and a life to be reached",
+            )
+        smallest = min(self.margins, key=lambda name: self.margins[name])
+        open_life = "" if "life" in self.margins else ". No life to be reached is given"
+        return "good", f"Holds. Smallest margin: {smallest}{open_life}"
+
+
+@checked
+def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
+    """Largest load, life, static safety, dynamic factor, drive force and settling of a run, judged.
+
+    audited: with what takes longer than the run itself, the dynamic factor and the peak between the samples.
+    Raises ArgumentError if the result reports no instant, and LifeError for a motion without velocity.
+    """
+    life, drive = run_life(result), drive_requirements(result)
+    margins = margins_of(life, drive).ratios if isinstance(life, Life) else drive.margins
+    figures = (
+        _largest_load(result, audited),
+        *_life_figures(life, margins, audited),
+        KeyFigure("f_W", _dynamic_factor(result) if audited else "...", F_W),
+        *_drive_figures(drive, margins),
+        *_settling(result),
+    )
+    return KeyFigures(figures, dict(margins), life)
+
+
+def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, str]:
+    """Level and reason of a figure by its margin, the figure over what is required."""
+    margin = margins.get(name)
+    if margin is None:
+        return "open", ""
+    level: Level = "bad" if margin < 1.0 else "near" if margin < NEAR else "good"
+    return level, f"{digits(margin, 3)} times {required}"
+
+
+def _largest_load(result: Result, audited: bool) -> KeyFigure:
+    machine, time, loads = result.machine, result.history("time"), result.carriage_loads
+    assert time is not None
+    kind, parts = ("carriage", machine.carriages) if machine.carriages else ("link", machine.links)
+    sizes = (
+        np.hypot(loads[:, :, 1], loads[:, :, 2])
+        if machine.carriages
+        else np.abs(result.quantities["link_load"])
+    )
+    instant, place = np.unravel_index(int(sizes.argmax()), sizes.shape)
+    between_samples = audited and bool(machine.carriages)
+    largest = result.peak_columns["peak_resultant_N"].max() if between_samples else sizes[instant, place]
+    where = f"on {kind} {parts[int(place)].name} at {seconds(float(time[instant]))} s"
+    return KeyFigure("Largest load", f"{load_in_table(float(largest))} N", where)
+
+
+def _life_figures(
+    life: Life | LifeError | None, margins: dict[str, float], audited: bool
+) -> Iterator[KeyFigure]:
+    if not isinstance(life, Life):
+        yield KeyFigure("Life", "not known", str(life or "no carriage names a product with ratings"))
+        return
+    target, weakest, least = life.conditions.life, life.weakest, life.conditions.least_safety
+    wanted = "" if target is None else f"the {target.text} to be reached"
+    shortest = f"{kilometres(life.machine)} km, shortest: carriage {life.shortest.name}"
+    yield KeyFigure(
+        "Life", f"{rounded(life.hours(life.machine))} h", shortest, *_judged(margins, "life", wanted)
+    )
+    at = f"carriage {weakest.name} at {seconds(life.record.travel.time[weakest.static.instant])} s"
+    if audited:
+        at += f", {weakest.worst.phase}"
+    judgement = _judged(margins, "static safety", f"the least of {number(least)}")
+    yield KeyFigure("Static safety", fixed(weakest.static.safety, 2), at, *judgement)
+
+
+def _dynamic_factor(result: Result) -> str:
+    return fixed(float(np.nanmax(result.audit.simpler_models.dynamic_factor)), 2)
+
+
+def _drive_figures(drive: DriveRequirements, margins: dict[str, float]) -> Iterator[KeyFigure]:
+    force, rms = load_in_table(drive.peak_force), load_in_table(drive.rms_force)
+    judgement = _judged(margins, "drive force", "the motion needs")
+    yield KeyFigure("Drive force", f"{force} N", f"rms {rms} N", *judgement)
+    if (motor := drive.motor) is not None:
+        turns = RPM * float(np.abs(motor.speed).max())
+        words = f"rms {digits(motor.rms_torque)} N m, {fixed(turns)} rpm"
+        names = [name for name in margins if "motor" in name or "screw" in name]
+        worst = min(names, key=lambda name: margins[name], default="")
+        judgement = _judged(margins, worst, f"what the motion needs ({worst})")
+        yield KeyFigure("Motor torque", f"{digits(float(np.abs(motor.torque).max()))} N m", words, *judgement)
+    for name in ("speed", "acceleration"):
+        if name in margins:
+            level, reason = _judged(margins, name, f"the {name} of the motion")
+            yield KeyFigure(f"Limit of {name}", reason, "of the product", level, reason)
+
+
+def _settling(result: Result) -> Iterator[KeyFigure]:
+    if not any(point.settle_window for point in result.machine.points):
+        return
+    for one in result.settling():
+        if one.spans:
+            known = one.time[np.isfinite(one.time)]
+            late = one.time.size - known.size
+            value = f"{milliseconds(float(known.max()))} ms" if known.size else "not seen"
+            window = f"longest, to within {length_in_table(1e6 * one.window)} um"
+            reason = f"it does not settle after {late} of {one.time.size} moves" if late else ""
+            yield KeyFigure(f"Settling of {one.point}", value, window, "near" if late else "open", reason)
