@@ -16,6 +16,7 @@ from .loads import moments as moments
 from .loads import motor_speed as motor_speed
 from .loads import paper_figures as paper_figures
 from .loads import resultant as resultant
+from .long_records import extremes as extremes
 from .machine import equivalent_box as equivalent_box
 from .machine import modes as modes
 from .machine import scene as scene

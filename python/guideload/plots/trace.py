@@ -12,7 +12,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
-from guideload.plots.long_records import COLUMNS, thinned
+from guideload.plots.long_records import COLUMNS, columns, extremes
 from guideload.plots.spectra import label_modes, octave_bands, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
@@ -78,10 +78,8 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
 
 def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
     """A line; for long histories, through the smallest and the largest value in each column of the picture."""
-    if time.size > COLUMNS:
-        columns, [(low, high)] = thinned(time, values)
-        time, values = np.repeat(columns, 2), np.column_stack([low, high]).ravel()
-    ax.plot(time, values, **style)
+    shown = np.unique(extremes(values, columns(time.size))) if time.size > COLUMNS else slice(None)
+    ax.plot(time[shown], values[shown], **style)
 
 
 def _draw_each(ax: Axes, time: Array, values: Array, width: float, **style: Any) -> None:
@@ -126,8 +124,9 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
         low, high = acceleration - half, acceleration + half
         at = int(np.abs(acceleration).argmax())
         half_width = f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"  # most bands are thin
-        columns, [(lower, _), (_, upper)] = thinned(time, low, high)
-        ax.fill_between(columns, lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
+        starts = columns(time.size)
+        lower, upper = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+        ax.fill_between(time[starts], lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
     is_all = time.size == inspection.time.size
     dots: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": ".", "markersize": 3.0}
     differences = {"color": PALE, "linewidth": 0.8} if is_all else dots
