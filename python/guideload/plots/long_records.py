@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -61,8 +61,13 @@ def is_long(result: Result) -> bool:
     return time.size > 2 * COLUMNS and float(np.ptp(time)) * lowest > MOST_PERIODS
 
 
-def draw_envelope(ax: Axes, time: Array, values: Array, color: str, label: str = "") -> None:
-    """The range of a history in each column of the picture, as an area."""
+def draw_history(
+    ax: Axes, time: Array, values: Array, envelope: bool, *, color: str, label: str = "", **line: Any
+) -> None:
+    """A line with the style `line`, or as an envelope the range of a history in each column of the picture."""
+    if not envelope:
+        ax.plot(time, values, color=color, label=label, **line)
+        return
     starts = columns(time.size)
     stamps = np.append(time[starts], time[-1])
     low, high = (values[np.append(found, found[-1])] for found in extremes(values, starts))
@@ -84,8 +89,7 @@ def worst_cycle(result: Result, loads: Array | None = None) -> slice:
     lowest = float(result.modes.frequency.min(initial=np.inf))
     at = float(time[int(load.argmax())])
     start, end = at - AROUND / lowest, at + AROUND / lowest
-    velocity = data["cart_velocity"] if "cart_velocity" in data else None
-    for span in move_spans(time, data["cart_acceleration"], velocity):
+    for span in move_spans(time, data["cart_acceleration"], result.history("cart_velocity")):
         margin = MARGIN * (span.until - span.start)
         if span.start <= at <= span.until and (span.until - span.start) * lowest <= CYCLE:
             start, end = span.start - margin, span.until + margin

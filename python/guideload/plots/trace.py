@@ -13,7 +13,7 @@ from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
 from guideload.plots.long_records import COLUMNS, columns, extremes
-from guideload.plots.spectra import label_modes, octave_bands, set_frequency_ticks
+from guideload.plots.spectra import label_modes, octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
 if TYPE_CHECKING:
@@ -69,10 +69,8 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
     """
     step, values = uniform(time, acceleration - acceleration.mean())
     window = np.hanning(values.size + 2)[1:-1]
-    transform = np.fft.rfft(values * window)[1:]
-    power = 2.0 * step * np.abs(transform) ** 2 / float(window @ window)
-    frequency = np.arange(1, power.size + 1) / (values.size * step)
-    centers, means, _ = octave_bands(frequency, power[:, None])
+    window /= np.sqrt(np.mean(window**2))
+    centers, means, _ = octave_bands(*power_density(step, (values * window)[:, None]))
     return centers, means[:, 0]
 
 
