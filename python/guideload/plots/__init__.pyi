@@ -31,7 +31,7 @@ from .stability_region import stability as stability
 from .study import band as band
 from .study import distributions as distributions
 from .study import exceedance as exceedance
+from .study import failure as failure
 from .study import save_study as save_study
-from .study_life import failure as failure
 from .trace import encoder as encoder
 from .work_precision_diagram import work_precision as work_precision

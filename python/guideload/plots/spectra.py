@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
@@ -133,7 +133,7 @@ def set_frequency_ticks(ax: Axes) -> None:
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_minor_formatter(NullFormatter())
         if axis.get_scale() == "log":
-            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_major_formatter("{x:g}")
 
 
 def mark_modes(ax: Axes, frequencies: Array) -> Array:
