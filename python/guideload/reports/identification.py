@@ -111,32 +111,29 @@ def _estimates_table(found: Identification) -> Table:
 
 def _modal_section(test: ModalTest, found: Identification) -> Section:
     """Measured and computed modes; measured ones without a computed one have a reason below."""
-    headings = [("mode",), ("measured", "Hz", "4 digits"), ("computed", "Hz", "4 digits")]
-    headings += [
-        ("differ", "%", "signed factor"),
-        ("damping", "%", "3 digits"),
-        ("computed", "%", "3 digits"),
+    pairs = test.pairs(found.model)
+    modes = [test.modes[pair.measured] for pair in pairs]
+    differ = [
+        None if pair.frequency is None else 100.0 * (mode.frequency / pair.frequency - 1.0)
+        for pair, mode in zip(pairs, modes, strict=True)
     ]
-    rows: list[list[Value]] = []
-    lost = []
-    for pair in test.pairs(found.model):
-        mode = test.modes[pair.measured]
-        damping = mode.damping and 100.0 * mode.damping
-        computed: list[Value] = ["none", None, damping, None, None, None]
-        if pair.frequency is None or pair.damping is None or pair.computed is None:
-            lost.append(f"Mode {pair.measured + 1} was left out: {pair.reason}.")
-        else:
-            difference = 100.0 * (mode.frequency / pair.frequency - 1.0)
-            computed = [
-                pair.frequency,
-                difference,
-                damping,
-                100.0 * pair.damping,
-                pair.mac,
-                pair.computed + 1,
-            ]
-        rows.append([str(pair.measured + 1), mode.frequency, *computed])
-    table = Table.by_rows([*headings, ("MAC", "", "time"), ("computed mode", "", "count")], rows)
+    table = Table(
+        Column("mode", [str(pair.measured + 1) for pair in pairs]),
+        Column("measured", [mode.frequency for mode in modes], "Hz", "4 digits"),
+        Column("computed", [pair.frequency or "none" for pair in pairs], "Hz", "4 digits"),
+        Column("differ", differ, "%", "signed factor"),
+        Column("damping", [mode.damping and 100.0 * mode.damping for mode in modes], "%", "3 digits"),
+        Column("computed", [pair.damping and 100.0 * pair.damping for pair in pairs], "%", "3 digits"),
+        Column("MAC", [pair.mac for pair in pairs], kind="time"),
+        Column(
+            "computed mode",
+            [None if each.computed is None else each.computed + 1 for each in pairs],
+            kind="count",
+        ),
+    )
+    lost = (
+        f"Mode {each.measured + 1} was left out: {each.reason}." for each in pairs if each.computed is None
+    )
     return Section(f"Modes: {test.name}", table, *lost)
 
 
