@@ -12,7 +12,7 @@ from trace_files import has_note, write_trace
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
 from guideload.base.number_text import digits
 from guideload.motion.uncertainty import COVER
-from guideload.plots.trace import density, thinned
+from guideload.plots.trace import density
 from guideload.reports.trace import encoder_report
 from guideload.smoothing.estimation import MotionEstimate
 
@@ -213,14 +213,6 @@ def test_a_trace_at_standstill_has_a_picture(tmp_path: Path) -> None:
     plots.save(axes[0], tmp_path / "a.png")
     assert not np.any(axes[0].lines[1].get_ydata()) and axes[4].get_yscale() == "linear"
     assert "no acceleration" in encoder_report(inspection).text() and has_note(inspection.trace, "no motion")
-
-
-def test_columns_keep_the_smallest_and_the_largest() -> None:
-    values = np.random.default_rng(0).normal(size=100_003)
-    values[[17, 99_999]] = (40.0, -50.0)
-    time, [(low, high)] = thinned(np.arange(values.size) * 1.0, values)
-    assert time.size == low.size == high.size <= 1500
-    assert (low.min(), high.max()) == (-50.0, 40.0) and np.all(low <= high)
 
 
 def test_density_of_white_noise_is_its_variance_over_the_band() -> None:

@@ -12,7 +12,7 @@ from reference import cart, cycle
 
 from guideload import Moves, PointOfInterest, Result, plots, simulate
 from guideload.html_report import run_page
-from guideload.plots.long_records import is_long, thinned, worst_cycle
+from guideload.plots.long_records import columns, extremes, is_long, worst_cycle
 
 LIMITS = {"speed": 1.0, "acceleration": 5.0, "jerk": 200.0}
 
@@ -29,12 +29,13 @@ def long() -> Result:
 @pytest.mark.parametrize("count", [1, 10, 1500, 1501, 24_840])
 def test_an_envelope_has_every_extreme(count: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
-    time = np.arange(count) / 1e3
-    columns, [(low, high)] = thinned(time, values)
-    assert columns.size <= 1500 and columns[0] == 0.0
-    index = np.searchsorted(columns, time, side="right") - 1
-    assert (low[index] <= values).all() and (values <= high[index]).all()
-    assert (low.min(), high.max()) == (values.min(), values.max())
+    starts = columns(count)
+    assert starts.size <= 1500 and starts[0] == 0
+    found = extremes(values, starts)
+    low, high = values[np.array(found)]
+    group = np.searchsorted(starts, np.arange(count), side="right") - 1
+    assert (low[group] <= values).all() and (values <= high[group]).all()
+    assert all(np.array_equal(group[each], np.arange(starts.size)) for each in found)
 
 
 def test_the_worst_cycle_is_that_of_the_peak(long: Result) -> None:

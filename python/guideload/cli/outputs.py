@@ -26,9 +26,7 @@ OF_POINTS = "points.png"  # of a machine with [[points]]
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
 LIFE_PICTURES = ("life.png", "static_safety.png", "failure.png")  # of a study whose carriages have ratings
-RECORD_PICTURES = tuple(
-    f"record_{number}.png" for number in range(1, 10)
-)  # as in plots/identification_records.py
+RECORD_PICTURES = tuple(f"record_{number}.png" for number in range(1, 10))  # as in plots/identification.py
 IDENTIFICATION_PICTURES = (
     "numbers.png",
     "correlation.png",

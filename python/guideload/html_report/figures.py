@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
+from guideload.plots.long_records import extremes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +65,7 @@ SVG_DPI = 72.0  # of Matplotlib's SVG, in which a unit is a point
 def chart(title: str, unit: str, time: Array, lines: Sequence[Line], group: str = "") -> Chart:
     """A chart of histories over time [s]. Charts of one group zoom together."""
     if time.size > MOST_POINTS:
-        time, lines = _envelope(time, lines)
+        time, lines = _thinned(time, lines)
     drawn = [
         {"name": line.name, "values": _packed(line.values, "<f4"), "color": line.color, "dashed": line.dashed}
         for line in lines
@@ -78,18 +79,13 @@ def _packed(values: Array, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
-def _envelope(time: Array, lines: Sequence[Line]) -> tuple[Array, list[Line]]:
-    """Smallest and largest value of every line in groups of neighbouring samples, at the first and last instant."""
+def _thinned(time: Array, lines: Sequence[Line]) -> tuple[Array, list[Line]]:
+    """Smallest and largest value of every line in groups of samples, at the first and last instant of the group."""
     starts = np.linspace(0, time.size, MOST_POINTS // 2, endpoint=False).astype(np.intp)
     ends = np.append(starts[1:], time.size) - 1
-    instants = np.column_stack([time[starts], time[ends]]).ravel()
-    thinned = []
-    for line in lines:
-        low, high = np.minimum.reduceat(line.values, starts), np.maximum.reduceat(line.values, starts)
-        rising = (line.values[ends] >= line.values[starts])[:, None]
-        pair = np.where(rising, np.column_stack([low, high]), np.column_stack([high, low]))
-        thinned.append(Line(line.name, pair.ravel(), line.color, line.dashed))
-    return instants, thinned
+    pairs = (np.sort(np.column_stack(extremes(line.values, starts))).ravel() for line in lines)
+    thinned = [replace(line, values=line.values[pair]) for line, pair in zip(lines, pairs, strict=True)]
+    return time[np.column_stack([starts, ends]).ravel()], thinned
 
 
 def picture(ax: Axes, caption: str) -> Picture:

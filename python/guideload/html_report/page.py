@@ -14,18 +14,8 @@ from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from guideload.base.atomic import atomic_write
-from guideload.html_report.figures import Chart, Figure, Listing, Picture
-from guideload.reports.report import Definitions, Part, Report, Section, Table
-
-KINDS = {
-    Table: "table",
-    Definitions: "definitions",
-    list: "lines",
-    str: "text",
-    Chart: "chart",
-    Picture: "picture",
-    Listing: "listing",
-}
+from guideload.html_report.figures import Figure
+from guideload.reports.report import Report, Section
 
 
 def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None = None) -> str:
@@ -37,7 +27,7 @@ def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None =
     return _template().render(
         report=page,
         figures={one.title: drawn.get(one.title, []) for one in page.sections},
-        kind_of=_kind,
+        kind_of=lambda part: type(part).__name__,
         version=version("guideload"),
         style=Markup(_file("page.css")),
         script=Markup(_file("page.js")),
@@ -52,10 +42,6 @@ def save_page(text: str, path: str | PathLike[str], *, replace: bool = True) -> 
     with atomic_write(Path(path), replace=replace) as draft:
         draft.write_text(text, encoding="utf-8")
     return Path(path)
-
-
-def _kind(part: Part | Figure) -> str:
-    return next(kind for each, kind in KINDS.items() if isinstance(part, each))
 
 
 @cache

@@ -16,6 +16,7 @@ from .loads import moments as moments
 from .loads import motor_speed as motor_speed
 from .loads import paper_figures as paper_figures
 from .loads import resultant as resultant
+from .long_records import extremes as extremes
 from .machine import equivalent_box as equivalent_box
 from .machine import modes as modes
 from .machine import scene as scene
@@ -30,7 +31,7 @@ from .stability_region import stability as stability
 from .study import band as band
 from .study import distributions as distributions
 from .study import exceedance as exceedance
+from .study import failure as failure
 from .study import save_study as save_study
-from .study_life import failure as failure
 from .trace import encoder as encoder
 from .work_precision_diagram import work_precision as work_precision

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.plots.long_records import draw_envelope, is_long
+from guideload.plots.long_records import draw_history, is_long
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.compare import require_carriages
 
@@ -35,10 +35,8 @@ def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
             data, style = result.quantities, carriage_look(i)
             peaks = result.peak_columns["peak_resultant_N"]
             at = int(peaks.argmax())
-            if is_long(result):
-                draw_envelope(above, data["time"], data["resultant"][:, at], style.color)
-            else:
-                above.plot(data["time"], data["resultant"][:, at], color=style.color, ls=style.dash)
+            line, envelope = data["resultant"][:, at], is_long(result)
+            draw_history(above, data["time"], line, envelope, color=style.color, linestyle=style.dash)
             places = np.arange(peaks.size) + (i - 0.5 * (len(results) - 1)) * width
             below.bar(places, peaks, width, color=style.color, label="_")
             below.containers[-1].set_label(f"{title}, largest on {result.machine.carriages[at].name}")

@@ -15,8 +15,10 @@ from guideload.plots.style import (
     GREY,
     INK,
     axes_or_new,
+    draw_effects,
     legend_beside,
     look,
+    name_rows,
     new_figure,
     plain,
     write_instead,
@@ -62,20 +64,15 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             ax.set_xlabel("Sobol index: share of the variance")
             legend_beside(ax)
         else:
-            colors = np.where(strength >= 0, "#0072B2", "#D55E00")
-            ax.barh(places, strength, 0.68, color=colors.tolist())
+            draw_effects(ax, strength)
             reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
             ax.set_xlim(-reach, reach)
             ax.set_xlabel("rank correlation (negative: falls as the parameter grows)")
-            ax.axvline(0, color=GREY, linewidth=0.8)
         errors = np.clip([strength - low, high - strength], 0, None)
         ax.errorbar(
             strength, places, xerr=errors, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4
         )
-        ax.set_yticks(places, [plain(short(str(one))) for one in shown.index])
-        ax.set_ylim(len(shown) - 0.4, -0.6)
-        ax.yaxis.grid(False)
-        ax.tick_params(axis="y", length=0)
+        name_rows(ax, (short(str(one)) for one in shown.index))
         for text in weaker_parameters(rows, BARS):
             ax.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", ha="right", color=GREY)
     return ax

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.signal import welch
 
 from guideload.base.arguments import checked
 from guideload.identification.modal_test import ModalTest
@@ -14,7 +15,6 @@ from guideload.identification.motor_force import MotorForce
 from guideload.identification.responses import UNITS, FrequencyResponses
 from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import short_name, usual_unit
-from guideload.plots.identification_records import RECORD_PICTURES, records
 from guideload.plots.saving import save_each
 from guideload.plots.style import (
     CARRIAGE_COLORS,
@@ -24,15 +24,18 @@ from guideload.plots.style import (
     axes_or_new,
     legend_above,
     look,
+    name_rows,
     new_figure,
     plain,
 )
+from guideload.reports.identification import record_channels
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from matplotlib.axes import Axes
 
+    from guideload.base.arrays import Array
     from guideload.identification.next_measurement import RankedMeasurement
     from guideload.identification.result import Identification
 
@@ -40,6 +43,9 @@ MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
 MOST_CANDIDATES = 20
 MOST_CURVES = 12  # of frequency responses that are drawn
 MOST_MODES = 6  # whose shapes are drawn
+MOST_RECORDS = 9  # in time that are drawn
+MOST_CHANNELS = 4  # of a record that are drawn
+PARTS = 8  # of a record, whose spectra are averaged
 WRITTEN = 12  # unknowns up to which the correlations are written as numbers
 
 
@@ -49,44 +55,26 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
 
     Grey: before the data. A number that the data do not determine has no dot.
     """
-    count = len(found.unknowns)
+    shown = [100.0]
     with look():
-        ax = axes_or_new(ax, 8.0, 1.6 + 0.34 * count)
+        ax = axes_or_new(ax, 8.0, 1.6 + 0.34 * len(found.unknowns))
         for i, (one, unknown) in enumerate(zip(found.estimates, found.unknowns, strict=True)):
             scale = 100.0 / unknown.start if unknown.start else 1.0
             before = [unknown.value(unknown.expected + side * 1.96 * unknown.spread) for side in (-1, 1)]
             ax.plot(scale * np.array(before), [i, i], color=PALE, linewidth=9.0, solid_capstyle="butt")
+            words, ink = "not identified", GREY
             if one.is_identified:
-                ax.plot([scale * one.low, scale * one.high], [i, i], color=COMPUTED, linewidth=3.0)
+                low, high = scale * one.low, scale * one.high
+                shown += [low, high] if unknown.start else []
+                ax.plot([low, high], [i, i], color=COMPUTED, linewidth=3.0)
                 ax.plot(scale * one.value, i, "o", color=COMPUTED, markersize=5.0)
-            unit, factor = usual_unit(one.unit)
-            unit = "" if one.unit == "1" else f" {unit}"
-            words = (
-                f"{factor * one.low:.4g} to {factor * one.high:.4g}{unit}"
-                if one.is_identified
-                else "not identified"
-            )
-            ax.text(
-                1.01,
-                i,
-                words,
-                transform=ax.get_yaxis_transform(),
-                va="center",
-                color=INK if one.is_identified else GREY,
-            )
-        ax.set_yticks(range(count), [plain(short_name(one.name)) for one in found.estimates])
-        ends = [v for one in found.estimates if one.is_identified for v in (one.low, one.high)]
-        shown = [
-            100.0 * v / u.start
-            for one, u in zip(found.estimates, found.unknowns, strict=True)
-            if one.is_identified and u.start
-            for v in (one.low, one.high)
-        ]
-        if ends and shown:
-            ax.set_xlim(min(*shown, 100.0) - 15.0, max(*shown, 100.0) + 15.0)
+                unit, factor = ("", 1.0) if one.unit == "1" else usual_unit(one.unit)
+                words, ink = f"{factor * one.low:.4g} to {factor * one.high:.4g} {unit}".rstrip(), INK
+            ax.text(1.01, i, words, transform=ax.get_yaxis_transform(), va="center", color=ink)
+        if len(shown) > 1:
+            ax.set_xlim(min(shown) - 15.0, max(shown) + 15.0)
         ax.axvline(100.0, color=GREY, linewidth=1.0, linestyle=":")
-        ax.invert_yaxis()
-        ax.grid(axis="y", visible=False)
+        name_rows(ax, (short_name(one.name) for one in found.estimates))
         ax.set_xlabel("value [% of the machine file's]; grey: known before; bar: 95 % interval")
         ax.set_title(f"{found.nominal.name}: identified numbers", parse_math=False)
     return ax
@@ -166,22 +154,12 @@ def _differences(ax: Axes, test: ModalTest, found: Identification, kind: int) ->
         values = ((mode.frequency, pair.frequency), (mode.damping, pair.damping))[kind]
         if values[0] is None or values[1] is None:
             continue
-        ax.errorbar(
-            pair.measured + 1,
-            100.0 * (values[0] / values[1] - 1.0),
-            level,
-            fmt="o",
-            color=COMPUTED,
-            capsize=3,
-        )
+        differs = 100.0 * (values[0] / values[1] - 1.0)
+        ax.errorbar(pair.measured + 1, differs, level, fmt="o", color=COMPUTED, capsize=3)
     ax.set_xlim(0.5, len(test.modes) + 0.5)
     ax.set_xticks(range(1, len(test.modes) + 1))
     ax.set(xlabel="measured mode", ylabel="measured over computed - 1 [%]")
     ax.set_title(("Frequencies", "Damping ratios")[kind])
-
-
-def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
-    return records(found, data)[0]
 
 
 @checked
@@ -211,6 +189,57 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
     return axes
 
 
+def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
+    """Measured against computed values of a record in time: histories, difference and spectra of each channel."""
+    channels = record_channels(found, data)[:MOST_CHANNELS]
+    count, time = len(channels), data.window_time
+    with look():
+        figure = new_figure(10.0, 0.8 + 3.4 * count)
+        grid = figure.add_gridspec(2 * count, 2, width_ratios=[2.0, 1.0], height_ratios=[2.0, 1.0] * count)
+        for i, (name, unit, measured, predicted) in enumerate(channels):
+            above = figure.add_subplot(grid[2 * i, 0])
+            below = figure.add_subplot(grid[2 * i + 1, 0], sharex=above)
+            beside = figure.add_subplot(grid[2 * i : 2 * i + 2, 1])
+            _histories(above, below, time, measured, predicted)
+            _spectra(beside, time, measured, predicted)
+            above.set_title(plain(f"{name} [{unit}]"), loc="left", parse_math=False)
+            if i == 0:
+                legend_above(beside, 2)
+        below.set_xlabel("time of the record [s]")
+        beside.set_xlabel("frequency [Hz]")
+        figure.suptitle(f"{found.nominal.name}: {data.name}, measured and computed", parse_math=False)
+    return figure.axes[0]
+
+
+def _histories(above: Axes, below: Axes, time: Array, measured: Array, predicted: Array) -> None:
+    gaps = np.flatnonzero(np.diff(time) > 2.0 * np.median(np.diff(time))) + 1  # windows that are left out
+
+    def broken(values: Array) -> Array:
+        return np.insert(values, gaps, np.nan)
+
+    above.plot(broken(time), broken(measured), color=GREY, linewidth=1.6)
+    above.plot(broken(time), broken(predicted), color=COMPUTED, linewidth=0.8)
+    above.tick_params(labelbottom=False)
+    below.plot(broken(time), broken(measured - predicted), color=INK, linewidth=0.6)
+    below.axhline(0.0, color=GREY, linewidth=0.8)
+    below.set_ylabel("difference")
+
+
+def _spectra(ax: Axes, time: Array, measured: Array, predicted: Array) -> None:
+    """Amplitude spectral densities, by Welch's method on a uniform grid."""
+    step = float(np.median(np.diff(time)))
+    grid = np.arange(time[0], time[-1], step)
+    for values, color, width, label in (
+        (measured, GREY, 2.0, "measured"),
+        (predicted, COMPUTED, 1.0, "computed"),
+        (measured - predicted, INK, 0.8, "difference"),
+    ):
+        even = np.interp(grid, time, values)
+        hertz, density = welch(even, 1.0 / step, nperseg=max(grid.size // PARTS, 8))
+        ax.loglog(hertz[1:], np.sqrt(density[1:]), color=color, linewidth=width, label=label)
+    ax.set_ylabel("amplitude density [unit/√Hz]")
+
+
 @checked
 def next_measurements(
     candidates: Sequence[RankedMeasurement], ax: Axes | None = None, *, figure: str = "all unknowns"
@@ -226,11 +255,9 @@ def next_measurements(
         ax.barh(range(len(shown)), shares, 0.6, color=COMPUTED)
         for i, share in enumerate(shares):
             ax.text(share + 1.0, i, f"{share:.3g} %", va="center", fontsize=8.5)
-        ax.set_yticks(range(len(shown)), [plain(one.name) for one in shown])
+        name_rows(ax, (one.name for one in shown))
         ax.set_xlim(0.0, 112.0)
         ax.axvline(100.0, color=GREY, linewidth=1.0, linestyle=":")
-        ax.invert_yaxis()
-        ax.grid(axis="y", visible=False)
         ax.set_xlabel(f"interval of {plain(figure)} after the measurement [% of the one now]")
         ax.set_title("What to measure next")
     return ax
@@ -257,7 +284,8 @@ def save_identification(
         drawings["frequency_responses.png"] = lambda: measured_responses(found)[0]
     in_time = [one for one in found.data if isinstance(one, MotorForce | SensorLog)]
     drawings |= {
-        name: partial(_record, found, one) for name, one in zip(RECORD_PICTURES, in_time, strict=False)
+        f"record_{number}.png": partial(_record, found, one)
+        for number, one in enumerate(in_time[:MOST_RECORDS], start=1)
     }
     if candidates:
         drawings["next_measurements.png"] = lambda: next_measurements(candidates, figure=figure)

@@ -13,7 +13,7 @@ from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
 from guideload.motion.uncertainty import COVER
-from guideload.plots.long_records import draw_envelope, is_long, worst_cycle
+from guideload.plots.long_records import draw_history, is_long, worst_cycle
 from guideload.plots.style import (
     DASHED,
     GREY,
@@ -64,10 +64,7 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
         values, label = data["cart_acceleration"][:, 0], "acceleration [m/s²]"
     with look():
         ax = axes_or_new(ax, 7.5, 2.6)
-        if is_long(result):
-            draw_envelope(ax, data["time"], values, INK)
-        else:
-            ax.plot(data["time"], values, color=INK)
+        draw_history(ax, data["time"], values, is_long(result), color=INK)
         ax.axhline(0, color=GREY, linewidth=0.7, zorder=1)
         ax.set(title=title, xlabel="time [s]", ylabel=label)
         _limit_zoom(ax, values)
@@ -100,41 +97,29 @@ def paper_figures(result: Result) -> list[Axes]:
     record the worst cycle is drawn beside each load; these axes are the last ones.
     """
     carriages = [str(name) for name in result.quantities["carriage"]]
-    enlarged = is_long(result)
+    parts = [None, worst_cycle(result)] if is_long(result) else [None]
     with look():
-        columns, rows = (4 if enlarged else 2), 1 + len(carriages)
+        columns, rows = 2 * len(parts), 1 + len(carriages)
         width, height = 5.0 * columns + 2.0, 1.0 + 2.1 * rows
         figure = new_figure(width, height)
         figure.set_layout_engine("none")  # places given in inches: to find them takes as long as the drawing
         gap = {"wspace": 0.9 / (width / columns - 0.9), "hspace": 0.85 / (height / rows - 0.95)}
-        places = {
-            "left": 0.8 / width,
-            "right": 1.0 - 0.2 / width,
-            "bottom": 0.5 / height,
-            "top": 1.0 - 0.8 / height,
-        }
+        places = {"left": 0.8 / width, "right": 1.0 - 0.2 / width}
+        places |= {"bottom": 0.5 / height, "top": 1.0 - 0.8 / height}
         grid = figure.add_gridspec(rows, columns, **places, **gap)
-        sheet = [motor_speed(result, figure.add_subplot(grid[0, :]))]
+        overviews = [motor_speed(result, figure.add_subplot(grid[0, :]))]
         cycles: list[Axes] = []
         for row, carriage in enumerate(carriages, start=1):
             for column, axis in enumerate("yz"):
-                place = grid[row, 2 * column if enlarged else column]
-                sheet.append(_load(result, carriage, axis, figure.add_subplot(place, sharex=sheet[0])))
-                if enlarged:
-                    below = cycles[0] if cycles else None
-                    cycles.append(
-                        _cycle(
-                            result,
-                            carriage,
-                            axis,
-                            figure.add_subplot(grid[row, 2 * column + 1], sharex=below),
-                        )
-                    )
-        for ax in (*sheet[1:-2], *cycles[:-2]):
+                for k, (part, drawn) in enumerate(zip(parts, (overviews, cycles), strict=False)):
+                    place = grid[row, len(parts) * column + k]
+                    ax = figure.add_subplot(place, sharex=drawn[0] if drawn else None)
+                    drawn.append(_load(result, carriage, axis, ax, part))
+        for ax in (*overviews[1:-2], *cycles[:-2]):
             ax.set_xlabel("")
             ax.tick_params(labelbottom=False)
         figure.suptitle(run_title(result), parse_math=False)
-    return [*sheet, *cycles]
+    return [*overviews, *cycles]
 
 
 @checked
@@ -147,8 +132,10 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     axes are given, the worst cycle below.
     """
     static = Histories(result.machine, result.quantities).quasi_static_resultants()
-    loads = _Loads(result.quantities["resultant"], static, "static with m a", "resultant_sd", "N")
-    return _carriages(result, loads, "Resultant load of the carriages", "√(Fy² + Fz²) [N]", ax)
+    loads = _Loads(
+        result.quantities["resultant"], static, "static with m a", "resultant_sd", "√(Fy² + Fz²)", "N"
+    )
+    return _carriages(result, loads, "Resultant load of the carriages", ax)
 
 
 @checked
@@ -158,32 +145,23 @@ def moments(result: Result, ax: Axes | None = None) -> Axes:
     The two ends of a long carriage react to pitch of the body with opposite forces, which cancel in the force of the
     carriage and add up in its moment. If the motion has an uncertainty, pale areas are the 95 % bands.
     """
-    moment = result.quantities["moment"]
-    static = result.quantities["static_moment"]
-    magnitude, level = np.linalg.norm(moment, axis=2), np.linalg.norm(static, axis=1)
-    loads = _Loads(
-        magnitude, np.broadcast_to(level, magnitude.shape), "static level", "moment_magnitude_sd", "N m"
-    )
-    label = "√(Mx² + My² + Mz²) [N m]"
-    return _carriages(result, loads, "Moments of the carriages about their centres", label, ax)
+    data = result.quantities
+    moment, level = (np.linalg.norm(data[name], axis=-1) for name in ("moment", "static_moment"))
+    static = np.broadcast_to(level, moment.shape)
+    loads = _Loads(moment, static, "static level", "moment_magnitude_sd", "√(Mx² + My² + Mz²)", "N m")
+    return _carriages(result, loads, "Moments of the carriages about their centres", ax)
 
 
 def _overview_and_cycle(result: Result, carriage: str, axis: str, ax: Axes | None) -> Axes:
     """A load on axes; without axes those of a new figure, for a long record with the worst cycle beside them."""
-    if ax is not None or not is_long(result):
-        return _load(result, carriage, axis, ax)
-    with look():
-        overview, cycle = new_figure(13.0, 2.8).subplots(1, 2)
-        _cycle(result, carriage, axis, cycle)
-    return _load(result, carriage, axis, overview)
+    if ax is None and is_long(result):
+        with look():
+            ax, cycle = new_figure(13.0, 2.8).subplots(1, 2)
+        _load(result, carriage, axis, cycle, worst_cycle(result))
+    return _load(result, carriage, axis, ax, None)
 
 
-def _cycle(result: Result, carriage: str, axis: str, ax: Axes) -> Axes:
-    """The load of a carriage in the worst cycle."""
-    return _load(result, carriage, axis, ax, worst_cycle(result))
-
-
-def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice | None = None) -> Axes:
+def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice | None) -> Axes:
     """A load over time, of a long record as an envelope; part: instants that are drawn enlarged instead."""
     data = result.quantities
     names = [str(name) for name in data["carriage"]]
@@ -203,10 +181,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
     envelope = part is None and is_long(result)
     with look():
         ax = axes_or_new(ax, 7.5, 2.8)
-        if envelope:
-            draw_envelope(ax, time, load, color)
-        else:
-            ax.plot(time, load, color=color)
+        draw_history(ax, time, load, envelope, color=color)
         if "force_sd" in data and not envelope:
             deviation = data["force_sd"][shown, index, component]
             _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
@@ -236,47 +211,42 @@ class _Loads(NamedTuple):
     static: Array
     static_label: str
     deviations: str
+    name: str
     unit: str
 
 
-def _carriages(result: Result, loads: _Loads, title: str, label: str, ax: Axes | None) -> Axes:
+def _carriages(result: Result, loads: _Loads, title: str, ax: Axes | None) -> Axes:
     """Loads of all carriages on axes; without axes, of a long record the overview above the worst cycle."""
-    enlarged = ax is None and is_long(result)
+    cycle = None
     with look():
-        if enlarged:
+        if ax is None and is_long(result):
             ax, cycle = new_figure(9.0, 8.4).subplots(2, 1)
-            part = worst_cycle(result, loads.values)
-            cycle.set(ylabel=label)
-            time = result.quantities["time"][part]
-            cycle.set_title(f"Worst cycle, {time[0]:.2f} to {time[-1]:.2f} s")
-            _draw_carriages(cycle, result, loads, part)
         ax = axes_or_new(ax, 9.0, 4.4)
-        ax.set_ylabel(label)
         set_run_title(ax, result, title)
         _draw_carriages(ax, result, loads, None)
+        if cycle is not None:
+            part = worst_cycle(result, loads.values)
+            first, *_, last = result.quantities["time"][part]
+            cycle.set_title(f"Worst cycle, {first:.2f} to {last:.2f} s")
+            _draw_carriages(cycle, result, loads, part)
     return ax
 
 
 def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None) -> None:
     """Loads with static loads, bands and peaks; of a long record their envelopes, or a part of it enlarged."""
-    shown = part or slice(None)
+    shown, envelope = part or slice(None), part is None and is_long(result)
     time, carriages = result.quantities["time"][shown], result.quantities["carriage"]
     values, static = loads.values[shown], loads.static[shown]
-    envelope = part is None and is_long(result)
-    deviations = (
-        None
-        if envelope or loads.deviations not in result.quantities
-        else result.quantities[loads.deviations][shown]
-    )
+    known = not envelope and loads.deviations in result.quantities
+    deviations = result.quantities[loads.deviations][shown] if known else None
     for index, (name, load) in enumerate(zip(carriages, values.T, strict=True)):
         color, dash = carriage_look(index)
         # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
+        style = {"color": color, "linestyle": dash, "linewidth": width, "alpha": LINE_ALPHA}
         label = f"{plain(str(name))}: {_peak(part)} {load_with_unit(load.max(), loads.unit)}"
-        if envelope:
-            draw_envelope(ax, time, load, color, label)
-        else:
-            ax.plot(time, load, color=color, linestyle=dash, linewidth=width, alpha=LINE_ALPHA, label=label)
+        draw_history(ax, time, load, envelope, label=label, **style)
+        if not envelope:
             ax.plot(time, static[:, index], color=INK, linewidth=0.8, linestyle=DASHED, zorder=2.5)
         peak = int(load.argmax())
         ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False, zorder=3)
@@ -288,7 +258,7 @@ def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None)
         ax.fill_between([], [], [], color=GREY, alpha=BAND_ALPHA, linewidth=0, label=label)
     if not envelope:
         ax.plot([], [], color=INK, linewidth=0.8, linestyle=DASHED, label=loads.static_label)
-    ax.set_xlabel("time [s]")
+    ax.set(xlabel="time [s]", ylabel=f"{loads.name} [{loads.unit}]")
     _limit_zoom(ax, values)
     _mark_changes(ax, result)
     _mark_carriages(ax, result, time, shown, from_zero=part is None)

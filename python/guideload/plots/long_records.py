@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.motion.standstill import move_spans
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
     from guideload.base.arrays import Array
     from guideload.simulation.result import Result
+
+    Indices = NDArray[np.intp]
 
 COLUMNS = 1500  # of a picture: of more samples, the range within each column is drawn
 MOST_PERIODS = 400.0  # of the lowest mode in a picture: of more, a line would fill the picture like a carpet
@@ -22,15 +26,32 @@ MARGIN = 0.03  # before and after the cycle, over its length
 ENVELOPE_ALPHA = 0.55
 
 
-def thinned(time: Array, *histories: Array) -> tuple[Array, list[tuple[Array, Array]]]:
-    """Histories (n,) reduced to the columns of a picture: their range in each column.
+@checked
+def extremes(values: Array, starts: Indices) -> tuple[Indices, Indices]:
+    """Indices of the first smallest and the first largest value in each group of neighbouring samples.
 
-    Returns time (column,) and a pair of smallest and largest values (column,) for each history. Up to COLUMNS samples,
-    each is a column.
+    A history that is drawn through them has few points, and no peak is lost.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+    starts : ndarray of int, shape (group,); indices of the first sample of each group, the first one 0
+
+    Returns
+    -------
+    smallest, largest : ndarray of int, shape (group,)
     """
-    starts = np.arange(0, time.size, -(-time.size // COLUMNS))
-    ranges = [(np.minimum.reduceat(each, starts), np.maximum.reduceat(each, starts)) for each in histories]
-    return time[starts], ranges
+    sizes = np.diff(starts, append=values.size)
+    found = []
+    for extreme in (np.minimum, np.maximum):
+        places = np.flatnonzero(values == np.repeat(extreme.reduceat(values, starts), sizes))
+        found.append(places[np.searchsorted(places, starts)])
+    return found[0], found[1]
+
+
+def columns(count: int) -> Indices:
+    """The first sample of each column of a picture; up to COLUMNS samples, each is a column."""
+    return np.arange(0, count, -(-count // COLUMNS))
 
 
 def is_long(result: Result) -> bool:
@@ -40,11 +61,16 @@ def is_long(result: Result) -> bool:
     return time.size > 2 * COLUMNS and float(np.ptp(time)) * lowest > MOST_PERIODS
 
 
-def draw_envelope(ax: Axes, time: Array, values: Array, color: str, label: str = "") -> None:
-    """The range of a history in each column of the picture, as an area."""
-    columns, [(low, high)] = thinned(time, values)
-    stamps = np.append(columns, time[-1])
-    low, high = np.append(low, low[-1]), np.append(high, high[-1])
+def draw_history(
+    ax: Axes, time: Array, values: Array, envelope: bool, *, color: str, label: str = "", **line: Any
+) -> None:
+    """A line with the style `line`, or as an envelope the range of a history in each column of the picture."""
+    if not envelope:
+        ax.plot(time, values, color=color, label=label, **line)
+        return
+    starts = columns(time.size)
+    stamps = np.append(time[starts], time[-1])
+    low, high = (values[np.append(found, found[-1])] for found in extremes(values, starts))
     # An area has no height where the history rests: its edge is a line there.
     ax.fill_between(stamps, low, high, color=color, alpha=ENVELOPE_ALPHA, linewidth=0.8, label=label)
 
@@ -63,8 +89,7 @@ def worst_cycle(result: Result, loads: Array | None = None) -> slice:
     lowest = float(result.modes.frequency.min(initial=np.inf))
     at = float(time[int(load.argmax())])
     start, end = at - AROUND / lowest, at + AROUND / lowest
-    velocity = data["cart_velocity"] if "cart_velocity" in data else None
-    for span in move_spans(time, data["cart_acceleration"], velocity):
+    for span in move_spans(time, data["cart_acceleration"], result.history("cart_velocity")):
         margin = MARGIN * (span.until - span.start)
         if span.start <= at <= span.until and (span.until - span.start) * lowest <= CYCLE:
             start, end = span.start - margin, span.until + margin

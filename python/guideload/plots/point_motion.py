@@ -9,11 +9,10 @@ import numpy as np
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
-from guideload.plots.long_records import draw_envelope, is_long, worst_cycle
-from guideload.plots.spectra import even_step, octave_bands, power_density, set_frequency_ticks
+from guideload.plots.long_records import draw_history, is_long, worst_cycle
+from guideload.plots.spectra import even_step, mark_modes, octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import (
     GREY,
-    PALE,
     carriage_look,
     legend_beside,
     look,
@@ -54,7 +53,11 @@ def points(result: Result) -> list[Axes]:
         ):
             for column, part in enumerate(parts):
                 ax = panels[row, column]
-                _draw_history(ax, data["time"][part], of_point[part], len(parts) > 1 and column == 0)
+                envelope = len(parts) > 1 and column == 0
+                for axis, values in enumerate(of_point[part].T):
+                    color = carriage_look(axis).color
+                    draw_history(ax, data["time"][part], values, envelope, color=color, linewidth=0.9)
+                ax.set_ylabel("from rest [um]")
                 window = 1e6 * (point.settle_window or 0.0)
                 if 0.0 < window < np.abs(of_point).max():
                     for side in (-window, window):
@@ -70,16 +73,6 @@ def points(result: Result) -> list[Axes]:
     return axes
 
 
-def _draw_history(ax: Axes, time: Array, moving: Array, envelope: bool) -> None:
-    for axis in range(3):
-        color = carriage_look(axis).color
-        if envelope:
-            draw_envelope(ax, time, moving[:, axis], color)
-        else:
-            ax.plot(time, moving[:, axis], color=color, linewidth=0.9)
-    ax.set_ylabel("from rest [um]")
-
-
 def _draw_spectrum(ax: Axes, result: Result, moving: Array) -> None:
     time = result.quantities["time"]
     if np.ptp(time) == 0.0:
@@ -93,6 +86,4 @@ def _draw_spectrum(ax: Axes, result: Result, moving: Array) -> None:
         ax.plot(frequency, amplitude[:, axis], color=carriage_look(axis).color, label="xyz"[axis])
     ax.set(xscale="log", yscale="log", ylim=(SMALLEST * top, 2.0 * top), ylabel="um/√Hz", title="Spectrum")
     set_frequency_ticks(ax)
-    for value in result.modes.frequency:
-        if frequency[0] < value < frequency[-1]:
-            ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
+    mark_modes(ax, result.modes.frequency)

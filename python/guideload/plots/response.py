@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from matplotlib.ticker import MultipleLocator
 
 from guideload.base.arguments import checked
-from guideload.base.number_text import digits
-from guideload.plots.spectra import label_modes, set_frequency_ticks
-from guideload.plots.style import PALE, carriage_look, legend_beside, look, new_figure
+from guideload.plots.spectra import label_hertz, mark_modes, set_frequency_ticks
+from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.response import source_unit, source_words
 
 if TYPE_CHECKING:
@@ -30,8 +29,6 @@ def frequency_response(machine: Machine, response: FrequencyResponse) -> list[Ax
     """
     magnitude = 1e6 * response.magnitude
     top = float(magnitude.max()) or 1.0
-    natural = response.natural
-    natural = natural[(natural > response.frequency[0]) & (natural < response.frequency[-1])]
     axes: list[Axes] = []
     with look():
         figure = new_figure(2.0 + 6.0 * len(response.points), 6.0)
@@ -43,28 +40,17 @@ def frequency_response(machine: Machine, response: FrequencyResponse) -> list[Ax
                 if magnitude[:, i, axis].max() <= SMALLEST * top:
                     continue
                 for ax, values in ((over, magnitude), (under, response.phase)):
-                    ax.plot(
-                        response.frequency,
-                        values[:, i, axis],
-                        color=carriage_look(axis).color,
-                        label="xyz"[axis],
-                    )
-            over.set(
-                xscale="log",
-                yscale="log",
-                ylim=(max(magnitude[magnitude > 0].min(initial=top), 1e-5 * top), 2 * top),
-            )
+                    color, label = carriage_look(axis).color, "xyz"[axis]
+                    ax.plot(response.frequency, values[:, i, axis], color=color, label=label)
+            bottom = max(magnitude[magnitude > 0].min(initial=top), 1e-5 * top)
+            over.set(xscale="log", yscale="log", ylim=(bottom, 2 * top))
             over.set_title(name, parse_math=False)
             over.set_ylabel(f"displacement [um per {source_unit(response)}]")
             under.set(xlabel="frequency [Hz]", ylabel="phase [deg]", ylim=(-190, 190))
             under.yaxis.set_major_locator(MultipleLocator(90))
             set_frequency_ticks(over)
-            for ax in (over, under):
-                for value in natural:
-                    ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
-            label_modes(
-                over, natural, lambda group: ", ".join(f"{digits(natural[k])}" for k in group) + " Hz", 90
-            )
+            mark_modes(under, response.natural)
+            label_hertz(over, mark_modes(over, response.natural))
             axes += [over, under]
         legend_beside(axes[-2], "along")
         figure.suptitle(f"{machine.name}: response to {source_words(response)}", parse_math=False)

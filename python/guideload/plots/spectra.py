@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
@@ -64,12 +64,7 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
             bottom = max(float(amplitude[amplitude > 0].min()), top * DYNAMIC_RANGE)
             ax.set(yscale="log", ylim=(bottom / 2, top * 2))
         set_frequency_ticks(ax)
-        low, high = ax.get_xlim()
-        natural = np.sort(result.modes.frequency)
-        natural = natural[(natural > low) & (natural < high)]
-        for value in natural:
-            ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
-        label_modes(ax, natural, lambda group: ", ".join(f"{digits(natural[i])}" for i in group) + " Hz", 90)
+        label_hertz(ax, mark_modes(ax, result.modes.frequency))
         legend_beside(ax, "carriage")
     return ax
 
@@ -138,7 +133,21 @@ def set_frequency_ticks(ax: Axes) -> None:
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_minor_formatter(NullFormatter())
         if axis.get_scale() == "log":
-            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_major_formatter("{x:g}")
+
+
+def mark_modes(ax: Axes, frequencies: Array) -> Array:
+    """Pale lines at the natural frequencies within the axes; returns these, ascending."""
+    low, high = ax.get_xlim()
+    natural = np.sort(frequencies[(frequencies > low) & (frequencies < high)])
+    for value in natural:
+        ax.axvline(value, color=PALE, linewidth=1.0, zorder=1)
+    return natural
+
+
+def label_hertz(ax: Axes, natural: Array) -> None:
+    """Label ascending natural frequencies with their values."""
+    label_modes(ax, natural, lambda group: ", ".join(map(digits, natural[group])) + " Hz", 90)
 
 
 def label_modes(

@@ -1,4 +1,4 @@
-"""Pictures of a study: distributions, exceedance, band of load histories; and a folder with all of them."""
+"""Pictures of a study: distributions, exceedance, failures, band of load histories; and a folder with all of them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.number_text import capitalised, load_with_unit
+from guideload.base.number_text import capitalised, load_with_unit, number
+from guideload.life.rating_life import failure_probability
 from guideload.plots.drivers import STEPS, scatter, set_title, short, tornado, write_no_result
 from guideload.plots.saving import save_each
-from guideload.plots.study_life import failure
 from guideload.plots.style import (
     GREY,
     INK,
@@ -26,16 +26,19 @@ from guideload.plots.style import (
     carriage_look,
     legend_beside,
     look,
+    name_rows,
     new_figure,
     plain,
 )
 from guideload.study import statistics
 from guideload.study.quantities import LIFE, QUANTITIES, SAFETY
-from guideload.study.result import StudyResult
+from guideload.study.result import RANKED, StudyResult
 from guideload.study.statistics import known
 
 FEW = 60  # samples up to which each is drawn as a dot, as their histogram would be random
 LINES = 20  # histories up to which each is drawn as a line
+POINTS = 120  # travels of a curve of failures
+LEAST = 1e-3  # smallest probability of a failure in the picture
 LEVELS = (0.05, 0.5, 0.95)
 OUTER = 0.01  # share of the samples beyond the outermost mark, on the worse side
 SHOWN = 0.995  # share of the lives in the picture; the rest is a long tail that would fill it
@@ -68,10 +71,8 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
                 _mark_quantiles(ax, result, names[row], row, OUTER if smallest else 1 - OUTER)
         if not most:
             return write_no_result(ax)
-        ax.set_yticks(range(len(names)), [_label(column) for column in names])
+        name_rows(ax, map(_label, names))
         ax.set(ylim=(len(names) - 0.55, -0.85), xlabel=plain(result.metadata.title_with_unit(name)))
-        ax.yaxis.grid(False)
-        ax.tick_params(axis="y", length=0)
         _scale(ax, name)
         ax.margins(x=0.03)
         if smallest:
@@ -131,7 +132,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
             width = 1.0 if index < 0 else 1.3 + 1.0 * (1 - (index + 1) / len(names))
             order = 4 if index < 0 else 3
             ax.fill_between(limits, low, high, color=color, alpha=0.13, linewidth=0, zorder=2)
-            label = "machine (any)" if index < 0 else _label(column)
+            label = "machine (any)" if index < 0 else plain(_label(column))
             ax.plot(limits, share, color=color, linestyle=dash, linewidth=width, label=label, zorder=order)
         if not ax.lines:
             return write_no_result(ax)
@@ -139,7 +140,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
         ax.set(xlabel=plain(result.metadata.title_with_unit(name)), ylabel="probability")
         ax.set(yscale="log", ylim=(bottom, 1.0))
         ax.yaxis.set_major_locator(LogLocator(numticks=12))
-        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+        ax.yaxis.set_major_formatter(_percent)
         ax.yaxis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=12))
         ax.yaxis.set_minor_formatter(NullFormatter())
         _scale(ax, name)
@@ -148,6 +149,49 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
             ax.set_xlim(right=longest)
         _mark_limit(ax, result, name, up=0.0)
         legend_beside(ax, "carriage, and 95 % interval")
+    return ax
+
+
+@checked
+def failure(result: StudyResult, ax: Axes | None = None) -> Axes:
+    """Probability of a failure by fatigue before a travel, over the travel: of each carriage, and of any of them.
+
+    A dashed line is the share of the samples in which the rating life of the machine is shorter than the travel. At
+    most the first samples are used, as for rank correlations. Raises ArgumentError without ratings.
+    """
+    if LIFE not in result.quantities:
+        raise ArgumentError(f"the study has no life: its quantities are {', '.join(result.quantities)}")
+    reliability = result.metadata.machine.life.reliability
+    lives = [(name, known(result.column(f"{LIFE}[{name}]"))[:RANKED]) for name in result.owners(LIFE)]
+    machine = known(result.column(LIFE))[:RANKED]
+    with look():
+        ax = axes_or_new(ax, 8.4, 4.6)
+        set_title(ax, result, "Probability of a failure by fatigue before a travel", machine.size)
+        finite = machine[np.isfinite(machine)]
+        if not finite.size:
+            return write_no_result(ax)
+        travel = np.geomspace(0.05 * float(np.quantile(finite, 0.01)), 8.0 * float(np.median(finite)), POINTS)
+        curves = [
+            (plain(short(name)), values, *carriage_look(i), 1.2) for i, (name, values) in enumerate(lives)
+        ]
+        curves = curves if len(lives) > 1 else []
+        for label, values, color, dash, width in (*curves, ("machine (any)", machine, INK, "-", 1.8)):
+            share = [np.mean(failure_probability(one, values, reliability)) for one in travel]
+            ax.plot(travel, share, color=color, linestyle=dash, linewidth=width, label=label)
+        shorter = np.searchsorted(np.sort(machine), travel) / machine.size
+        label = "samples with a\nshorter rating life"
+        ax.plot(travel, np.where(shorter > 0.0, shorter, np.nan), "--", color=INK, linewidth=1.0, label=label)
+        ax.set(yscale="log", ylim=(LEAST, 1.0), xlabel="travel [km]", ylabel="probability")
+        _scale(ax, LIFE)
+        ax.yaxis.set_major_formatter(_percent)
+        ax.margins(x=0.0)
+        required, repetition = result.metadata.machine.life.life, result.metadata.repetition
+        asked = None if required is None or repetition is None else 1e-3 * repetition.travel(required)
+        wanted = result.limits.get(LIFE, asked)
+        if wanted is not None:
+            label = f"required life,\n{number(wanted)} km"
+            ax.axvline(wanted, color=INK, linewidth=1.0, linestyle=(0, (1, 2)), label=label)
+        legend_beside(ax, "carriage")
     return ax
 
 
@@ -256,14 +300,18 @@ def _density(ax: Axes, values: Array, row: int, color: str, log: bool) -> None:
     ax.stairs(row - 0.75 * counts / counts.max(), edges, baseline=row, fill=True, color=color, alpha=0.3)
 
 
+def _percent(probability: float, _: float) -> str:
+    return f"{100 * probability:g} %"
+
+
 def _scale(ax: Axes, name: str) -> None:
-    """A log axis for lives, which spread over decades; a linear one for other quantities."""
+    """A log axis for lives, which spread over decades, and a linear one for other quantities."""
     if name != LIFE:
         ax.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
         return
     ax.set_xscale("log")
     ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_major_formatter("{x:g}")
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
@@ -302,4 +350,4 @@ def _of_carriages(result: StudyResult, name: str) -> list[str]:
 
 
 def _label(column: str) -> str:
-    return plain(short(column.partition("[")[2].removesuffix("]") or "machine"))
+    return short(column.partition("[")[2].removesuffix("]") or "machine")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -14,6 +16,7 @@ from guideload.base.number_text import counted
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
+    from guideload.base.arrays import Array
     from guideload.simulation.result import Result
 
 INK = "#222222"
@@ -117,6 +120,22 @@ def legend_beside(ax: Axes, title: str | None = None) -> None:
 def legend_above(ax: Axes, columns: int, **spacing: Any) -> None:
     """Draw the legend in `columns` columns above the axes, on the right."""
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, ncols=columns, **spacing)
+
+
+def name_rows(ax: Axes, names: Iterable[str]) -> None:
+    """Names beside the rows of a picture, the first on top."""
+    texts = [plain(name) for name in names]
+    ax.set_yticks(range(len(texts)), texts)
+    ax.set_ylim(len(texts) - 0.4, -0.6)
+    ax.yaxis.grid(False)
+    ax.tick_params(axis="y", length=0)
+
+
+def draw_effects(ax: Axes, effects: Array) -> None:
+    """Bars to either side of zero, a row for each effect."""
+    colors = np.where(effects >= 0, *CARRIAGE_COLORS[:2])
+    ax.barh(range(effects.size), effects, 0.68, color=colors.tolist())
+    ax.axvline(0, color=GREY, linewidth=0.8)
 
 
 def write_instead(ax: Axes, reason: str) -> Axes:

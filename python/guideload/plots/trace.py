@@ -12,8 +12,8 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
-from guideload.plots.long_records import COLUMNS, thinned
-from guideload.plots.spectra import label_modes, octave_bands, set_frequency_ticks
+from guideload.plots.long_records import COLUMNS, columns, extremes
+from guideload.plots.spectra import label_modes, octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
 if TYPE_CHECKING:
@@ -69,19 +69,15 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
     """
     step, values = uniform(time, acceleration - acceleration.mean())
     window = np.hanning(values.size + 2)[1:-1]
-    transform = np.fft.rfft(values * window)[1:]
-    power = 2.0 * step * np.abs(transform) ** 2 / float(window @ window)
-    frequency = np.arange(1, power.size + 1) / (values.size * step)
-    centers, means, _ = octave_bands(frequency, power[:, None])
+    window /= np.sqrt(np.mean(window**2))
+    centers, means, _ = octave_bands(*power_density(step, (values * window)[:, None]))
     return centers, means[:, 0]
 
 
 def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
     """A line; for long histories, through the smallest and the largest value in each column of the picture."""
-    if time.size > COLUMNS:
-        columns, [(low, high)] = thinned(time, values)
-        time, values = np.repeat(columns, 2), np.column_stack([low, high]).ravel()
-    ax.plot(time, values, **style)
+    shown = np.unique(extremes(values, columns(time.size))) if time.size > COLUMNS else slice(None)
+    ax.plot(time[shown], values[shown], **style)
 
 
 def _draw_each(ax: Axes, time: Array, values: Array, width: float, **style: Any) -> None:
@@ -126,8 +122,9 @@ def _draw_acceleration(ax: Axes, inspection: Inspection, samples: slice = slice(
         low, high = acceleration - half, acceleration + half
         at = int(np.abs(acceleration).argmax())
         half_width = f" ±{half[at]:.2g}, usually ±{float(np.median(half)):.2g}"  # most bands are thin
-        columns, [(lower, _), (_, upper)] = thinned(time, low, high)
-        ax.fill_between(columns, lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
+        starts = columns(time.size)
+        lower, upper = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+        ax.fill_between(time[starts], lower, upper, color=BAND, linewidth=0.5, label="95 % band", zorder=2)
     is_all = time.size == inspection.time.size
     dots: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": ".", "markersize": 3.0}
     differences = {"color": PALE, "linewidth": 0.8} if is_all else dots

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 from guideload.base.arguments import checked
 from guideload.base.methods import METHODS
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from guideload.method_comparison.diagram import SettingResult, WorkPrecision
 
     Point = tuple[float, float]
-    Curves = dict[tuple[str, str | None], list[tuple[list[SettingResult], Point]]]
+    Run = tuple[list[SettingResult], Point]
 
 # Fixed steps have dashed lines and hollow markers.
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}
@@ -47,7 +47,7 @@ def work_precision(chart: WorkPrecision, ax: Axes | None = None) -> Axes:
             return write_instead(ax, "there is no load to compare")
         ax.set(xscale="log", yscale="log")
         smallest = min(error for _, (error, _) in costs if error > 0.0)
-        curves: Curves = {}
+        curves: dict[tuple[str, str | None], list[Run]] = {}
         for rows, (error, seconds) in costs:
             point = max(error, smallest) / largest, seconds
             curves.setdefault(rows[0].setting.curve, []).append((rows, point))
@@ -61,14 +61,8 @@ def work_precision(chart: WorkPrecision, ax: Axes | None = None) -> Axes:
         for rows, point in drawn:
             if chart.auto_row in rows:
                 arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8, "shrinkB": 6}
-                ax.annotate(
-                    "auto picks this",
-                    point,
-                    (-30, 24),
-                    textcoords="offset points",
-                    ha="right",
-                    arrowprops=arrow,
-                )
+                style: dict[str, Any] = {"textcoords": "offset points", "ha": "right"}
+                ax.annotate("auto picks this", point, (-30, 24), arrowprops=arrow, **style)
         _name_failures(ax, chart)
         legend_beside(ax, "method")
     return ax
@@ -81,13 +75,12 @@ def _set_axes(ax: Axes, points: list[Point], model: float) -> None:
     ax.set_xlim(10.0 ** np.ceil(np.log10(worst)), float(errors.min()) / 10.0**ROOM)
     ax.set_ylim(float(seconds.min()) / 2.2, float(seconds.max()) * 2.2)
     ax.xaxis.set_major_locator(LogLocator(numticks=30))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: _error_text(value)))
-    ax.xaxis.set_minor_locator(FixedLocator([]))
-    times = FuncFormatter(lambda value, _: _time_text(value))
+    ax.xaxis.set_major_formatter(_error_text)
+    ax.xaxis.set_minor_locator(NullLocator())
     ax.yaxis.set_major_locator(LogLocator(numticks=12))
-    ax.yaxis.set_major_formatter(times)
+    ax.yaxis.set_major_formatter(_time_text)
     ax.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0), numticks=12))
-    ax.yaxis.set_minor_formatter(times if seconds.max() < 1e4 * seconds.min() else NullFormatter())
+    ax.yaxis.set_minor_formatter(_time_text if seconds.max() < 1e4 * seconds.min() else NullFormatter())
 
 
 def _mark_limits(ax: Axes, model: float, reference: float | None, largest: float) -> None:
@@ -114,9 +107,7 @@ def _draw_pareto(ax: Axes, points: list[Point]) -> None:
     ax.plot(errors, seconds, "o", label=label, **style)
 
 
-def _draw_curve(
-    ax: Axes, method: str, kind: str | None, curve: list[tuple[list[SettingResult], Point]]
-) -> None:
+def _draw_curve(ax: Axes, method: str, kind: str | None, curve: list[Run]) -> None:
     color, marker = METHODS[method].color, METHODS[method].marker
     dashes, face = ("--", "white") if kind == "step" else ("-", color)
     style: dict[str, Any] = {"color": color, "marker": marker, "markersize": 5.5, "markerfacecolor": face}
@@ -141,12 +132,12 @@ def _name_failures(ax: Axes, chart: WorkPrecision) -> None:
         ax.set_xlabel(f"{ax.get_xlabel()}\nwithout a result: {', '.join(names)}")
 
 
-def _error_text(error: float) -> str:
+def _error_text(error: float, _: float) -> str:
     """In percent, or as a power of ten where percent has too many zeros."""
     return f"{100.0 * error:g} %" if error > 0.9e-3 else scientific(error)
 
 
-def _time_text(seconds: float) -> str:
+def _time_text(seconds: float, _: float) -> str:
     if seconds < 0.9e-3:
         return f"{1e6 * seconds:g} µs"
     return f"{milliseconds(seconds)} ms" if seconds < 0.9 else f"{seconds:g} s"

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from guideload.base.arrays import Array
 from guideload.base.number_text import capitalised, counted, digits, joined, percent
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model_comparison import ComparedModel
+from guideload.identification.motor_force import MotorForce
 from guideload.identification.next_measurement import RankedMeasurement, TargetQuantity
 from guideload.identification.responses import Deflections
 from guideload.identification.result import Identification, UnknownEstimate
+from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import grouped_names, short_name, usual_unit
-from guideload.reports.identification_records import record_sections
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
 
 DEFINITION = (
@@ -24,7 +28,11 @@ DIFFERENCES = (
     "and noise are right. Noise: its estimated level over the stated or typical one."
 )
 
-
+INTERVALS = (
+    "These intervals, as those of the machine, contain the noise, the error of the acceleration of the trace, and what "
+    "the model lacks as far as it changes within the record: the errors of neighbouring windows may be alike. They do "
+    "not contain an error of the scale of a sensor, and what is wrong in the same way throughout."
+)
 MOST_CANDIDATES = 12
 NEXT = (
     "Interval: that of {figure} after the measurement, over the one now. Identifies: unknowns that it would "
@@ -58,7 +66,7 @@ def identification_report(
             Section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),
             *(_modal_section(each, found) for each in found.data if isinstance(each, ModalTest)),
             *(_displacements_section(each, found) for each in found.data if isinstance(each, Deflections)),
-            *record_sections(found),
+            *_record_sections(found),
             Section("Differences", _differences_table(found), Definitions(DIFFERENCES)),
             Section("Which model", _levels_table(levels), Definitions(LEVELS if levels else "")),
             Section(
@@ -103,32 +111,29 @@ def _estimates_table(found: Identification) -> Table:
 
 def _modal_section(test: ModalTest, found: Identification) -> Section:
     """Measured and computed modes; measured ones without a computed one have a reason below."""
-    headings = [("mode",), ("measured", "Hz", "4 digits"), ("computed", "Hz", "4 digits")]
-    headings += [
-        ("differ", "%", "signed factor"),
-        ("damping", "%", "3 digits"),
-        ("computed", "%", "3 digits"),
+    pairs = test.pairs(found.model)
+    modes = [test.modes[pair.measured] for pair in pairs]
+    differ = [
+        None if pair.frequency is None else 100.0 * (mode.frequency / pair.frequency - 1.0)
+        for pair, mode in zip(pairs, modes, strict=True)
     ]
-    rows: list[list[Value]] = []
-    lost = []
-    for pair in test.pairs(found.model):
-        mode = test.modes[pair.measured]
-        damping = mode.damping and 100.0 * mode.damping
-        computed: list[Value] = ["none", None, damping, None, None, None]
-        if pair.frequency is None or pair.damping is None or pair.computed is None:
-            lost.append(f"Mode {pair.measured + 1} was left out: {pair.reason}.")
-        else:
-            difference = 100.0 * (mode.frequency / pair.frequency - 1.0)
-            computed = [
-                pair.frequency,
-                difference,
-                damping,
-                100.0 * pair.damping,
-                pair.mac,
-                pair.computed + 1,
-            ]
-        rows.append([str(pair.measured + 1), mode.frequency, *computed])
-    table = Table.by_rows([*headings, ("MAC", "", "time"), ("computed mode", "", "count")], rows)
+    table = Table(
+        Column("mode", [str(pair.measured + 1) for pair in pairs]),
+        Column("measured", [mode.frequency for mode in modes], "Hz", "4 digits"),
+        Column("computed", [pair.frequency or "none" for pair in pairs], "Hz", "4 digits"),
+        Column("differ", differ, "%", "signed factor"),
+        Column("damping", [mode.damping and 100.0 * mode.damping for mode in modes], "%", "3 digits"),
+        Column("computed", [pair.damping and 100.0 * pair.damping for pair in pairs], "%", "3 digits"),
+        Column("MAC", [pair.mac for pair in pairs], kind="time"),
+        Column(
+            "computed mode",
+            [None if each.computed is None else each.computed + 1 for each in pairs],
+            kind="count",
+        ),
+    )
+    lost = (
+        f"Mode {each.measured + 1} was left out: {each.reason}." for each in pairs if each.computed is None
+    )
     return Section(f"Modes: {test.name}", table, *lost)
 
 
@@ -140,6 +145,63 @@ def _displacements_section(data: Deflections, found: Identification) -> Section:
         for one, value in zip(data.values, data.computed(found.model)[0].tolist(), strict=True)
     )
     return Section(f"Displacements: {data.name}", Table.by_rows(headings, rows))
+
+
+def _record_sections(found: Identification) -> list[Section]:
+    """A section for each record in time."""
+    records = [each for each in found.data if isinstance(each, MotorForce | SensorLog)]
+    return [
+        Section(
+            f"{'Motor' if isinstance(each, MotorForce) else 'Sensors'}: {each.name}",
+            _record_numbers(found, each),
+            *_record_differences(found, each),
+            Definitions(INTERVALS),
+        )
+        for each in records
+    ]
+
+
+def _record_numbers(found: Identification, data: MotorForce | SensorLog) -> Table:
+    rows: list[tuple[str, ...]] = []
+    for one in found.nuisance_estimates(data):
+        unit, scale = ("ms", 1e3) if one.parameter.unit == "s" else usual_unit(one.parameter.unit)
+        count = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
+        ends = (digits(scale * value, count) for value in (one.value, one.low, one.high))
+        values = ends if one.is_identified else ("none", "", "")
+        name = one.parameter.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
+        rows.append((name, *values, "" if unit == "1" else unit))
+    return Table.by_rows(
+        [("number",), *((end, "", "number") for end in ("now", "from", "to")), ("unit",)], rows
+    )
+
+
+def _record_differences(found: Identification, data: MotorForce | SensorLog) -> list[str]:
+    """How far prediction and measurement differ, in words."""
+    length = float(np.median(np.diff(data.window_time)))
+    words = []
+    for name, unit, seen, computed in record_channels(found, data):
+        square = float(np.mean((computed - seen) ** 2))
+        share = 1.0 - square / float(seen.var()) if seen.std() > 0.0 else 0.0
+        shown = digits(np.sqrt(square)) + ("" if unit == "1" else f" {unit}")
+        words.append(
+            f"{capitalised(name)}: computed and measured differ by {shown} rms, in {seen.size} "
+            f"windows of {digits(1e3 * length)} ms; the model explains {digits(100.0 * share, 4)} % of the variance."
+        )
+    return words
+
+
+def record_channels(
+    found: Identification, data: MotorForce | SensorLog
+) -> list[tuple[str, str, Array, Array]]:
+    """Name, unit, measured and computed values of each channel of a record in time."""
+    predicted = data.predicted(found.model, found.nuisance_values(data))
+    names = (
+        [(data.name, "N m" if data.torque else "N")]
+        if isinstance(data, MotorForce)
+        else [(one.name, one.unit) for one in data.channels]
+    )
+    histories = zip(names, np.atleast_2d(data.measured), np.atleast_2d(predicted), strict=True)
+    return [(*name, measured, computed) for name, measured, computed in histories]
 
 
 def _differences_table(found: Identification) -> Table:

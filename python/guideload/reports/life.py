@@ -29,7 +29,7 @@ from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
-from guideload.reports.report import Column, Definitions, Report, Section, Table
+from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
@@ -50,20 +50,13 @@ LIFE_DEFINITION = (
 def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
     found = life.band if band else None
-    words = "" if found is None else f"Band: 95 % credible band of the life; {found.method}."
     return Report.of(
         life.record.result.machine,
         "life and static safety",
         answer=[_answer(life, found)],
-        warnings=[*life.record.result.audit.warnings, *life_notes(life)],
+        warnings=[*life.record.result.audit.warnings, *_notes(life)],
         sections=[
-            Section(
-                "Life and static safety",
-                _life_table(life, found),
-                _above_peak(life),
-                Definitions(LIFE_DEFINITION, words),
-            ),
-            _causes_section(life),
+            *_main_sections(life, found),
             _rows_section(life),
             Section("Share of the life by phase of the cycle", _phases(life)),
             _places_section(life),
@@ -73,35 +66,24 @@ def life_report(life: Life, band: bool = True) -> Report:
     )
 
 
-def run_life(result: Result) -> Life | LifeError | None:
-    """Life and static safety of a run, or why they cannot be computed; None if no carriage names a product."""
+def run_life(result: Result) -> Report:
+    """What the report of a run says of life and static safety; empty if no carriage names a product."""
     if not any(result.machine.product_of_carriage):
-        return None
+        return Report("")
     try:
-        return life_of(result)
+        life = life_of(result)
     except LifeError as error:
-        return error
+        return Report("", [f"Life and static safety are not computed: {error}."], failed=True)
+    sections = _main_sections(life, None)
+    return Report("", [_answer(life, None)], _notes(life), sections=sections, failed=not life.holds)
 
 
-def life_answer(life: Life | LifeError | None) -> list[str]:
-    """The answer of `run_life` for the head of the report of a run."""
-    if life is None:
-        return []
-    if isinstance(life, LifeError):
-        return [f"Life and static safety are not computed: {life}."]
-    return [_answer(life, None)]
-
-
-def life_sections(life: Life | LifeError | None) -> list[Section]:
-    """The sections of the report of a run: table and definitions, causes; none without a life."""
-    if not isinstance(life, Life):
-        return []
-    return [
-        Section(
-            "Life and static safety", _life_table(life, None), _above_peak(life), Definitions(LIFE_DEFINITION)
-        ),
-        _causes_section(life),
-    ]
+def _main_sections(life: Life, band: LifeBand | None) -> list[Section]:
+    """Table and definitions, and the causes of the worst instants."""
+    words = "" if band is None else f"Band: 95 % credible band of the life; {band.method}."
+    terms = Definitions(LIFE_DEFINITION, words)
+    main = Section("Life and static safety", _life_table(life, band), _above_peak(life), terms)
+    return [main, _causes_section(life)]
 
 
 def _answer(life: Life, band: LifeBand | None) -> str:
@@ -110,16 +92,15 @@ def _answer(life: Life, band: LifeBand | None) -> str:
         "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
     )
     risk, ends = "", "" if band is None else f", 95 % credible band {_ends(*band.machine)} km"
+    words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
     if life.wanted is not None and conditions.life is not None:
         risk = f"The probability that one fails before {conditions.life.text} is "
         risk += f"{percent(life.failure_probability(life.wanted))}. "
     return (
-        f"{_verdict(life)} With a probability of {number(100 * conditions.reliability)} % all carriages last "
-        f"{life_text(life.machine, life.repetition, conditions, duty_text(conditions))}, that is "
-        f"{kilometres(life.machine)} km{ends}{fatigue_text(life.machine, life.repetition, life.wanted)}. {risk}"
-        f"Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} h. The smallest static safety is "
-        f"{fixed(weakest.static.safety, 2)} ({required}: {number(conditions.least_safety)}), on carriage "
-        f"{weakest.name} at {seconds(weakest.worst.time)} s, {weakest.worst.phase}."
+        f"{_verdict(life)} With {words}. {risk}Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} "
+        f"h. The smallest static safety is {fixed(weakest.static.safety, 2)} ({required}: "
+        f"{number(conditions.least_safety)}), on carriage {weakest.name} at {seconds(weakest.worst.time)} s, "
+        f"{weakest.worst.phase}."
     )
 
 
@@ -128,10 +109,21 @@ def _ends(low: float, high: float) -> str:
     return between(1e-3 * low, 1e-3 * high, "4 digits")
 
 
-def life_text(life: float, repetition: Repetition, conditions: LifeConditions, duty: str = "") -> str:
-    """A life [m] in hours, in years where they are stated or wanted, under a duty, and the life to be reached."""
+def life_words(
+    life: float,
+    repetition: Repetition,
+    conditions: LifeConditions,
+    duty: str = "",
+    wanted: float | None = None,
+    ends: str = "",
+) -> str:
+    """`a probability of 90 % all carriages last 12 300 h, that is 45 600 km`.
+
+    life: of the machine [m]. duty: under which it lasts in hours. wanted: life to be reached [m]. ends: of its band.
+    """
     target, years = conditions.life, f" or {digits(repetition.years(life))} years of "
-    text = f"{rounded(repetition.hours(life))} h"
+    hours = repetition.hours(life)
+    text = f"{rounded(hours)} h"
     if conditions.hours_per_year is not None:
         text += f"{years}{number(conditions.hours_per_year)} h"
     elif target is not None and target.unit == "years":
@@ -139,22 +131,19 @@ def life_text(life: float, repetition: Repetition, conditions: LifeConditions, d
             f"{years}continuous operation ({number(CONTINUOUS)} h; hours_per_year of [life] states others)"
         )
     text = f"{text} {duty}".rstrip()
-    if target is None:
-        return text
-    as_hours = "" if target.unit == "s" else f", {rounded(repetition.hours(repetition.travel(target)))} h"
-    return f"{text} (wanted: {target.text}{as_hours})"
+    if target is not None:
+        is_time = target.unit == "s"
+        as_hours = "" if is_time else f", {rounded(repetition.hours(repetition.travel(target)))} h"
+        text += f" (wanted: {target.text}{as_hours})"
+    endless = ": fatigue will not end it" if hours > ENDLESS and life >= (wanted or 0.0) else ""
+    reliability = number(100 * conditions.reliability)
+    return f"a probability of {reliability} % all carriages last {text}, that is {kilometres(life)} km{ends}{endless}"
 
 
 def duty_text(conditions: LifeConditions) -> str:
     """How often the motion is run."""
     cycles = conditions.cycles_per_hour
     return "if the motion repeats at once" if cycles is None else f"at {number(cycles)} cycles per hour"
-
-
-def fatigue_text(life: float, repetition: Repetition, wanted: float | None) -> str:
-    """For the end of a sentence: whether the life [m] is reached, and so long that something else ends it."""
-    endless = repetition.hours(life) > ENDLESS and life >= (wanted or 0.0)
-    return ": fatigue will not end it" if endless else ""
 
 
 def _verdict(life: Life) -> str:
@@ -167,10 +156,8 @@ def _verdict(life: Life) -> str:
     return "Life and static safety are reached." if len(reached) > 1 else "The static safety is reached."
 
 
-def life_notes(life: Life | LifeError | None) -> list[str]:
-    """The warnings of a life: limits of formulas and products, values not compared, an implausible life."""
-    if not isinstance(life, Life):
-        return []
+def _notes(life: Life) -> list[str]:
+    """Limits of formulas and products, values not compared, an implausible life."""
     return [*(f"Note: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
 
 
@@ -219,13 +206,12 @@ def _causes_section(life: Life) -> Section:
     """The causes of the worst instant of each carriage, and their definitions."""
     worst = [one.worst for one in life.carriages]
     causes = [cause for cause in CAUSES if any(cause in one.shares for one in worst)]
-    noise = [None if one.noise != one.noise else one.noise for one in worst]
     table = Table(
         Column("", [one.name for one in life.carriages]),
         Column("P0", [one.load for one in worst], "N", "load"),
         Column("at", [one.time for one in worst], "s", "time"),
         *(Column(cause, [one.shares.get(cause, 0.0) for one in worst], "N", "load") for cause in causes),
-        Column("noise", noise, "N", "load"),
+        Column("noise", known_or_empty(one.noise for one in worst), "N", "load"),
         Column("while", [one.phase for one in worst]),
     )
     terms = " ".join(f"{capitalised(cause)}: {CAUSES[cause]}." for cause in causes)

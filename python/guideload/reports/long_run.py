@@ -11,12 +11,11 @@ from guideload.base.number_text import (
     fixed,
     kilometres,
     load_in_table,
-    number,
     percent,
     seconds,
 )
 from guideload.long_runs.long_run import RESULTANT, LongRun
-from guideload.reports.life import fatigue_text, life_text, rating_formulas, unverified_lines
+from guideload.reports.life import life_words, rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 DEFINITION = (
@@ -95,12 +94,10 @@ def _answer(run: LongRun) -> str:
     )
     if not run.distance > 0.0:
         return f"{text} The cart does not move along x, so there is no mean load and no life."
-    life, reliability = run.machine_life, run.machine.life.reliability
+    words = life_words(run.machine_life, run.repetition, run.machine.life, "of such operation")
     return (
         f"{text} In {kilometres(run.distance)} km of travel the probability that a carriage fails is "
-        f"{percent(run.used)}; with a probability of {number(100 * reliability)} % all carriages last "
-        f"{life_text(life, run.repetition, run.machine.life, 'of such operation')}, that is {kilometres(life)} km"
-        f"{fatigue_text(life, run.repetition, None)}."
+        f"{percent(run.used)}; with {words}."
     )
 
 

@@ -148,6 +148,11 @@ def _text(part: Part, width: int) -> str:
     return "\n".join(prose(line, width) for line in lines if line)
 
 
+def known_or_empty(values: Iterable[float]) -> list[float | None]:
+    """The values; None, an empty cell, for those that are unknown or infinite."""
+    return [float(value) if isfinite(value) else None for value in values]
+
+
 def interval(low: Iterable[float], high: Iterable[float], unit: str = "", kind: str = "3 digits") -> Column:
     """A column of intervals; one without ends, as of too few samples, has an empty cell."""
     ends = zip(low, high, strict=True)

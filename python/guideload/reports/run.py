@@ -11,11 +11,10 @@ from guideload.audit.audit import LABEL
 from guideload.audit.histories import payload_changes
 from guideload.base.methods import METHODS
 from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
-from guideload.life.life import Life
 from guideload.machine.machine import DOFS
 from guideload.reports.drive import drive_parts, drive_warnings
 from guideload.reports.guides import guides_section
-from guideload.reports.life import life_answer, life_notes, life_sections, run_life
+from guideload.reports.life import run_life
 from guideload.reports.machine import modes_section
 from guideload.reports.points import points_section
 from guideload.reports.report import (
@@ -48,11 +47,11 @@ def result_report(result: Result) -> Report:
     return Report.of(
         machine,
         "load of the guides",
-        answer=[_largest_load(result), *life_answer(life)],
-        warnings=[*result.audit.warnings, *drive_warnings(result), *life_notes(life)],
+        answer=[_largest_load(result), *life.answer],
+        warnings=[*result.audit.warnings, *drive_warnings(result), *life.warnings],
         sections=[
             _peaks_section(result),
-            *life_sections(life),
+            *life.sections,
             guides_section(result),
             points_section(result),
             Section("Drive and held dofs", *drive_parts(result), _held_dofs(result)),
@@ -61,7 +60,7 @@ def result_report(result: Result) -> Report:
             Section("Solution", _solution_lines(result.quantities)),
             Section("Audit", audit_table(result)),
         ],
-        failed=life is not None and not (isinstance(life, Life) and life.holds),
+        failed=life.failed,
     )
 
 

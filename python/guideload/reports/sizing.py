@@ -15,7 +15,7 @@ from guideload.base.number_text import between, counted, digits, fixed, number
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
 from guideload.reports.life import unverified_lines
-from guideload.reports.report import Definitions, Report, Section, Table, Value
+from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 
 if TYPE_CHECKING:
     from guideload.catalogue.conditions import LifeConditions
@@ -92,25 +92,24 @@ def _warnings_of_the_run(sizing: Sizing) -> list[str]:
 
 
 def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:
-    headings = [("product",), ("C", "kN", "3 digits"), ("C0", "kN", "3 digits"), ("life", "h", "hours")]
-    headings += [("S0", "", "factor"), ("margin", "", "factor"), ("fails first",), ("drive", "N", "load")]
-    headings += [("mode 1", "Hz", "3 digits"), ("carriages", "kg", "3 digits"), ("stiffness",)]
-    rows: list[tuple[Value, ...]] = []
-    for one in shown:
-        if (
-            one.life is None
-            or one.margins is None
-            or one.product.dynamic is None
-            or one.product.static is None
-        ):
-            continue
-        mark = "* " if one is sizing.smallest else "  " if one.holds else "- "
-        ratings = 1e-3 * one.product.dynamic.value, 1e-3 * one.product.static
-        figures = one.life.hours(one.life.machine), one.life.weakest.static.safety, one.margins.smallest
-        force, mass = (None if value != value else value for value in (one.drive_force, one.carriage_mass))
-        others = one.margins.first_to_fail, force, one.first_mode, mass, one.stiffness_from
-        rows.append((mark + one.name, *ratings, *figures, *others))
-    return Table.by_rows(headings, rows)
+    products = [one.product for one in shown]
+    ratings = [one.dynamic for one in products if one.dynamic is not None]
+    lives = [one.life for one in shown if one.life is not None]
+    margins = [one.margins for one in shown if one.margins is not None]
+    marks = ("* " if one is sizing.smallest else "  " if one.holds else "- " for one in shown)
+    return Table(
+        Column("product", [mark + one.name for mark, one in zip(marks, shown, strict=True)]),
+        Column("C", [1e-3 * one.value for one in ratings], "kN", "3 digits"),
+        Column("C0", [one.static and 1e-3 * one.static for one in products], "kN", "3 digits"),
+        Column("life", [life.hours(life.machine) for life in lives], "h", "hours"),
+        Column("S0", [life.weakest.static.safety for life in lives], "", "factor"),
+        Column("margin", [one.smallest for one in margins], "", "factor"),
+        Column("fails first", [one.first_to_fail for one in margins]),
+        Column("drive", known_or_empty(one.drive_force for one in shown), "N", "load"),
+        Column("mode 1", [one.first_mode for one in shown], "Hz", "3 digits"),
+        Column("carriages", known_or_empty(one.carriage_mass for one in shown), "kg", "3 digits"),
+        Column("stiffness", [one.stiffness_from for one in shown]),
+    )
 
 
 def _answer(machine: Machine, sizing: Sizing) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.base.number_text import capitalised, digits, fixed, number, percent
-from guideload.reports.life import unverified_lines
-from guideload.reports.report import Column, Report, Section, Table
-from guideload.reports.study_life import life_answer, life_section
+from guideload.base.number_text import capitalised, counted, digits, fixed, joined, number, percent
+from guideload.life.limits import LARGE_LOAD
+from guideload.reports.life import duty_text, rating_formulas, unverified_lines
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, interval
 from guideload.reports.study_tables import (
     cases_parts,
     driving_parts,
@@ -19,9 +19,10 @@ from guideload.reports.study_tables import (
     probabilities_table,
     summary_table,
     terms,
+    travel_text,
     value_text,
 )
-from guideload.study.quantities import CONTACT, PEAK, QUANTITIES
+from guideload.study.quantities import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, SAFETY, column_name
 from guideload.study.result import StudyResult
 from guideload.study.statistics import fewest_samples, known
 
@@ -29,6 +30,12 @@ from guideload.study.statistics import fewest_samples, known
 MANY_FAILURES = 0.01  # share of the runs; failed runs may be the worst ones
 WIDE_QUANTILE = 0.1  # interval width of the 99 % quantile of the peak resultant, over the quantile
 WIDE_INDEX = 0.2  # interval width of a Sobol index
+
+FAILURE = (
+    "A carriage fails by fatigue before this travel: in each sample its life has a Weibull distribution of "
+    "slope 1.5; the probability is the mean over the samples: it combines the scatter of fatigue with that of the "
+    "parameters. Life is shorter: share of the samples whose rating life is shorter than this travel."
+)
 
 
 def study_report(result: StudyResult) -> Report:
@@ -58,7 +65,7 @@ def study_report(result: StudyResult) -> Report:
 
 
 def _case_sections(result: StudyResult) -> list[Section]:
-    return [Section("Cases", *cases_parts(result)), life_section(result)]
+    return [Section("Cases", *cases_parts(result)), _life_section(result)]
 
 
 def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Section]:
@@ -79,7 +86,7 @@ def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Sec
         ),
         Section("Probabilities", probabilities_table(result.probabilities(), metadata)),
         Section(f"What drives {metadata.title_with_owner(result.leading)}", *driving_parts(result)),
-        life_section(result),
+        _life_section(result),
         Section("Definitions", " ".join(terms(result, summary))),
     ]
 
@@ -97,10 +104,10 @@ def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[s
         worst = min if quantity.smallest_is_worst else max
         carriage = str(worst(owners, key=rows[level].to_dict().__getitem__))
         value, low, high = (float(rows[f"{level}{end}"][carriage]) for end in ("", "_low", "_high"))
-        interval, owner = ends_text(low, high, stem), f"carriage {carriage}" if carriage else "machine"
+        between, owner = ends_text(low, high, stem), f"carriage {carriage}" if carriage else "machine"
         title = f"{capitalised(metadata.title(stem))}, {int(level[1:])} % quantile"
-        yield f"{title}: {value_text(value, quantity)} ({interval} at 95 %), {owner}"
-    yield from life_answer(result, summary)
+        yield f"{title}: {value_text(value, quantity)} ({between} at 95 %), {owner}"
+    yield from _life_answer(result, summary)
     probabilities = result.probabilities()
     for name in probabilities.index.unique("quantity"):
         rows = probabilities.loc[name]
@@ -126,6 +133,77 @@ def _cases_answer(result: StudyResult) -> Iterator[str]:
     for name, limit in result.limits.items():
         count = np.count_nonzero(QUANTITIES[name].exceeds(result.column(name), limit))
         yield f"{capitalised(limit_text(name, limit, result.metadata))}: {count} of {result.runs} cases"
+
+
+# ---- life and static safety
+
+
+def _life_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]:
+    """Life and static safety of the machine, and the probability of a failure before the limit on the life."""
+    if LIFE not in summary.index.unique("quantity"):
+        return
+    life, safety = (summary.xs("", level="carriage").loc[name].to_dict() for name in (LIFE, SAFETY))
+    conditions = result.metadata.machine.life
+    yield (
+        f"Life that all carriages reach with {number(100 * conditions.reliability)} % {duty_text(conditions)}: median "
+        f"{travel_text(life['q50'], result.metadata)}, 5 % quantile {travel_text(life['q05'], result.metadata)}; "
+        f"smallest static safety: median {fixed(safety['q50'], 2)}, 1 % quantile "
+        f"{fixed(safety['q01'], 2)}"
+    )
+    if LIFE in result.limits:
+        row = result.failure_probability().loc[""].to_dict()
+        probability, low, high, shorter = (
+            digits(100 * row[key]) for key in ("probability", "low", "high", "shorter")
+        )
+        ends = "" if low == high else f" ({low} to {high} %)"
+        before = travel_text(row["travel_km"], result.metadata)
+        yield (
+            f"Probability of a failure by fatigue before {before}: {probability} %{ends}; the rating "
+            f"life is shorter in {shorter} % of the samples"
+        )
+
+
+def _life_section(result: StudyResult) -> Section:
+    """Notes, probability of failure and formulas; empty for a machine without products."""
+    parts: list[Part] = [*result.metadata.life_notes, *_load_notes(result)]
+    if LIFE in result.limits and not result.metadata.chosen and (parts or result.rated):
+        parts += [_failure_table(result), Definitions(FAILURE)]
+    formulas = rating_formulas(list(result.rated.values())) if result.rated else []
+    return Section("Life and static safety", *parts, *formulas)
+
+
+def _failure_table(result: StudyResult) -> Table:
+    """A row per carriage, and one for any of them: probability of a failure before the limit on the life."""
+    rows = result.failure_probability()
+    if len(rows) == 2:  # the row of all carriages equals that of the only one
+        rows = rows.iloc[:1]
+    return Table(
+        Column("carriage", [str(name) or "any" for name in rows.index]),
+        Column(
+            f"fails before {travel_text(rows['travel_km'].iloc[0], result.metadata)}",
+            100 * rows["probability"],
+            "%",
+            "3 digits",
+        ),
+        interval(100 * rows["low"], 100 * rows["high"], "%"),
+        Column("life is shorter", 100 * rows["shorter"], "%", "3 digits"),
+    )
+
+
+def _load_notes(result: StudyResult) -> Iterator[str]:
+    """A sentence on loads beyond those for which the life formula holds."""
+    stem, above, count = column_name(*PEAK_LOAD), [], 0
+    for name, criteria in result.rated.items():
+        loads = known(result.column(f"{stem}[{name}]"))
+        found = int(np.count_nonzero(loads > LARGE_LOAD * criteria.rating.value))
+        above += [name] if found else []
+        count = max(count, found)
+    if above:
+        what = counted(count, "case" if result.metadata.chosen else "sample")
+        yield (
+            f"Note: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life formula "
+            "holds for smaller loads."
+        )
 
 
 # ---- warnings

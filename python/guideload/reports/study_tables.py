@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
 
 from guideload.base.number_text import KINDS, capitalised, digits, kilometres, rounded
-from guideload.reports.report import Column, Definitions, Part, Table, interval
+from guideload.reports.report import Column, Definitions, Part, Table, interval, known_or_empty
 from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, Quantity, contact_words
 from guideload.study.result import StudyResult, weaker_parameters
@@ -85,7 +85,7 @@ def cases_parts(result: StudyResult) -> list[Part]:
             for name in varied
         ),
         *(
-            Column(label, _known(shown[name]), "km" if label == "life" else "", _kind(name))
+            Column(label, known_or_empty(shown[name]), "km" if label == "life" else "", _kind(name))
             for name, label in labels.items()
         ),
         Column("exceeded", shown["exceeded"]),
@@ -112,14 +112,14 @@ def summary_table(rows: pd.DataFrame, quantity: Quantity) -> Table:
         column
         for level in levels
         for column in (
-            Column(f"{level} %", _known(rows[f"q{level:02d}"]), kind=kind),
-            Column("+-", _known(rows[f"q{level:02d}_standard_error"]), kind="2 digits"),
+            Column(f"{level} %", known_or_empty(rows[f"q{level:02d}"]), kind=kind),
+            Column("+-", known_or_empty(rows[f"q{level:02d}_standard_error"]), kind="2 digits"),
         )
     )
     return Table(
         Column("carriage", [str(name) or "machine" for name in rows.index]),
-        Column("mean", _known(rows["mean"]), kind=kind),
-        Column("std. dev.", _known(rows["standard_deviation"]), kind=kind),
+        Column("mean", known_or_empty(rows["mean"]), kind=kind),
+        Column("std. dev.", known_or_empty(rows["standard_deviation"]), kind=kind),
         *quantiles,
     )
 
@@ -159,7 +159,7 @@ def driving_parts(result: StudyResult) -> list[Part]:
     columns = []
     for name in names:
         i = list(rows.columns).index(name)  # the ends of its interval are in the columns after it
-        columns.append(Column(name.replace("_", " "), _known(first.iloc[:, i]), kind="factor"))
+        columns.append(Column(name.replace("_", " "), known_or_empty(first.iloc[:, i]), kind="factor"))
         columns.append(interval(first.iloc[:, i + 1], first.iloc[:, i + 2], kind="factor"))
     table = Table(Column("parameter", [str(name) for name in first.index]), *columns)
     return [table, *weaker_parameters(rows, MOST_PARAMETERS)]
@@ -210,11 +210,6 @@ def _contact_line(metadata: StudyMetadata) -> str:
 def _kind(name: str) -> str:
     """The kind of quantity of a column, which says how its numbers are written."""
     return "factor" if name.partition("[")[0] == SAFETY else "load"
-
-
-def _known(values: Iterable[float]) -> list[float | None]:
-    """The values; None for those that are unknown or infinite, as an error or quantile of too few samples."""
-    return [float(value) if np.isfinite(value) else None for value in values]
 
 
 def ends_text(low: float, high: float, name: str) -> str:

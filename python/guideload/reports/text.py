@@ -9,7 +9,7 @@ from typing import Protocol
 
 from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.table import Table as Grid
 from rich.text import Text
 
@@ -87,11 +87,10 @@ class _Fitted:
         self.width = self.natural if column.is_number else max(min(self.natural, most), *words)
         self.cells = cells
 
-    @property
-    def heading(self) -> str:
+    def heading(self, with_unit: bool) -> str:
         """The label and below it the unit; names and texts have none, and stand on the lowest line."""
         label = _wrapped(self.column.label, self.width)
-        return "\n".join([*label, self.column.unit] if self.column.is_number else label)
+        return "\n".join([*label, self.column.unit or " "] if with_unit and self.column.is_number else label)
 
     @property
     def lines(self) -> list[str]:
@@ -104,20 +103,12 @@ def _drawn(block: list[_Fitted], left: int) -> str:
         more = max(min(fitted.natural - fitted.width, left), 0)
         fitted.width, left = fitted.width + more, left - more
     grid = Grid(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    headings = [fitted.heading for fitted in block]
-    if not any(fitted.column.unit for fitted in block):
-        headings = [heading.rstrip("\n") for heading in headings]
-    height = max(heading.count("\n") for heading in headings)
-    for fitted, heading in zip(block, headings, strict=True):
-        above = "\n" * (height - heading.count("\n"))
-        grid.add_column(
-            Text(above + heading), justify="right" if fitted.column.is_number else "left", no_wrap=True
-        )
+    has_units = any(fitted.column.unit for fitted in block)
+    for fitted in block:
+        justify: JustifyMethod = "right" if fitted.column.is_number else "left"
+        grid.add_column(Text(fitted.heading(has_units)), justify=justify, no_wrap=True)
     for row in zip(*(fitted.lines for fitted in block), strict=True):
         grid.add_row(*map(Text, row))
-    console = Console(
-        file=io.StringIO(), width=sum(fitted.width + GAP for fitted in block) + GAP, color_system=None
-    )
-    with console.capture() as captured:
-        console.print(grid)
-    return "\n".join(line.rstrip() for line in captured.get().splitlines()).strip("\n")
+    drawn = io.StringIO()
+    Console(file=drawn, width=sum(one.width + GAP for one in block) + GAP, color_system=None).print(grid)
+    return "\n".join(line.rstrip() for line in drawn.getvalue().splitlines()).strip("\n")

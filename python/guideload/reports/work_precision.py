@@ -7,7 +7,7 @@ import re
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits, scientific
 from guideload.method_comparison.diagram import MODEL_ACCURACY, SettingResult, WorkPrecision, setting_range
-from guideload.reports.report import Definitions, Report, Section, Table, Value
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 DEFINITIONS = (
     "Time: from the motion to the loads at its samples. Error: largest difference of the loads from the reference, "
@@ -44,20 +44,20 @@ def chart_report(chart: WorkPrecision) -> Report:
 
 def _settings_table(chart: WorkPrecision) -> Table:
     """A row per run: its settings, time, steps and errors."""
-    headings = [("rtol or step",), ("time", "ms", "milliseconds"), ("spread", "%", "count")]
-    headings += [("error of load", "", "number"), ("of dyn. load", "", "number"), ("",)]
-    table: list[tuple[Value, ...]] = []
-    for rows in chart.runs():
-        row = rows[0]
-        if row.seconds is None:
-            continue
-        spread = None if row.spread is None else 100.0 * row.spread / row.seconds
-        errors = (_relative_error(error, row) for error in (row.load_error, row.dynamic_error))
-        marks = (("Pareto", row.pareto_optimal), ("auto", chart.auto_row in rows))
-        mark = ", ".join(name for name, holds in marks if holds)
-        name = f"{row.setting.method} {setting_range(rows)}"
-        table.append((name, row.seconds, spread, *errors, mark, row.steps, row.rejected))
-    return Table.by_rows([*headings, ("steps", "", "count"), ("rejected", "", "count")], table)
+    runs = [rows for rows in chart.runs() if rows[0].seconds is not None]
+    first = [rows[0] for rows in runs]
+    marks = [(("Pareto", rows[0].pareto_optimal), ("auto", chart.auto_row in rows)) for rows in runs]
+    spreads = [one.spread and one.seconds and 100.0 * one.spread / one.seconds for one in first]
+    return Table(
+        Column("rtol or step", [f"{rows[0].setting.method} {setting_range(rows)}" for rows in runs]),
+        Column("time", [one.seconds for one in first], "ms", "milliseconds"),
+        Column("spread", spreads, "%", "count"),
+        Column("error of load", [_relative_error(one.load_error, one) for one in first], kind="number"),
+        Column("of dyn. load", [_relative_error(one.dynamic_error, one) for one in first], kind="number"),
+        Column("", [", ".join(name for name, holds in each if holds) for each in marks]),
+        Column("steps", [one.steps for one in first], kind="count"),
+        Column("rejected", [one.rejected for one in first], kind="count"),
+    )
 
 
 def _relative_error(error: float | None, row: SettingResult) -> str:
