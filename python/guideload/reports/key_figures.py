@@ -23,8 +23,7 @@ from guideload.base.number_text import (
     seconds,
 )
 from guideload.drive.requirements import DriveRequirements, drive_requirements
-from guideload.life.life import Life
-from guideload.reports.life import run_life
+from guideload.life.life import Life, life_of
 from guideload.simulation.result import Result
 from guideload.sizing.requirements import margins_of
 
@@ -32,7 +31,7 @@ Level = Literal["good", "near", "bad", "open"]
 LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
 NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
 RPM = 60.0 / (2.0 * math.pi)  # per rad/s
-F_W = "dynamic factor: peak over quasi-static peak"
+F_W = "largest dynamic factor of a carriage: peak over quasi-static peak"
 
 
 @dataclass(frozen=True)
@@ -54,12 +53,12 @@ class KeyFigures:
     """The key figures of a run.
 
     margins  figure over requirement of each criterion, as in `Margins.ratios`
-    life     of the carriages, or why it cannot be computed; None if no carriage names a product
+    life     of the carriages, or why there is none
     """
 
     figures: tuple[KeyFigure, ...]
     margins: dict[str, float]
-    life: Life | LifeError | None
+    life: Life | str
 
     @property
     def verdict(self) -> tuple[Level, str]:
@@ -76,7 +75,7 @@ class KeyFigures:
             )
         smallest = min(self.margins, key=lambda name: self.margins[name])
         open_life = "" if "life" in self.margins else ". No life to be reached is given"
-        return "good", f"Holds. Smallest margin: {smallest}{open_life}"
+        return "good", f"Holds. Smallest margin: {digits(self.margins[smallest])}, {smallest}{open_life}"
 
 
 @checked
@@ -86,7 +85,7 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
     audited: with what takes longer than the run itself, the dynamic factor and the peak between the samples.
     Raises ArgumentError if the result reports no instant, and LifeError for a motion without velocity.
     """
-    life, drive = run_life(result), drive_requirements(result)
+    life, drive = _life(result), drive_requirements(result)
     margins = margins_of(life, drive).ratios if isinstance(life, Life) else drive.margins
     figures = (
         _largest_load(result, audited),
@@ -107,6 +106,15 @@ def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level,
     return level, f"{digits(margin, 3)} times {required}"
 
 
+def _life(result: Result) -> Life | str:
+    if not any(result.machine.product_of_carriage):
+        return "no carriage names a product with ratings"
+    try:
+        return life_of(result)
+    except LifeError as error:
+        return str(error)
+
+
 def _largest_load(result: Result, audited: bool) -> KeyFigure:
     machine, time, loads = result.machine, result.history("time"), result.carriage_loads
     assert time is not None
@@ -123,11 +131,9 @@ def _largest_load(result: Result, audited: bool) -> KeyFigure:
     return KeyFigure("Largest load", f"{load_in_table(float(largest))} N", where)
 
 
-def _life_figures(
-    life: Life | LifeError | None, margins: dict[str, float], audited: bool
-) -> Iterator[KeyFigure]:
-    if not isinstance(life, Life):
-        yield KeyFigure("Life", "not known", str(life or "no carriage names a product with ratings"))
+def _life_figures(life: Life | str, margins: dict[str, float], audited: bool) -> Iterator[KeyFigure]:
+    if isinstance(life, str):
+        yield KeyFigure("Life", "not known", life)
         return
     target, weakest, least = life.conditions.life, life.weakest, life.conditions.least_safety
     wanted = "" if target is None else f"the {target.text} to be reached"
