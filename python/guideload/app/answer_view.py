@@ -4,25 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, replace
+from typing import Any
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import guideload
-from guideload.app.answer import Answer
+from guideload.app import widgets
+from guideload.app.answer import Answer, Refusal
 from guideload.app.envelope import envelope
 from guideload.app.hub import Hub
-from guideload.app.words import (
-    COLORS,
-    ICONS,
-    carriage_color,
-    chart_options,
-    line,
-    new_chart,
-    redraw,
-    show_report,
-    show_warnings,
-)
 
 TITLE = "Loads of the carriages: resultant of Fy and Fz [N] over time [s]"
 BLACK = "#1d2129"
@@ -35,23 +26,23 @@ class Figures(ui.element, component="figures.js"):
 
     def __init__(self) -> None:
         super().__init__()
-        self.props["first"] = {
-            "verdict": "computing",
-            "icon": ICONS["open"],
-            "color": COLORS["open"],
-            "figures": [],
-        }
+        self.props["first"] = _judgement("open", "computing", [])
 
     def show(
-        self, level: guideload.reports.Level, words: str, figures: Iterable[guideload.reports.KeyFigure]
+        self, answer: Answer | Refusal, note: str, figures: Iterable[guideload.reports.KeyFigure]
     ) -> None:
-        """Show them; a figure that is not judged is black."""
-        shown = [
-            asdict(one) | {"color": COLORS[one.level] if one.level != "open" else BLACK} for one in figures
-        ]
-        self.run_method(
-            "show", {"verdict": words, "icon": ICONS[level], "color": COLORS[level], "figures": shown}
-        )
+        """Show the verdict of an answer with a note, and figures."""
+        level, words = answer.verdict
+        self.run_method("show", _judgement(level, words + note, figures))
+
+
+def _judgement(
+    level: guideload.reports.Level, words: str, figures: Iterable[guideload.reports.KeyFigure]
+) -> dict[str, Any]:
+    """What figures.js shows; a figure that is not judged is black."""
+    colors = widgets.COLORS | {"open": BLACK}
+    shown = [asdict(one) | {"color": colors[one.level]} for one in figures]
+    return {"verdict": words, "icon": widgets.ICONS[level], "color": widgets.COLORS[level], "figures": shown}
 
 
 class AnswerView:
@@ -64,7 +55,7 @@ class AnswerView:
         with ui.element("section").classes("answer").props('aria-label="Answer"'):
             self.figures = Figures()
             self.progress = ui.label().classes("text-caption").props("role=status")
-            self.chart = new_chart("Load histories")
+            self.chart = widgets.new_chart("Load histories")
             self.chart.on("chart:datazoom", self._zoomed, throttle=0.1)
             whole = ui.button("Whole history", on_click=self._whole).props("flat size=sm")
             whole.classes("self-start")
@@ -82,13 +73,9 @@ class AnswerView:
         answer, sound = self.hub.answer, self.hub.sound
         if answer is None:
             return
-        level, words = answer.verdict
-        stale = (
-            ". The figures below are of the last state that could be computed."
-            if self.hub.problems and sound
-            else ""
-        )
-        self.figures.show(level, words + stale, sound.figures.figures if sound else [])
+        stale = self.hub.problems and sound
+        note = ". The figures below are of the last state that could be computed." if stale else ""
+        self.figures.show(answer, note, sound.figures.figures if sound else [])
         if sound is None or sound is self.shown:
             return
         judged_only = self.shown is not None and self.shown.result is sound.result
@@ -99,7 +86,7 @@ class AnswerView:
             self.cautions.clear()
             with self.cautions:
                 ui.label(sound.report.verdict).classes("text-weight-medium")
-                show_warnings(sound.report)
+                widgets.show_warnings(sound.report)
             self.show_report()
 
     def show_report(self) -> None:
@@ -109,7 +96,7 @@ class AnswerView:
             with self.report:
                 if isinstance(self.shown.figures.life, guideload.Life):
                     _show_places(self.shown.figures.life)
-                show_report(replace(self.shown.report, warnings=[]))
+                widgets.show_report(replace(self.shown.report, warnings=[]))
 
     def _draw(self, answer: Answer) -> None:
         time = answer.time
@@ -121,10 +108,12 @@ class AnswerView:
             mark = {"data": [{"coord": peak}] if i == place else []} | MARK
             style = {"type": "solid" if i < 6 else "dashed"}
             points = envelope(time, answer.loads[:, i], low, high, FINE)
-            series.append(line(name, points, carriage_color(i), markPoint=mark, lineStyle=style))
-        options = chart_options(series, TITLE)
+            series.append(
+                widgets.line(name, points, widgets.carriage_color(i), markPoint=mark, lineStyle=style)
+            )
+        options = widgets.chart_options(series, TITLE)
         options["xAxis"] |= {"min": float(time[0]), "max": float(time[-1])}
-        redraw(self.chart, options)
+        widgets.redraw(self.chart, options)
 
     def _zoomed(self, event: GenericEventArguments) -> None:
         """The stretch in view is drawn finer."""
@@ -145,8 +134,10 @@ def _show_places(life: guideload.Life) -> None:
     for i, one in enumerate(life.places if total else ()):
         middles = 0.5 * (one.edges[1:] + one.edges[:-1])
         points = envelope(middles, 100.0 * one.density / total, middles[0], middles[-1])
-        series.append(line(f"rail {one.rail}", points, carriage_color(i), areaStyle={"opacity": 0.15}))
+        series.append(
+            widgets.line(f"rail {one.rail}", points, widgets.carriage_color(i), areaStyle={"opacity": 0.15})
+        )
     if series:
         title = "Life by place: share of all damage [%/m] over the place on the rail [m]"
-        options = chart_options(series, title) | {"yAxis": {"type": "value", "min": 0}}
-        new_chart("Life by place", options)
+        options = widgets.chart_options(series, title) | {"yAxis": {"type": "value", "min": 0}}
+        widgets.new_chart("Life by place", options)

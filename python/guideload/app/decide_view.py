@@ -12,19 +12,9 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import guideload
-from guideload.app import document
+from guideload.app import document, widgets
 from guideload.app.answer import Answer
 from guideload.app.hub import Hub, Part
-from guideload.app.words import (
-    chart_options,
-    errors_shown,
-    new_chart,
-    redraw,
-    show_commands,
-    show_report,
-    show_table,
-    work_button,
-)
 
 QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "deceleration", "jerk"]
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
@@ -46,17 +36,17 @@ class DecideView(Part):
         with ui.expansion("Size: the smallest product that holds", value=True):
             with ui.row():
                 self.words = ui.input("products, e.g. HIWIN 25", value="HIWIN").classes("wide")
-                work_button(hub, "Size", self._size)
+                widgets.work_button(hub, "Size", self._size)
             self.sized = ui.column().mark("sizes")
         with ui.expansion("Limit: how fast, how heavy, how far out"):
             with ui.row():
                 self.quantity = ui.select(QUANTITIES, value="pace", label="what grows").classes("mid")
-                work_button(hub, "Find the limit", self._limit)
+                widgets.work_button(hub, "Find the limit", self._limit)
             self.limited = ui.column().mark("limits")
         with ui.expansion("Drivers: which numbers of the machine drive a figure"):
             with ui.row():
                 self.driven = ui.select(DRIVEN, value="peak_resultant", label="figure").classes("mid")
-                work_button(hub, "Find the drivers", self._drivers)
+                widgets.work_button(hub, "Find the drivers", self._drivers)
             self.drivers = ui.column().mark("drivers")
         with ui.expansion("Study: how the figures scatter"):
             with ui.row():
@@ -65,15 +55,15 @@ class DecideView(Part):
                 self.stiffness = ui.number("stiffness +- [%]", value=20, min=0, max=90)
                 self.figure = ui.select(FIGURES, value="peak_resultant_N", label="figure").classes("mid")
                 self.least = ui.input("limit, e.g. 6 kN").classes("mid")
-                work_button(hub, "Run the study", self._study)
+                widgets.work_button(hub, "Run the study", self._study)
             self.progress = ui.label().classes("text-caption").props("role=status")
-            self.histogram = new_chart("Histogram of the study")
+            self.histogram = widgets.new_chart("Histogram of the study")
             self.histogram.set_visibility(False)
             self.studied = ui.column().mark("study")
         with ui.expansion("Variants: two machines side by side"):
             with ui.row():
-                work_button(hub, "Keep this machine as A", self._keep)
-                work_button(hub, "Compare A with now", self._compare)
+                widgets.work_button(hub, "Keep this machine as A", self._keep)
+                widgets.work_button(hub, "Compare A with now", self._compare)
             self.compared = ui.column().mark("comparison")
 
     # ---- size
@@ -97,9 +87,9 @@ class DecideView(Part):
             for section in report.sections:
                 for part in section.parts:
                     if isinstance(part, guideload.reports.Table):
-                        table = show_table(part)
+                        table = widgets.show_table(part)
                         table.on("rowClick", lambda event: self._clicked(event, names))
-            show_commands(self.session.command("size", f'--product "{words}"' if words else ""))
+            widgets.show_commands(self.session.command("size", f'--product "{words}"' if words else ""))
 
     def _clicked(self, event: GenericEventArguments, names: list[str]) -> None:
         name = str(event.args[1]["0"])[2:]  # two characters mark the smallest, and those that do not hold
@@ -114,7 +104,7 @@ class DecideView(Part):
             ui.notify(f"{name}: {one.reason}", type="negative")
             return
         changes = changes_of(one, self.session.state.machine)
-        with errors_shown():
+        with widgets.errors_shown():
             self.session.set("machine", changes)
         ui.notify(f"All carriages are {name} now; Undo takes it back")
 
@@ -128,8 +118,8 @@ class DecideView(Part):
         found = await asyncio.to_thread(guideload.sizing.largest, answer.machine, motion, quantity)
         self.limited.clear()
         with self.limited:
-            show_report(guideload.reports.limit_report(answer.machine, found, answer.machine.life))
-            show_commands(self.session.command("limit", f"--of {quantity}"))
+            widgets.show_report(guideload.reports.limit_report(answer.machine, found, answer.machine.life))
+            widgets.show_commands(self.session.command("limit", f"--of {quantity}"))
 
     # ---- drivers
 
@@ -142,14 +132,14 @@ class DecideView(Part):
         changes = [float(f"{one:.4g}") for one in found.changes[:BARS]]
         bars = {"type": "bar", "color": "#0072B2", "data": changes}
         title = f"{DRIVEN[figure]} of carriage {found.carriage}: effect of a small change [{found.unit}]"
-        options = chart_options([bars], title)
+        options = widgets.chart_options([bars], title)
         options["yAxis"] = {"type": "category", "data": names[:BARS], "inverse": True}
         options["xAxis"] = {"type": "value"}
         del options["dataZoom"]
         self.drivers.clear()
         with self.drivers:
-            new_chart("Tornado of the drivers", options).classes("tornado")
-            show_commands(self.session.command("sensitivities", f"--of {figure}"))
+            widgets.new_chart("Tornado of the drivers", options).classes("tornado")
+            widgets.show_commands(self.session.command("sensitivities", f"--of {figure}"))
 
     # ---- study
 
@@ -170,29 +160,22 @@ class DecideView(Part):
         )
         with tempfile.TemporaryDirectory(prefix="guideload-study-") as folder:
             output = f"{folder}/study"
-            done = [0, 1]
-            work = asyncio.create_task(
-                asyncio.to_thread(
-                    guideload.run_study,
-                    study,
-                    output,
-                    chunk=CHUNK,
-                    progress=lambda *counts: done.__setitem__(slice(2), counts),
-                )
-            )
-            while not (await asyncio.wait([work], timeout=LOOK))[0]:
-                self.progress.text = f"{done[0]} of {done[1]} machines"
-                if done[0] >= CHUNK:
-                    with suppress(
-                        guideload.GuideloadError
-                    ):  # what cannot be read yet is read at the next look
+            counts = [(0, study.samples)]  # written by the thread of the study
+            options: Any = {"chunk": CHUNK, "progress": lambda *now: counts.append(now)}
+            work = asyncio.create_task(asyncio.to_thread(guideload.run_study, study, output, **options))
+            ended: set[Any] = set()
+            while not ended:
+                ended = (await asyncio.wait([work], timeout=LOOK))[0]
+                self.progress.text = "{} of {} machines".format(*counts[-1])
+                # What cannot be read yet is read at the next look.
+                with suppress(guideload.GuideloadError):
+                    if not ended and counts[-1][0] >= CHUNK:
                         self._draw(guideload.StudyResult.load(output), figure)
             result = await work
-            self.progress.text = f"{done[0]} of {done[1]} machines"
             self._draw(result, figure)
             self.studied.clear()
             with self.studied:
-                show_report(guideload.reports.study_report(result))
+                widgets.show_report(guideload.reports.study_report(result))
 
     def _varied(self) -> Any:
         """What scatters: the mass evenly, the stiffness of each carriage by a lognormal distribution."""
@@ -215,7 +198,9 @@ class DecideView(Part):
         self.histogram.set_visibility(True)
         bars = {"type": "bar", "barWidth": "99%", "color": "#0072B2"}
         bars["data"] = np.column_stack([middles.round(4), counts]).tolist()
-        redraw(self.histogram, chart_options([bars], f"{FIGURES[figure]} of {values.size} machines"))
+        widgets.redraw(
+            self.histogram, widgets.chart_options([bars], f"{FIGURES[figure]} of {values.size} machines")
+        )
 
     # ---- variants
 
@@ -231,7 +216,7 @@ class DecideView(Part):
         report = await asyncio.to_thread(guideload.reports.comparison_report, results)
         self.compared.clear()
         with self.compared:
-            show_report(report)
+            widgets.show_report(report)
 
 
 def changes_of(candidate: guideload.sizing.Candidate, text: str) -> dict[document.Path, Any]:

@@ -9,10 +9,9 @@ from typing import Any
 from nicegui import ui
 
 import guideload
-from guideload.app import document
+from guideload.app import document, widgets
 from guideload.app.answer import Problem
 from guideload.app.state import Session
-from guideload.app.words import COLORS, errors_shown
 
 # Keys that are always shown; others are shown if the file has them, or added by the user.
 MAIN = {
@@ -94,7 +93,7 @@ class Form:
         self.others.clear()
         with self.others:
             for text in without:
-                ui.label(text).style(f"color: {COLORS['bad']}")
+                ui.label(text).style(f"color: {widgets.COLORS['bad']}")
 
     def _tables(self, values: dict[str, Any]) -> Iterable[tuple[document.Path, dict[str, Any]]]:
         """Path and values of each table that is shown."""
@@ -168,14 +167,14 @@ class Form:
         text = getattr(self.session.state, self.part)
         value = document.typed(written, is_text=schema.get("type") == "string")
         if value != document.value_at(text, path):
-            with errors_shown():
+            with widgets.errors_shown():
                 self.session.set(self.part, {path: value})
 
     def _more(self, path: document.Path, keys: dict[str, Any], key: str | None) -> None:
         """Add a key, with the first example of its description as its value."""
         if key is not None:
             example = _example(keys[key])
-            with errors_shown():
+            with widgets.errors_shown():
                 self.session.set(self.part, {(*path, key): example})
 
     def _add(self, section: str, mine: list[tuple[document.Path, dict[str, Any]]]) -> None:
@@ -185,11 +184,11 @@ class Form:
         if "name" in entry:
             base = str(entry["name"])
             entry["name"] = next(name for n in range(2, 999) if (name := f"{base} {n}") not in names)
-        with errors_shown():
+        with widgets.errors_shown():
             self.session.add(self.part, section, entry)
 
     def _drop(self, section: str, index: int) -> None:
-        with errors_shown():
+        with widgets.errors_shown():
             self.session.drop(self.part, section, index)
 
     # ---- the schema

@@ -7,9 +7,9 @@ import asyncio
 from nicegui import ui
 
 import guideload
+from guideload.app import widgets
 from guideload.app.answer import Answer
 from guideload.app.hub import Hub, Part
-from guideload.app.words import show_commands, work_button
 
 REPORT = "report.html"
 
@@ -21,10 +21,10 @@ class KeepView(Part):
         self.session = hub.session
         with ui.row():
             self.name = ui.input("report", value=REPORT)
-            work_button(hub, "Write the report", self._write, icon="description")
+            widgets.work_button(hub, "Write the report", self._write, icon="description")
         self.done = ui.label().props("role=status").mark("kept")
         ui.label("The commands that repeat what the page shows, in its folder:")
-        self.commands = show_commands("")
+        self.commands = widgets.show_commands("")
 
     def show_state(self) -> None:
         """The commands."""

@@ -8,11 +8,10 @@ import numpy as np
 from nicegui import ui
 
 import guideload
-from guideload.app import document
+from guideload.app import document, widgets
 from guideload.app.form import Form
 from guideload.app.hub import Hub, Part
 from guideload.app.scene import MachineScene
-from guideload.app.words import errors_shown
 
 KINDS = {
     "two-rails": "two rails",
@@ -108,7 +107,7 @@ class MachineView(Part):
         """Begin with the file of a kind of machine; Undo brings the old one back."""
         if kind is not None:
             self.kind.value = None
-            with errors_shown():
+            with widgets.errors_shown():
                 self.session.start(kind)
 
     # ---- places of parts
@@ -138,5 +137,5 @@ class MachineView(Part):
             }
         else:
             changes = {("carriages", int(name.split()[1]), "x"): written[0]}
-        with errors_shown():
+        with widgets.errors_shown():
             self.session.set("machine", changes, merge)

@@ -8,17 +8,8 @@ from typing import Any
 from nicegui import ui
 
 import guideload
+from guideload.app import widgets
 from guideload.app.hub import Hub, Part
-from guideload.app.words import (
-    COLORS,
-    carriage_color,
-    chart_options,
-    line,
-    new_chart,
-    redraw,
-    show_commands,
-    table_content,
-)
 
 LOOK = 0.5  # s between two looks at the folder, into which a watch writes as often
 SILENT = 3.0  # s: a watch that has not written for so long is dead, or its computer is
@@ -37,12 +28,12 @@ class MonitorView(Part):
             self.folder.classes("mid")
             self.sign = ui.label().classes("text-weight-medium").props("role=status").mark("watch")
         self.answer = ui.label()
-        self.warnings = ui.label().style(f"color: {COLORS['near']}").classes("whitespace-pre-line")
-        self.chart = new_chart("Loads of the last minute", _options([]))
+        self.warnings = ui.label().style(f"color: {widgets.COLORS['near']}").classes("whitespace-pre-line")
+        self.chart = widgets.new_chart("Loads of the last minute", _options([]))
         self.table = ui.table(rows=[], row_key="id").props("hide-bottom").mark("monitor")
         self.input = ui.label().classes("text-caption")
         ui.label("The commands that make a monitor of this machine, and show here what it sees:")
-        self.commands = show_commands("")
+        self.commands = widgets.show_commands("")
         self.show_state()
         ui.timer(LOOK, self._look)
 
@@ -86,7 +77,7 @@ class MonitorView(Part):
 
     def _say(self, level: guideload.reports.Level, words: str) -> None:
         self.sign.text = words
-        self.sign.style(f"color: {COLORS[level]}")
+        self.sign.style(f"color: {widgets.COLORS[level]}")
 
     def _show(self, state: guideload.WatchState) -> None:
         report = guideload.reports.monitor_report(state.status)
@@ -94,17 +85,17 @@ class MonitorView(Part):
         self.warnings.text = "\n".join(report.warnings)
         carriages, samples = (section.parts[0] for section in report.sections)
         assert isinstance(carriages, guideload.reports.Table)
-        self.table.columns, self.table.rows = table_content(carriages)
+        self.table.columns, self.table.rows = widgets.table_content(carriages)
         self.input.text = str(samples)
         series = []
         for i, one in enumerate(state.status["carriages"], start=1):
             points = [[point[0], point[i]] for point in state.points]
-            series.append(line(one["name"], points, carriage_color(i - 1)))
-        redraw(self.chart, _options(series))
+            series.append(widgets.line(one["name"], points, widgets.carriage_color(i - 1)))
+        widgets.redraw(self.chart, _options(series))
 
 
 def _options(series: list[dict[str, Any]]) -> dict[str, Any]:
-    options = chart_options(series, TITLE)
+    options = widgets.chart_options(series, TITLE)
     del options["dataZoom"]
     options["grid"]["bottom"] = 8
     return options

@@ -11,15 +11,16 @@ from nicegui import ui
 from nicegui.events import UploadEventArguments
 
 import guideload
+from guideload.app import widgets
 from guideload.app.envelope import envelope
 from guideload.app.form import Form
 from guideload.app.guard import LARGEST_BODY
 from guideload.app.hub import Hub, Part
-from guideload.app.words import COLORS, chart_options, errors_shown, line, new_chart, redraw, show_report
 
 SIGMAS = 1.96  # of the 95 % band
 UNITS = {"acceleration": "m/s2", "velocity": "m/s", "position": "m"}
 NO_TRACES = (".toml", ".html", ".json", ".png", ".svg", ".md", ".py", ".nc")
+TOO_LARGE = "The file is too large: guideload long-run reads any length"
 BLUE, BAND = "#0072B2", "#9aa3ad"
 
 
@@ -36,9 +37,9 @@ class MotionView(Part):
             self.kind.props("dense no-caps").on_value_change(lambda: self._choose_kind())
             self.quantity = ui.select(list(UNITS), value="acceleration", label="chart of")
             self.quantity.classes("mid").on_value_change(lambda: self._draw())
-            self.problem = ui.label().style(f"color: {COLORS['bad']}").props("role=alert")
+            self.problem = ui.label().style(f"color: {widgets.COLORS['bad']}").props("role=alert")
             self.problem.mark("motion problem")
-        self.chart = new_chart("Motion of the cart")
+        self.chart = widgets.new_chart("Motion of the cart")
         with ui.column() as self.moves:
             self.form = Form(self.session, "moves", ("moves", "limits", ""))
         with ui.column() as self.trace:
@@ -50,9 +51,7 @@ class MotionView(Part):
                     auto_upload=True,
                     max_file_size=LARGEST_BODY,
                     on_upload=self._uploaded,
-                    on_rejected=lambda: ui.notify(
-                        "The file is too large: guideload long-run reads any length"
-                    ),
+                    on_rejected=lambda: ui.notify(TOO_LARGE),
                 ).props("flat bordered dense").classes("trace-drop")
             self.report = ui.column().mark("inspection")
         self._show_kind()
@@ -61,11 +60,8 @@ class MotionView(Part):
         """The moves, and the traces of the folder."""
         self.form.show()
         trace = self.session.state.trace
-        files = self.session.folder.root.iterdir()
-        names = sorted(
-            one.name for one in files if one.suffix.lower() not in NO_TRACES and not one.name.startswith(".")
-        )
-        names = [name for name in names if (self.session.folder.root / name).is_file()]
+        files = (one for one in self.session.folder.root.iterdir() if one.is_file() and one.name[0] != ".")
+        names = sorted(one.name for one in files if one.suffix.lower() not in NO_TRACES)
         if trace and trace not in names:
             names.append(trace)
         if self.names.options != names or (self.names.value or "") != trace:
@@ -103,7 +99,7 @@ class MotionView(Part):
 
     async def _uploaded(self, event: UploadEventArguments) -> None:
         content = await event.file.read()
-        with errors_shown():
+        with widgets.errors_shown():
             self._choose(self.session.add_trace(event.file.name, content))
 
     async def _inspect(self) -> None:
@@ -125,7 +121,7 @@ class MotionView(Part):
             self._draw()
         self.report.clear()
         with self.report:
-            show_report(guideload.reports.encoder_report(self.inspected[1]))
+            widgets.show_report(guideload.reports.encoder_report(self.inspected[1]))
 
     def _draw(self) -> None:
         answer = self.hub.sound
@@ -146,6 +142,6 @@ class MotionView(Part):
                 if deviation is not None and deviation.shape == along.shape and not known[1].of_motor:
                     for sign in (1.0, -1.0):
                         edge = envelope(motion.time, along + sign * SIGMAS * np.asarray(deviation), *span)
-                        series.append(line("95 % band", edge, BAND, lineStyle={"type": "dashed"}))
-            series.append(line(name, envelope(motion.time, along, *span), BLUE))
-        redraw(self.chart, chart_options(series, f"{name} [{UNITS[name]}] over time [s]"))
+                        series.append(widgets.line("95 % band", edge, BAND, lineStyle={"type": "dashed"}))
+            series.append(widgets.line(name, envelope(motion.time, along, *span), BLUE))
+        widgets.redraw(self.chart, widgets.chart_options(series, f"{name} [{UNITS[name]}] over time [s]"))

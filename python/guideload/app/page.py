@@ -9,6 +9,7 @@ from importlib.resources import files
 from nicegui import ui
 from nicegui.events import KeyEventArguments
 
+from guideload.app import widgets
 from guideload.app.answer_view import AnswerView
 from guideload.app.decide_view import DecideView
 from guideload.app.hub import Hub, Part
@@ -16,7 +17,6 @@ from guideload.app.keep_view import KeepView
 from guideload.app.machine_view import MachineView
 from guideload.app.monitor_view import MonitorView
 from guideload.app.motion_view import MotionView
-from guideload.app.words import COLORS, errors_shown
 
 VIEWS: dict[str, tuple[str, Callable[[Hub], Part]]] = {
     "Machine": ("precision_manufacturing", MachineView),
@@ -134,11 +134,11 @@ class Page(Part):
                 for words, taken in (("Take them", True), ("Leave them", False)):
                     ui.button(words, on_click=lambda taken=taken: session.take_offered(taken))
             if session.notice:
-                ui.label(session.notice).style(f"color: {COLORS['bad']}")
+                ui.label(session.notice).style(f"color: {widgets.COLORS['bad']}")
                 ui.button("Reload", on_click=lambda: _attempt(session.reload))
         self.offer.set_visibility(session.offered is not None or bool(session.notice))
 
 
 def _attempt(action: Callable[[], object]) -> None:
-    with errors_shown():
+    with widgets.errors_shown():
         action()

@@ -13,8 +13,8 @@ from nicegui.events import GenericEventArguments
 from numpy.typing import NDArray
 
 import guideload
+from guideload.app import widgets
 from guideload.app.answer import Answer
-from guideload.app.words import carriage_color
 
 Array = NDArray[np.float64]
 BODY, RAIL, LABEL = "#5b6f8a", "#6b7280", "color: #1d2129; font-size: 12px"
@@ -39,10 +39,8 @@ scene.vibration = setInterval(() => {
   ghost.quaternion.set(s * rx / 2, s * ry / 2, s * rz / 2, 1).normalize();
 }, 33);
 """
-SWING, TURN = (
-    0.08,
-    3.0,
-)  # swing of a mode over the size of the machine, its circular frequency on the page [rad/s]
+SWING = 0.08  # of a mode, over the size of the machine
+TURN = 3.0  # its circular frequency on the page [rad/s]
 
 
 class Arrow:
@@ -108,7 +106,7 @@ class MachineScene:
         with self.scene:
             self.rails = [Box().material(RAIL) for _ in machine.rails]
             self.carriages = [
-                Box().material(carriage_color(i)).with_name(f"carriage {i}").draggable()
+                Box().material(widgets.carriage_color(i)).with_name(f"carriage {i}").draggable()
                 for i in range(len(machine.carriages))
             ]
             self.names = [Text(one.name, LABEL) for one in machine.carriages]
@@ -120,7 +118,9 @@ class MachineScene:
             self.points = [Sphere(unit).material("#b3261e") for _ in machine.points]
             self.labels = [Text(one.name, LABEL) for one in machine.points]
             self.weight = Arrow(BODY, 0.35 * unit)
-            self.loads = [Arrow(carriage_color(i), 0.45 * unit) for i in range(len(machine.carriages))]
+            self.loads = [
+                Arrow(widgets.carriage_color(i), 0.45 * unit) for i in range(len(machine.carriages))
+            ]
 
     def _place(self, answer: Answer, instant: int, box: dict[str, Array], size: float) -> None:
         machine, result = answer.machine, answer.result

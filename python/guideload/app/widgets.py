@@ -32,12 +32,7 @@ COLORS: dict[guideload.reports.Level, str] = {
     "bad": "#b3261e",
     "open": "#4a5160",
 }
-ICONS: dict[guideload.reports.Level, str] = {
-    "good": "check_circle",
-    "near": "error",
-    "bad": "cancel",
-    "open": "radio_button_unchecked",
-}
+ICONS = dict(zip(COLORS, ("check_circle", "error", "cancel", "radio_button_unchecked"), strict=True))
 # Okabe and Ito, as in the pictures of the reports.
 CARRIAGES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
@@ -74,14 +69,8 @@ def chart_options(series: list[dict[str, Any]], title: str) -> dict[str, Any]:
 def line(name: str, data: list[list[float]], color: str, **more: Any) -> dict[str, Any]:
     """A line of a chart through points [time, value]."""
     style = {"width": 1.2} | more.pop("lineStyle", {})
-    return {
-        "type": "line",
-        "name": name,
-        "data": data,
-        "showSymbol": False,
-        "color": color,
-        "lineStyle": style,
-    } | more
+    given = {"name": name, "data": data, "color": color, "lineStyle": style}
+    return {"type": "line", "showSymbol": False} | given | more
 
 
 def new_chart(what: str, options: dict[str, Any] | None = None) -> ui.echart:
