@@ -198,9 +198,8 @@ class DecideView(Part):
         self.histogram.set_visibility(True)
         bars = {"type": "bar", "barWidth": "99%", "color": "#0072B2"}
         bars["data"] = np.column_stack([middles.round(4), counts]).tolist()
-        widgets.redraw(
-            self.histogram, widgets.chart_options([bars], f"{FIGURES[figure]} of {values.size} machines")
-        )
+        options = widgets.chart_options([bars], f"{FIGURES[figure]} of {values.size} machines")
+        widgets.redraw(self.histogram, options | {"yAxis": {"type": "value", "min": 0}})
 
     # ---- variants
 

@@ -132,7 +132,7 @@ def show_commands(commands: str) -> ui.code:
 def show_report(report: guideload.reports.Report) -> None:
     """A report as the command line prints it: answer, warnings, sections."""
     for sentence in report.answer:
-        ui.label(sentence)
+        ui.label(sentence).classes("whitespace-pre-line")
     show_warnings(report)
     for section in report.sections:
         if section.parts:
