@@ -86,9 +86,8 @@ class Windows:
 COSINES = 0.4  # times n^(2/3): as recommended in the paper, for values at least as independent as those with
 WORST = 17.0 / 3.0  # correlation time of e_k = 0.7 e_{k-1} + white; other records count as fewer values
 FEWEST_COSINES = 4  # cosines: fewer make intervals of Student's t very wide
-LEAST_LEFT = (
-    0.25  # share of independent errors that a fit has not taken up; below, the record is too short to judge
-)
+# Share of independent errors that a fit has not taken up; below, the record is too short to judge.
+LEAST_LEFT = 0.25
 SUMMED = 5.0  # correlation times: a sum over more has more noise than it gains
 UPPER_LEVEL = 0.975  # one-sided, of a 95 % interval
 ROUNDING = 1e-10  # of the largest eigenvalue: directions below it are not determined

@@ -61,7 +61,7 @@ VAGUE = 1.0
 LEAST_SPREAD = 1e-12  # of a logarithm, or in SI units: what is known so well is no unknown
 MOST_SPREAD = 10.0  # of a logarithm: a factor of 5e8 to either side says nothing any more
 FURTHEST = (
-    6.0  # spreads from the expected value at which the search ends: nothing is left of the probability there
+    6.0  # spreads from the expected value at which the search ends: beyond, hardly any probability is left
 )
 
 
