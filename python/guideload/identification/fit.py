@@ -22,7 +22,7 @@ from guideload.base.errors import ArgumentError, SceneError
 from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, NuisanceParameter
 from guideload.identification.model import Model
-from guideload.identification.records import inflation, score_root
+from guideload.identification.records import Record, inflation, score_root
 from guideload.identification.unknowns import Unknown
 
 # ---- the function that a fit minimises
@@ -288,7 +288,7 @@ def _searched(
     """All minima that were found, the best first, with noise levels that agree with the best one; and messages."""
     objective = Objective(model, data)
     minima = _minima(objective, starts)
-    if all(one.known for one in objective.noise) and all(each.instants is None for each in data):
+    if all(one.known for one in objective.noise) and not any(isinstance(each, Record) for each in data):
         return objective, minima, []
     for _ in range(ROUNDS):
         factors = _noise(objective, minima[0].x)
@@ -369,7 +369,7 @@ def _noise(objective: Objective, x: Array) -> Array:
     factors = np.where([one.known for one in objective.noise], 1.0, estimated)
     scale = objective.factors[index] / factors[index]
     for each, rows, groups in zip(objective.data, objective.rows, objective.groups, strict=True):
-        if each.instants is not None:
+        if isinstance(each, Record):
             of_set, by = values[rows] * scale[rows], slopes[rows] * scale[rows, None]
             raised = inflation(by.T @ by, score_root(each, of_set, by, factors[index[rows]]))
             factors[groups] *= np.sqrt(max(1.0, raised))

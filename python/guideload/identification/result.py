@@ -17,6 +17,7 @@ from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.measured import Measured, NuisanceParameter
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import Model, ModelAt
+from guideload.identification.records import Record
 from guideload.identification.uncertainty import (
     Interval,
     Undetermined,
@@ -67,7 +68,7 @@ class ResidualTest:
 def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:
     """A test of each group of values."""
     labels = [label for each in fit.objective.data for label in each.labels]
-    in_time = [each.instants is not None for each in fit.objective.data for _ in each.noise]
+    in_time = [isinstance(each, Record) for each in fit.objective.data for _ in each.noise]
     tests = []
     for i, noise in enumerate(fit.objective.noise):
         here = np.flatnonzero(fit.objective.noise_index == i)

@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from guideload.base.arrays import Array
 from guideload.base.number_text import joined
 from guideload.identification.fit import COARSE, STATED_VALUES, Fit, Minimum
-from guideload.identification.records import score_root
+from guideload.identification.records import Record, score_root
 from guideload.identification.unknowns import Unknown, grouped_names, usual_unit
 
 # ---- covariance
@@ -28,13 +28,13 @@ def covariance(fit: Fit) -> Array:
     covariance of their scores in place of their part of J'J.
     """
     objective = fit.objective
-    if all(each.instants is None for each in objective.data):
+    if not any(isinstance(each, Record) for each in objective.data):
         return fit.covariance
     rows = [np.diag(objective.weights)]
     for each, place in zip(objective.data, objective.rows, strict=True):
         values, slopes = fit.residuals[place], fit.jacobian[place]
         level = objective.factors[objective.noise_index[place]]
-        rows.append(slopes if each.instants is None else score_root(each, values, slopes, level))
+        rows.append(score_root(each, values, slopes, level) if isinstance(each, Record) else slopes)
     spread = np.vstack(rows) @ fit.covariance
     return np.asarray(spread.T @ spread)
 

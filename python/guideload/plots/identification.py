@@ -10,9 +10,8 @@ import numpy as np
 
 from guideload.base.arguments import checked
 from guideload.identification.modal_test import ModalTest
-from guideload.identification.motor_force import MotorForce
+from guideload.identification.records import Record
 from guideload.identification.responses import UNITS, FrequencyResponses
-from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import short_name, usual_unit
 from guideload.plots.identification_records import RECORD_PICTURES, records
 from guideload.plots.saving import save_each
@@ -180,7 +179,7 @@ def _differences(ax: Axes, test: ModalTest, found: Identification, kind: int) ->
     ax.set_title(("Frequencies", "Damping ratios")[kind])
 
 
-def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
+def _record(found: Identification, data: Record) -> Axes:
     return records(found, data)[0]
 
 
@@ -255,7 +254,7 @@ def save_identification(
         drawings["modal_tests.png"] = lambda: modal_test(found)[0]
     if any(isinstance(one, FrequencyResponses) for one in found.data):
         drawings["frequency_responses.png"] = lambda: measured_responses(found)[0]
-    in_time = [one for one in found.data if isinstance(one, MotorForce | SensorLog)]
+    in_time = [one for one in found.data if isinstance(one, Record)]
     drawings |= {
         name: partial(_record, found, one) for name, one in zip(RECORD_PICTURES, in_time, strict=False)
     }

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.signal import welch
 
-from guideload.identification.motor_force import MotorForce
-from guideload.identification.sensor_log import SensorLog
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, legend_above, look, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from guideload.base.arrays import Array
+    from guideload.identification.records import Record
     from guideload.identification.result import Identification
 
 RECORD_PICTURES = tuple(f"record_{number}.png" for number in range(1, 10))  # of the first records
@@ -23,17 +22,13 @@ MEASURED, COMPUTED, DIFFERENCE = GREY, CARRIAGE_COLORS[0], INK
 PARTS = 8  # of a record, whose spectra are averaged
 
 
-def records(found: Identification, data: MotorForce | SensorLog) -> list[Axes]:
+def records(found: Identification, data: Record) -> list[Axes]:
     """Measured against computed values of a record in time: histories, difference and spectra of each channel.
 
     data: one of the data of the identification. Returns the axes.
     """
-    nuisance = found.nuisance_values(data)
-    measured, predicted = np.atleast_2d(data.measured), np.atleast_2d(data.predicted(found.model, nuisance))
-    if isinstance(data, MotorForce):
-        titles = [f"{data.name} [{'N m' if data.torque else 'N'}]"]
-    else:
-        titles = [f"{one.name} [{one.unit}]" for one in data.channels]
+    measured, predicted = data.measured, data.predicted(found.model, found.nuisance_values(data))
+    titles = [f"{name} [{unit}]" for name, unit in data.titles]
     count = min(len(titles), MOST_CHANNELS)
     with look():
         figure = new_figure(10.0, 0.8 + 3.4 * count)

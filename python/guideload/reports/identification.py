@@ -8,6 +8,7 @@ from guideload.base.number_text import capitalised, counted, digits, joined, per
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model_comparison import ComparedModel
 from guideload.identification.next_measurement import RankedMeasurement, TargetQuantity
+from guideload.identification.records import Record
 from guideload.identification.responses import Deflections
 from guideload.identification.result import Identification, UnknownEstimate
 from guideload.identification.unknowns import grouped_names, short_name, usual_unit
@@ -143,7 +144,7 @@ def _displacements_section(data: Deflections, found: Identification) -> Section:
 
 
 def _differences_table(found: Identification) -> Table:
-    in_time = [each.instants is not None for each in found.data for _ in each.noise]
+    in_time = [isinstance(each, Record) for each in found.data for _ in each.noise]
     noises = [
         "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
         for test, is_record in zip(found.residuals, in_time, strict=True)

@@ -6,8 +6,8 @@ import numpy as np
 
 from guideload.base.number_text import capitalised, digits
 from guideload.identification.motor_force import MotorForce
+from guideload.identification.records import Record
 from guideload.identification.result import Identification
-from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import usual_unit
 from guideload.reports.report import Definitions, Section, Table
 
@@ -20,7 +20,7 @@ INTERVALS = (
 
 def record_sections(found: Identification) -> list[Section]:
     """A section for each record in time."""
-    records = [each for each in found.data if isinstance(each, MotorForce | SensorLog)]
+    records = [each for each in found.data if isinstance(each, Record)]
     return [
         Section(
             f"{'Motor' if isinstance(each, MotorForce) else 'Sensors'}: {each.name}",
@@ -32,7 +32,7 @@ def record_sections(found: Identification) -> list[Section]:
     ]
 
 
-def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
+def _own_table(found: Identification, data: Record) -> Table:
     rows: list[tuple[str, ...]] = []
     for one in found.nuisance_estimates(data):
         unit, scale = ("ms", 1e3) if one.parameter.unit == "s" else usual_unit(one.parameter.unit)
@@ -46,20 +46,12 @@ def _own_table(found: Identification, data: MotorForce | SensorLog) -> Table:
     )
 
 
-def _differences(found: Identification, data: MotorForce | SensorLog) -> list[str]:
+def _differences(found: Identification, data: Record) -> list[str]:
     """How far prediction and measurement differ, in words."""
-    nuisance = found.nuisance_values(data)
-    measured, predicted = np.atleast_2d(data.measured), np.atleast_2d(data.predicted(found.model, nuisance))
-    if isinstance(data, MotorForce):
-        names, units = [data.name], ["N m" if data.torque else "N"]
-    else:
-        names, units = (
-            [one.name for one in data.channels],
-            [one.unit for one in data.channels],
-        )
+    predicted = data.predicted(found.model, found.nuisance_values(data))
     length = float(np.median(np.diff(data.window_time)))
     words = []
-    for name, unit, seen, computed in zip(names, units, measured, predicted, strict=True):
+    for (name, unit), seen, computed in zip(data.titles, data.measured, predicted, strict=True):
         rms, share = float(np.sqrt(np.mean((computed - seen) ** 2))), 0.0
         if seen.std() > 0.0:
             share = 1.0 - float(np.mean((computed - seen) ** 2) / seen.var())
