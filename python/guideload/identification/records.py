@@ -192,8 +192,12 @@ def long_run_root(scores: Array) -> Array:
     )
     waves = dct(scores, norm="ortho", axis=0)[1 : count + 1]
     left = max(1.0 - k * longest / n, LEAST_LEFT)
-    widened = t.ppf(UPPER_LEVEL, count) / norm.ppf(UPPER_LEVEL)
-    return np.asarray(widened * np.sqrt(n / (count * left)) * waves)
+    return np.asarray(_widening(count) * np.sqrt(n / (count * left)) * waves)
+
+
+def _widening(degrees: int) -> float:
+    """Quantile of Student's t over that of a normal distribution."""
+    return float(t.ppf(UPPER_LEVEL, degrees) / norm.ppf(UPPER_LEVEL))
 
 
 def correlation_time(values: Array) -> float:
@@ -221,8 +225,7 @@ def score_root(data: Record, values: Array, slopes: Array, level: Array) -> Arra
     if data.error_draws is None:
         return root
     count = len(data.error_draws)
-    widened = t.ppf(UPPER_LEVEL, count) / norm.ppf(UPPER_LEVEL)
-    return _larger(root, widened / np.sqrt(count) * (data.error_draws / level) @ slopes)
+    return _larger(root, _widening(count) / np.sqrt(count) * (data.error_draws / level) @ slopes)
 
 
 def _larger(first: Array, second: Array) -> Array:

@@ -202,8 +202,6 @@ def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Res
         raise ArgumentError(
             f"{file}: universal files are read by the package pyuff: pip install 'guideload[uff]', or export a CSV file"
         ) from None
-    if not file.is_file():
-        raise ValueRefused("a file that exists", file.name)
     for one in _sets(pyuff.UFF(str(file))):
         if one.get("type") != 58 or one.get("func_type") != FREQUENCY_RESPONSE:
             continue

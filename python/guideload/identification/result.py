@@ -29,15 +29,10 @@ from guideload.identification.uncertainty import (
     undetermined,
     undetermined_nuisance,
 )
-from guideload.identification.unknowns import (
-    Unknown,
-    UnknownTable,
-    machine_parameters,
-    machine_with,
-    resolve_unknowns,
-)
+from guideload.identification.unknowns import Unknown, UnknownTable, machine_with, resolve_unknowns
 from guideload.machine.machine import Machine
-from guideload.parameters.parameters import Parameter
+from guideload.parameters.parameters import Parameter, Parameters
+from guideload.sensitivity.varied import NO_MOTION
 
 # ---- tests of the residuals: is their size that of the noise, are they white, do they have a trend?
 
@@ -215,7 +210,7 @@ class Identification:
     @cached_property
     def identified(self) -> tuple[tuple[Parameter, float, UnknownEstimate], ...]:
         """Each parameter of the machine that was unknown, its most probable value, and the estimate that it is from."""
-        parameters = machine_parameters(self.nominal)
+        parameters = Parameters(self.nominal, NO_MOTION)
         return tuple(
             (parameters.at(path)[0], estimate.value * (nominal if one.is_factor else 1.0), estimate)
             for one, estimate in zip(self.unknowns, self.estimates, strict=True)
@@ -233,7 +228,8 @@ class Identification:
         degrees = degrees_of_freedom(self.fit, self.covariance)[here]
         sigma = np.sqrt(np.diag(self.covariance)[here]) * self.fit.objective.units[here]
         reach = student_quantile(degrees) * sigma
-        ends = np.clip([values - reach, values + reach], *np.array([one.bounds for one in data.nuisance]).T)
+        bounds = np.array([one.bounds for one in data.nuisance]).reshape(-1, 2)
+        ends = np.clip([values - reach, values + reach], *bounds.T)
         together = {name for group in self.undetermined for name in group.names}
         alone = [one.name not in together for one in data.nuisance]
         rows = zip(data.nuisance, values.tolist(), *ends.tolist(), alone, strict=True)
@@ -291,7 +287,7 @@ def identify(
     SceneError
         For a machine that its links do not support.
     """
-    unknowns = resolve_unknowns(unknown, machine_parameters(machine))
+    unknowns = resolve_unknowns(unknown, machine)
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)

@@ -184,9 +184,8 @@ class SensorLog(Record):
         for one, gain in zip(self.channels, self.gains.tolist(), strict=True):
             if one.gain_spread:
                 unknown = one.gain_spread == np.inf
-                spread, scale = (
-                    (WIDE * abs(gain), abs(gain)) if unknown else (one.gain_spread, one.gain_spread)
-                )
+                scale = abs(gain) if unknown else one.gain_spread
+                spread = WIDE * scale if unknown else scale
                 found.append(
                     NuisanceParameter(f"gain of {one.name} in {self.name}", "1", gain, spread, scale)
                 )
@@ -275,8 +274,8 @@ def _expected(name: str, machine: Machine, excitation: Excitation, channels: Seq
     expected = [one.shown(at, run.at_rest).values for one in channels]
     groups = machine.links_of_carriages, machine.carriage_places
     for one, values in zip(channels, expected, strict=True):
-        if isinstance(one.place, LoadPlace) and one.place.component is not None:
-            loads = run.solution.group_loads(*groups, "total")[:, one.place.part]
+        if isinstance(one.place, LoadPlace) and one.place.quantity == "carriage_loads":
+            loads = run.solution.group_loads(*groups, "total")[:, one.place.index[0]]
             if np.abs(values).max() <= ROUNDING * np.abs(loads - loads[0]).max():
                 raise ArgumentError(
                     f"{name}: {one.name} is 0 in this machine whatever it does, as its carriage does not resist there; "

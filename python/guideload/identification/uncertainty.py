@@ -218,10 +218,12 @@ def undetermined(
 ) -> tuple[Undetermined, ...]:
     """The groups of unknowns that the data do not separate; information, covariance: see the file of that name."""
     found = []
-    for group, determined, shares in _undetermined_groups(information):
-        words = _words(unknowns, z, group, determined, shares)
+    for group, determined, direction in _undetermined_groups(information):
+        words = _words(unknowns, z, group, determined, direction)
         if words.endswith(SUM):
-            words += _sum(unknowns, z, group, covariance)
+            value = sum(unknowns[i].value(z[i]) for i in group)
+            slopes = np.array([unknowns[i].slope(z[i]) for i in group])
+            words += _sum(value, slopes, covariance[np.ix_(group, group)], unknowns[group[0]].unit)
         found.append(Undetermined(tuple(unknowns[i].name for i in group), determined, words))
     return tuple(found)
 
@@ -237,65 +239,55 @@ def undetermined_nuisance(fit: Fit, covariance: Array) -> Iterator[Undetermined]
         own = np.arange(columns.start, columns.stop)
         others = np.delete(np.arange(values.size), columns)
         by_own = fit.jacobian[:, own] / weights[own]
-        for group, determined, shares in _undetermined_groups(
-            marginal_information(by_own, fit.jacobian[:, others], weights[others])
-        ):
-            members = [data.nuisance[i] for i in group]
+        information = marginal_information(by_own, fit.jacobian[:, others], weights[others])
+        for group, determined, direction in _undetermined_groups(information):
+            members, at = [data.nuisance[i] for i in group], own[group]
             names = [one.name for one in members]
-            words = f"{joined(names)}: only {determined} combinations of these {len(group)} numbers"
+            words = _none_or_several(joined(names), len(group), determined)
             if determined == 1 and len(group) > 1:
-                spread = objective.units[own[group]] / weights[own[group]]
-                factors = _determined_direction(shares, group) / spread
+                factors = direction * weights[at] / objective.units[at]
                 factors /= factors[-1]  # the others as the last one is measured
-                at, unit = own[group], members[-1].unit
-                slopes = factors * objective.units[at]
-                half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance[np.ix_(at, at)] @ slopes))
-                value = float(factors @ values[at])
+                value, slopes = float(factors @ values[at]), factors * objective.units[at]
+                sum_in_words = _sum(value, slopes, covariance[np.ix_(at, at)], members[-1].unit)
                 terms = " ".join(f"{f:+.3g} {name}" for f, name in zip(factors[:-1], names, strict=False))
-                total = (
-                    SUM
-                    if np.allclose(factors, 1.0, rtol=EQUAL)
-                    else f"only {terms.removeprefix('+')} + {names[-1]}"
-                )
-                words = (
-                    f"{joined(names)}: {total}, {value:.4g} {unit} ({value - half:.4g} to {value + half:.4g})"
-                )
-            elif determined == 0:
-                words = f"{joined(names)}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
+                are_equal = np.allclose(factors, 1.0, rtol=EQUAL)
+                total = SUM if are_equal else f"only {terms.removeprefix('+')} + {names[-1]}"
+                words = f"{joined(names)}: {total}{sum_in_words}"
             yield Undetermined(tuple(names), determined, words)
 
 
 def _undetermined_groups(information: Array) -> Iterator[tuple[list[int], int, Array]]:
-    """Groups of unknowns, how many combinations of each are determined, and shares in the undetermined directions."""
+    """Groups of unknowns, how many combinations of each are determined, and the direction of the one that is.
+
+    information: in units of what was known before, and so are the directions.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    if not information.size:
+        return
     sizes, vectors = np.linalg.eigh(information)
     weak = vectors[:, sizes < LEAST_INFORMATION]
     shares = weak @ weak.T
-    for group in _connected(abs(shares) > LINKED) if information.size else ():
+    label = connected_components(abs(shares) > LINKED, directed=False)[1]
+    for i in range(label.max() + 1):
+        group = np.flatnonzero(label == i).tolist()
         if shares[group, group].max() > LINKED:
-            inside = np.linalg.eigvalsh(shares[np.ix_(group, group)])
-            yield group, len(group) - int((inside > 0.5).sum()), shares
+            inside, directions = np.linalg.eigh(shares[np.ix_(group, group)])
+            yield group, int((inside <= 0.5).sum()), directions[:, 0]
 
 
-def _determined_direction(shares: Array, group: list[int]) -> Array:
-    """The one direction (group,) that is determined, in units of what was known before."""
-    return np.asarray(np.linalg.eigh(np.eye(len(group)) - shares[np.ix_(group, group)])[1][:, -1])
-
-
-def _connected(linked: Array) -> list[list[int]]:
-    """Groups of indices that are linked directly or through others."""
-    from scipy.sparse.csgraph import connected_components
-
-    label = connected_components(linked, directed=False)[1]
-    return [np.flatnonzero(label == i).tolist() for i in range(label.max() + 1)]
-
-
-def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: int, shares: Array) -> str:
-    names = grouped_names([unknowns[i].name for i in group])
+def _none_or_several(names: str, count: int, determined: int) -> str:
+    """What is said of numbers of which the data determine no combination, or several."""
     if determined == 0:
-        return f"{names}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
-    if determined > 1:
-        return f"{names}: only {determined} combinations of these {len(group)} numbers"
-    along = _determined_direction(shares, group) / [unknowns[i].spread for i in group]  # of the coordinates z
+        return f"{names}: these data say nothing about {'it' if count == 1 else 'them'}"
+    return f"{names}: only {determined} combinations of these {count} numbers"
+
+
+def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: int, direction: Array) -> str:
+    names = grouped_names([unknowns[i].name for i in group])
+    if determined != 1:
+        return _none_or_several(names, len(group), determined)
+    along = direction / [unknowns[i].spread for i in group]  # of the coordinates z
     by_value = along / [unknowns[i].slope(z[i]) for i in group]
     one_unit = len({unknowns[i].unit for i in group}) == 1
     if one_unit and _equal(by_value):
@@ -313,12 +305,10 @@ def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: 
     return f"{names}: only one combination of these {len(group)} numbers"
 
 
-def _sum(unknowns: Sequence[Unknown], z: Array, group: list[int], covariance: Array) -> str:
-    """Value of the sum and its 95 % interval."""
-    value = sum(unknowns[i].value(z[i]) for i in group)
-    slopes = np.array([unknowns[i].slope(z[i]) for i in group])
-    half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance[np.ix_(group, group)] @ slopes))
-    unit, scale = usual_unit(unknowns[group[0]].unit)
+def _sum(value: float, slopes: Array, covariance: Array, unit: str) -> str:
+    """Value of a sum and its 95 % interval, by its derivatives by the coordinates."""
+    half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance @ slopes))
+    unit, scale = usual_unit(unit)
     return f", {scale * value:.4g} {unit} ({scale * (value - half):.4g} to {scale * (value + half):.4g})"
 
 
