@@ -11,8 +11,6 @@ from guideload import Machine, PointOfInterest
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.model import Model, parse_place
 from guideload.identification.unknowns import Unknown, UnknownTable, resolve_unknowns
-from guideload.motion.motion import Motion
-from guideload.parameters.parameters import Parameters
 
 CORNERS = ((-0.5, 0.1, -0.35), (0.5, 0.1, -0.35), (-0.5, 0.1, 0.35), (0.5, 0.1, 0.35), (0.1, -1.2, 0.2))
 LEVELS = (0.01, 0.1, 0.05)
@@ -25,7 +23,7 @@ def with_corners(machine: Machine) -> Machine:
 
 
 def unknown(machine: Machine, *tables: UnknownTable) -> tuple[Unknown, ...]:
-    return resolve_unknowns(tables, Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0])))
+    return resolve_unknowns(tables, machine)
 
 
 def hammer_test(

@@ -79,15 +79,14 @@ def predict(found: Identification, data: MotorForce) -> Predicted:
     nuisance = found.nuisance_values(fitted)
 
     def differences(of: MotorForce) -> tuple[Array, Array]:
-        residuals, scale = of.residuals(found.model, nuisance), of.level / np.sqrt(of.windows.counts)
+        residuals, scale = of.residuals(found.model, nuisance), 1.0 / of.scale[0]
         slopes = np.hstack([residuals.by_unknowns, residuals.by_nuisance * objective.units[objective.p :]])
         return residuals.values * scale, slopes * scale[:, None]
 
     left, (ahead, slopes) = differences(fitted)[0], differences(data)
     variance = np.einsum("ij,jk,ik->i", slopes, found.covariance, slopes) + np.mean(left**2)
-    return Predicted(
-        data.window_time, data.measured, data.measured + ahead, NORMAL_QUANTILE * np.sqrt(variance)
-    )
+    measured = data.measured[0]
+    return Predicted(data.window_time, measured, measured + ahead, NORMAL_QUANTILE * np.sqrt(variance))
 
 
 def ahead(machine: Machine, fitted: MotorForce, others: MotorForce) -> tuple[Identification, Predicted]:

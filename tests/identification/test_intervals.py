@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from guideload.base.arrays import Array
-from guideload.identification.fit import End, Minimum
+from guideload.identification.fit import Minimum
 from guideload.identification.uncertainty import interval
 
 NARROW, WIDE, SECOND = 0.01, 0.1, 1.0  # standard deviations in two valleys, and where the second one is
@@ -26,17 +26,17 @@ def two_valleys(excess: float, bend: float = 0.0) -> Any:
         away = (x - SECOND) / WIDE
         return excess + (away * (1.0 + bend * max(away, 0.0))) ** 2
 
-    def search(start: Array, held: Sequence[int], tolerance: float) -> End:
-        return End(start.copy(), squares(float(start[0])), True)
+    def search(start: Array, held: Sequence[int], tolerance: float) -> Minimum:
+        return Minimum(start.copy(), squares(float(start[0])), True)
 
-    def of_data(x: Array) -> tuple[Array, Array]:
-        return np.zeros(1), np.array([[1.0 / (NARROW if x[0] < 0.5 else WIDE)]])
+    def covariance(x: Array) -> Array:
+        return np.array([[(NARROW if x[0] < 0.5 else WIDE) ** 2]])
 
     objective = SimpleNamespace(
-        bounds=np.array([[-5.0], [5.0]]), weights=np.full(1, 1e-3), search=search, of_data=of_data
+        bounds=np.array([[-5.0], [5.0]]), weights=np.full(1, 1e-3), search=search, covariance=covariance
     )
-    other = Minimum(np.array([SECOND]), excess, 1)
-    return SimpleNamespace(objective=objective, minimum=Minimum(np.zeros(1), 0.0, 1), others=(other,))
+    other = Minimum(np.array([SECOND]), excess)
+    return SimpleNamespace(objective=objective, minimum=Minimum(np.zeros(1), 0.0), others=(other,))
 
 
 def test_another_minimum_adds_its_own_interval() -> None:

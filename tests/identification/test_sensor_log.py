@@ -133,7 +133,7 @@ def test_a_search_does_not_depend_on_the_zero_of_a_clock(motion: Motion, log: tu
     machine, ends = machine_with(), []
     for later in (0.0, 1e4):
         data = SensorLog.of(machine, motion, channels_on(machine), log[0] + later, log[1])
-        objective = Objective(Model(machine, unknown(machine, *TABLES)), [data], np.ones(3))
+        objective = Objective(Model(machine, unknown(machine, *TABLES)), [data])
         end = objective.search(objective.expected, tolerance=COARSE)
         ends.append(end.x - objective.expected)
     assert np.exp(ends[0][0]) == pytest.approx(STIFFER, rel=1e-3)

@@ -51,7 +51,7 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     if output is None:
         print_report(_report(identify_file, described, machine, data).report)
         return
-    inputs = (identify_file, *(identify_file.parent / name for name in described.files))
+    inputs = (identify_file, *(identify_file.parent / name for name in described.files().values()))
     with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
         answer = _report(identify_file, described, machine, data)
         with write_errors(output):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -15,15 +14,15 @@ from pydantic import BeforeValidator, Field, StrictStr, model_validator
 from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
 from guideload.base.number_text import joined
-from guideload.base.ranges import DEFLECTION, FORCE, noise_in
+from guideload.base.ranges import DEFLECTION, FORCE
 from guideload.base.toml import located, read_toml
 from guideload.identification.measured import Measured
 from guideload.identification.modal_test import ModalTest
-from guideload.identification.model import Excitation, ModelAt, parse_load_place, parse_place
+from guideload.identification.model import Excitation, ModelAt, parse_place
 from guideload.identification.next_measurement import TargetQuantity, TargetTable, unknown_target
 from guideload.identification.responses import Deflection, Deflections, FrequencyResponses, ResponseCurve
 from guideload.identification.result import Identification, identify
-from guideload.identification.sensor_log import Channel, Kind, SensorLog
+from guideload.identification.sensor_log import Kind, SensorLog
 from guideload.identification.tables import (
     DeflectionsTable,
     Frequency,
@@ -33,11 +32,12 @@ from guideload.identification.tables import (
     SensorLogTable,
     Share,
     Text,
+    channel,
 )
-from guideload.identification.unknowns import UnknownTable, machine_parameters, resolve_unknowns
+from guideload.identification.unknowns import UnknownTable, resolve_unknowns
 from guideload.machine.machine import Machine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import NumberOrText
+from guideload.study.varied_parameters import NumberOrText, optional
 
 # ---- measurements that could be made next, and what each would show of the fitted machine
 
@@ -54,40 +54,32 @@ class CandidateTable(ConfigModel):
         description='"frequency response" to a hammer; "deflection" under a constant force; "modal test" with a hammer '
         'and sensors at all places; "record" of a sensor under a motion'
     )
-    force: tuple[StrictStr, ...] = Field(
-        default=(), description='where a force may act, e.g. ["tool y", "tool z"]; not of a record'
+    force: tuple[StrictStr, ...] = optional(
+        'where a force may act, e.g. ["tool y", "tool z"]; not of a record', ()
     )
     at: tuple[StrictStr, ...] = Field(
         min_length=1, description='where a sensor may be, e.g. ["tool y"]; of a load cell "1a Fy"'
     )
-    low: Frequency = Field(default=5.0, description="lowest frequency of a response or of a mode")
-    high: Frequency = Field(default=500.0, description="highest frequency")
-    noise: Share = Field(
-        default=0.05, description="of a response: standard deviation of real and imaginary part over the size"
+    low: Frequency = optional("lowest frequency of a response or of a mode", 5.0)
+    high: Frequency = optional("highest frequency", 500.0)
+    noise: Share = optional(
+        "of a response: standard deviation of real and imaginary part over the size", 0.05
     )
-    frequency_noise: Share = Field(
-        default=ModalTestTable.TYPICAL[0], description="of a modal test, relative to the frequency"
+    frequency_noise: Share = optional("of a modal test, relative to the frequency", ModalTestTable.TYPICAL[0])
+    damping_noise: Share = optional(
+        "of a modal test, relative to the damping ratio", ModalTestTable.TYPICAL[1]
     )
-    damping_noise: Share = Field(
-        default=ModalTestTable.TYPICAL[1], description="of a modal test, relative to the damping ratio"
+    shape_noise: Share = optional(
+        "of a modal test, relative to the largest component", ModalTestTable.TYPICAL[2]
     )
-    shape_noise: Share = Field(
-        default=ModalTestTable.TYPICAL[2], description="of a modal test, relative to the largest component"
+    load: Annotated[float, in_range(FORCE, above=0.0)] = optional("force of a deflection", 1000.0)
+    motion: Text | None = optional('of a record: planned moves or a trace, e.g. "moves.toml"')
+    reading: TraceOptions = optional("how the trace is read, as in a study", TraceOptions())
+    sensor: Kind = optional(
+        'of a record: "acceleration", "velocity", "displacement" or "load"', "acceleration"
     )
-    load: Annotated[float, in_range(FORCE, above=0.0)] = Field(
-        default=1000.0, description="force of a deflection"
-    )
-    motion: Text | None = Field(
-        default=None, description='of a record: planned moves or a trace, e.g. "moves.toml"'
-    )
-    reading: TraceOptions = Field(default=TraceOptions(), description="how the trace is read, as in a study")
-    sensor: Kind = Field(
-        default="acceleration",
-        description='of a record: "acceleration", "velocity", "displacement" or "load"',
-    )
-    accuracy: NumberOrText | None = Field(
-        default=None,
-        description='standard deviation of a deflection (default "1 um") or of one value of a record, e.g. "0.1 m/s^2"',
+    accuracy: NumberOrText | None = optional(
+        'standard deviation of a deflection (default "1 um") or of one value of a record, e.g. "0.1 m/s^2"'
     )
 
     OF_KIND: ClassVar[dict[str, Keys]] = {
@@ -140,12 +132,9 @@ class CandidateTable(ConfigModel):
         assert self.motion is not None and self.accuracy is not None
         motion = self.reading.motion(folder / self.motion, model.machine)
         excitation = Excitation.of(model.machine, motion)
-        place = partial(parse_load_place if self.sensor == "load" else parse_place, machine=model.machine)
         for text in self.at:
-            channel = Channel(place(text), self.sensor)
-            within = noise_in(channel.unit)
-            channel = replace(channel, level=number(self.accuracy, channel.unit, above=0.0, within=within))
-            yield SensorLog.shown(f"{channel.name} under {self.motion}", model, excitation, channel)
+            sensor = channel(model.machine, text, self.sensor, self.accuracy)
+            yield SensorLog.shown(f"{sensor.name} under {self.motion}", model, excitation, sensor)
 
 
 # ---- the file
@@ -155,13 +144,19 @@ class AlternativeTable(ConfigModel):
     """Another model of the same machine and data, for a comparison."""
 
     name: StrictStr = Field(min_length=1, description='a title, e.g. "all carriages alike"')
-    machine: Text | None = Field(
-        default=None,
-        description="another machine file, as with preload or structure in series; by default the same",
+    machine: Text | None = optional(
+        "another machine file, as with preload or structure in series; by default the same"
     )
-    unknown: tuple[UnknownTable, ...] = Field(
-        default=(), description="its own [[alternatives.unknown]] tables; by default those of the file"
+    unknown: tuple[UnknownTable, ...] = optional(
+        "its own [[alternatives.unknown]] tables; by default those of the file", ()
     )
+
+    def model(
+        self, machine: Machine, unknown: tuple[UnknownTable, ...], folder: Path
+    ) -> tuple[Machine, tuple[UnknownTable, ...]]:
+        """Its machine and unknowns; given: those of the file."""
+        own = machine if self.machine is None else Machine.from_toml(folder / self.machine)
+        return own, self.unknown or unknown
 
 
 def _figure(value: object) -> str | TargetTable:
@@ -173,51 +168,38 @@ def _figure(value: object) -> str | TargetTable:
     return value
 
 
+KINDS = ("modal_tests", "frequency_responses", "deflections", "motor_forces", "sensor_logs")
+
+
 class IdentifyFile(ConfigModel):
     """An identify file. Raises ConfigError with all problems at once."""
 
     machine: Text = Field(description='the machine file with nominal values, e.g. "machine.toml"')
-    trace: Text | None = Field(
-        default=None,
-        description="a trace or planned moves for the study file that is written; none without it",
+    trace: Text | None = optional(
+        "a trace or planned moves for the study file that is written; none without it"
     )
     unknown: tuple[UnknownTable, ...] = Field(
         min_length=1, description="one [[unknown]] table for each parameter, or group of them"
     )
-    modal_tests: tuple[ModalTestTable, ...] = Field(default=(), description="one [[modal_tests]] table each")
-    frequency_responses: tuple[FrequencyResponsesTable, ...] = Field(
-        default=(), description="one [[frequency_responses]] table for each file"
+    modal_tests: tuple[ModalTestTable, ...] = optional("one [[modal_tests]] table each", ())
+    frequency_responses: tuple[FrequencyResponsesTable, ...] = optional(
+        "one [[frequency_responses]] table for each file", ()
     )
-    deflections: tuple[DeflectionsTable, ...] = Field(
-        default=(), description="one [[deflections]] table each"
-    )
-    motor_forces: tuple[MotorForceTable, ...] = Field(
-        default=(), description="one [[motor_forces]] table each"
-    )
-    sensor_logs: tuple[SensorLogTable, ...] = Field(default=(), description="one [[sensor_logs]] table each")
+    deflections: tuple[DeflectionsTable, ...] = optional("one [[deflections]] table each", ())
+    motor_forces: tuple[MotorForceTable, ...] = optional("one [[motor_forces]] table each", ())
+    sensor_logs: tuple[SensorLogTable, ...] = optional("one [[sensor_logs]] table each", ())
 
-    alternatives: tuple[AlternativeTable, ...] = Field(
-        default=(),
-        description="one [[alternatives]] table for each model that is compared with the one above",
+    alternatives: tuple[AlternativeTable, ...] = optional(
+        "one [[alternatives]] table for each model that is compared with the one above", ()
     )
 
-    candidates: tuple[CandidateTable, ...] = Field(
-        default=(),
-        description="one [[candidates]] table for each group of measurements that could be made next",
+    candidates: tuple[CandidateTable, ...] = optional(
+        "one [[candidates]] table for each group of measurements that could be made next", ()
     )
 
-    figure: Annotated[StrictStr | TargetTable, BeforeValidator(_figure)] | None = Field(
-        default=None,
-        description="what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
-        "a peak load, mean load or life; by default all unknowns",
-    )
-
-    KINDS: ClassVar[tuple[str, ...]] = (
-        "modal_tests",
-        "frequency_responses",
-        "deflections",
-        "motor_forces",
-        "sensor_logs",
+    figure: Annotated[StrictStr | TargetTable, BeforeValidator(_figure)] | None = optional(
+        "what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
+        "a peak load, mean load or life; by default all unknowns"
     )
 
     @model_validator(mode="after")
@@ -226,37 +208,47 @@ class IdentifyFile(ConfigModel):
             raise ValueRefused("no figure without [[candidates]]", str(self.figure))
         return self
 
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Names of the files that it names."""
-        files = [self.machine, self.trace, *(one.machine for one in self.alternatives)]
-        files += [table.file for table in self.frequency_responses]
-        files += [one.motion for one in self.candidates]
-        files += [self.figure.motion, self.figure.duty] if isinstance(self.figure, TargetTable) else []
-        for record in (*self.motor_forces, *self.sensor_logs):
-            files += [record.trace, record.file]
-        return tuple(dict.fromkeys(name for name in files if name is not None))
+    def files(self) -> dict[KeyPath, str]:
+        """Names of the files that it names, by their keys."""
+        files: dict[KeyPath, str | None] = {("machine",): self.machine, ("trace",): self.trace}
+        files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(self.alternatives)}
+        files |= {
+            ("frequency_responses", i, "file"): one.file for i, one in enumerate(self.frequency_responses)
+        }
+        for kind in ("motor_forces", "sensor_logs"):
+            for i, record in enumerate(getattr(self, kind)):
+                files |= {(kind, i, key): getattr(record, key) for key in ("trace", "file")}
+        files |= {("candidates", i, "motion"): one.motion for i, one in enumerate(self.candidates)}
+        if isinstance(self.figure, TargetTable):
+            files |= {("figure", key): getattr(self.figure, key) for key in ("motion", "duty")}
+        return {key: name for key, name in files.items() if name is not None}
+
+    def require_files(self, folder: Path) -> None:
+        """Raises ConfigError for files that do not exist."""
+        problems = [
+            problem_at(key, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
+            for key, name in self.files().items()
+            if not (folder / name).is_file()
+        ]
+        if problems:
+            raise ConfigError(problems)
 
     def require_parameters(self, machine: Machine, folder: Path) -> None:
         """Raises ConfigError for unknowns that the machine does not have, or that of an alternative."""
+        models: list[tuple[KeyPath, Machine, tuple[UnknownTable, ...]]] = [((), machine, self.unknown)]
+        for i, alternative in enumerate(self.alternatives):
+            if alternative.machine is not None or alternative.unknown:
+                models.append((("alternatives", i), *alternative.model(machine, self.unknown, folder)))
         problems: list[Problem] = []
-
-        def check(machine: Machine, tables: tuple[UnknownTable, ...], where: KeyPath, *, own: bool) -> None:
+        for where, of, tables in models:
             try:
-                resolve_unknowns(tables, machine_parameters(machine))
+                resolve_unknowns(tables, of)
             except ConfigError as error:
-                problems.extend(
-                    replace(one, path=(*where, *(one.path if own else ()))) for one in error.problems
-                )
-
-        check(machine, self.unknown, (), own=True)
-        for i, one in enumerate(self.alternatives):
-            where: KeyPath = ("alternatives", i)
-            if one.unknown:
-                other = machine if one.machine is None else Machine.from_toml(folder / one.machine)
-                check(other, one.unknown, where, own=True)
-            elif one.machine is not None:
-                check(Machine.from_toml(folder / one.machine), self.unknown, (*where, "machine"), own=False)
+                at_machine = bool(where) and tables is self.unknown
+                for one in error.problems:
+                    problems.append(
+                        replace(one, path=(*where, "machine") if at_machine else (*where, *one.path))
+                    )
         if problems:
             raise ConfigError(problems)
 
@@ -267,7 +259,7 @@ class IdentifyFile(ConfigModel):
         """
         found: list[Measured] = []
         problems = []
-        for kind in self.KINDS:
+        for kind in KINDS:
             for i, table in enumerate(getattr(self, kind)):
                 try:
                     found.append(table.measured(machine, folder))
@@ -284,15 +276,7 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
     folder = Path(file).parent
     try:
         described = IdentifyFile(**values)
-        files: dict[KeyPath, str | None] = {("machine",): described.machine, ("trace",): described.trace}
-        files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(described.alternatives)}
-        files |= {("candidates", i, "motion"): one.motion for i, one in enumerate(described.candidates)}
-        if isinstance(described.figure, TargetTable):
-            files |= {("figure", key): getattr(described.figure, key) for key in ("motion", "duty")}
-        for key, name in files.items():
-            if name is not None and not (folder / name).is_file():
-                refused = ValueRefused("a file that exists", name, f"there is no {folder / name}")
-                raise ConfigError([problem_at(key, refused)])
+        described.require_files(folder)
         machine = Machine.from_toml(folder / described.machine)
         described.require_parameters(machine, folder)
         return described, machine, described.data(machine, folder)
@@ -314,10 +298,8 @@ def identified_alternatives(
     """The model of the file, as found, and its alternatives, each fitted to the same data."""
     models, folder = {"as above": found}, Path(file).parent
     for one in described.alternatives:
-        machine = found.nominal if one.machine is None else Machine.from_toml(folder / one.machine)
-        models[one.name] = identify(
-            machine, one.unknown or described.unknown, described.data(machine, folder)
-        )
+        machine, unknown = one.model(found.nominal, described.unknown, folder)
+        models[one.name] = identify(machine, unknown, described.data(machine, folder))
     return models
 
 

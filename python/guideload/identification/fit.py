@@ -8,9 +8,10 @@ the others; where the sum of squares falls, or grows much less than that of a li
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import accumulate, pairwise
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -19,9 +20,9 @@ from scipy.stats import qmc
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.base.number_text import counted
-from guideload.identification.measured import Measured, Noise, NuisanceParameter
+from guideload.identification.measured import Measured, NuisanceParameter
 from guideload.identification.model import Model
-from guideload.identification.records import inflation, score_root
+from guideload.identification.records import Record, inflation, score_root
 from guideload.identification.unknowns import Unknown
 
 # ---- the function that a fit minimises
@@ -34,12 +35,20 @@ MOST_STEPS = 100
 FAR = 1e6  # residual of an impossible machine: far beyond any noise
 
 
-class End(NamedTuple):
-    """Where a search ended, the sum of squares there, and whether it had converged."""
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """A minimum of the sum of squares, or the start of a search for one.
+
+    x          (p + q,) coordinates as in `Objective`
+    squares    the sum of squares there
+    converged  whether the search had converged
+    starts     number of starts that led to it
+    """
 
     x: Array
-    squares: float
-    converged: bool
+    squares: float = np.inf
+    converged: bool = False
+    starts: int = 1
 
 
 class Objective:
@@ -47,13 +56,15 @@ class Objective:
 
     Its coordinates x (p + q,): z of the p unknowns, then the q nuisance parameters of the data in their scales.
 
-    factors   (groups,) on the stated noise of each group of values
-    set_of    (n,) index of the data set of each value of the data; noise_index: of its group of noise
-    expected  (p + q,) before the data; weights: 1 over the standard deviations before the data
+    factors      (groups,) on the stated noise of each group of values
+    noise        (groups,) the groups; noise_index: (n,) the one of each value of the data
+    rows, groups, columns  of each data set: its values, its groups of noise, its nuisance parameters
+    expected     (p + q,) before the data; weights: 1 over the standard deviations before the data
     """
 
-    def __init__(self, model: Model, data: Sequence[Measured], factors: Array) -> None:
-        self.model, self.data, self.factors = model, tuple(data), factors
+    def __init__(self, model: Model, data: Sequence[Measured], factors: Array | None = None) -> None:
+        """factors: by default 1."""
+        self.model, self.data = model, tuple(data)
         nuisance = [one for each in data for one in each.nuisance]
         self.p = len(model.unknowns)
         self.units = np.concatenate([np.ones(self.p), [one.scale for one in nuisance]])
@@ -61,16 +72,18 @@ class Objective:
         self.bounds = np.array([one.bounds for one in known]).T / self.units
         self.expected = np.array([one.expected for one in known]) / self.units
         self.weights = self.units / np.array([one.spread for one in known])
-        first = np.cumsum([0, *(len(each.noise) for each in data)])[:-1]
-        groups = [each.noise_index + start for each, start in zip(data, first, strict=True)]
-        self.noise_index = np.concatenate(groups)
-        self.set_of = np.repeat(np.arange(len(data)), [group.size for group in groups])
+        self.noise = tuple(one for each in data for one in each.noise)
+        self.factors = np.ones(len(self.noise)) if factors is None else factors
+        self.rows = _slices(each.noise_index.size for each in data)
+        self.groups = _slices(len(each.noise) for each in data)
+        self.columns = _slices((len(each.nuisance) for each in data), first=self.p)
+        starts = (each.noise_index + group.start for each, group in zip(data, self.groups, strict=True))
+        self.noise_index = np.concatenate(list(starts))
         self._last: tuple[Array, Array, Array] | None = None
 
     def nuisance_values(self, x: Array) -> list[Array]:
         """The nuisance parameters of each data set, in SI."""
-        counts = np.cumsum([len(each.nuisance) for each in self.data])[:-1]
-        return list(np.split((x * self.units)[self.p :], counts))
+        return [(x * self.units)[columns] for columns in self.columns]
 
     def of_data(self, x: Array) -> tuple[Array, Array]:
         """Residuals (n,) of the data alone, and their derivatives (n, p + q) by x."""
@@ -78,23 +91,30 @@ class Objective:
             self._last = x.copy(), *self._computed(x)
         return self._last[1], self._last[2]
 
+    def slopes(self, x: Array) -> Array:
+        """Derivatives (n + p + q, p + q) by x of all residuals: of the data, then of what was known before."""
+        return np.vstack([self.of_data(x)[1], np.diag(self.weights)])
+
+    def covariance(self, x: Array) -> Array:
+        """(p + q, p + q) inverse of half the second derivative of the sum of squares: for independent errors."""
+        inverse = np.linalg.inv(np.linalg.qr(self.slopes(x), mode="r"))
+        return np.asarray(inverse @ inverse.T)
+
     def _computed(self, x: Array) -> tuple[Array, Array]:
         values, slopes = np.full(self.noise_index.size, FAR), np.zeros((self.noise_index.size, x.size))
         try:
             model = self.model.at(x[: self.p])
         except SceneError:  # a machine that nobody measured: the search turns back
             return values, slopes
-        row, column = 0, self.p
-        for each, nuisance in zip(self.data, self.nuisance_values(x), strict=True):
+        places = zip(self.data, self.nuisance_values(x), self.rows, self.columns, strict=True)
+        for each, nuisance, rows, columns in places:
             part = each.residuals(model, nuisance)
-            rows, columns = slice(row, row + part.values.size), slice(column, column + nuisance.size)
             values[rows], slopes[rows, : self.p] = part.values, part.by_unknowns
             slopes[rows, columns] = part.by_nuisance * self.units[columns]
-            row, column = rows.stop, columns.stop
         scale = self.factors[self.noise_index]
         return values / scale, slopes / scale[:, None]
 
-    def search(self, start: Array, held: Sequence[int] = (), tolerance: float = FINE) -> End:
+    def search(self, start: Array, held: Sequence[int] = (), tolerance: float = FINE) -> Minimum:
         """The minimum that a search from `start` reaches; coordinates with an index in `held` keep their value.
 
         SciPy takes its first step and its tolerance from the size of what it varies: so that they do not depend on the
@@ -116,7 +136,7 @@ class Objective:
             return np.concatenate([self.of_data(x)[0], before])
 
         def jacobian(part: Array) -> Array:
-            return np.asarray(np.vstack([self.of_data(placed(part))[1], np.diag(self.weights)])[:, moving])
+            return self.slopes(placed(part))[:, moving]
 
         found = least_squares(
             residuals,
@@ -129,7 +149,12 @@ class Objective:
             gtol=tolerance,
             max_nfev=MOST_STEPS if tolerance < COARSE else FEW_STEPS,
         )
-        return End(placed(found.x).copy(), 2.0 * float(found.cost), bool(found.status > 0))
+        return Minimum(placed(found.x).copy(), 2.0 * float(found.cost), bool(found.status > 0))
+
+
+def _slices(counts: Iterable[int], first: int = 0) -> list[slice]:
+    """Ranges of these sizes, one behind the other."""
+    return [slice(start, end) for start, end in pairwise(accumulate(counts, initial=first))]
 
 
 # ---- walks into other valleys
@@ -140,15 +165,14 @@ FURTHEST = 1.0  # spreads before the data at which a walk ends; at a kink the st
 LOWER = 0.5  # of the increase of a linear fit, below which the walk is in another valley
 
 
-def other_valleys(objective: Objective, best: Array, squares: float) -> Iterator[Array]:
-    """Starts of searches in other valleys, around a minimum with this sum of squares."""
-    slopes = np.vstack([objective.of_data(best)[1], np.diag(objective.weights)])
-    covariance = np.linalg.inv(slopes.T @ slopes)
+def other_valleys(objective: Objective, minimum: Minimum) -> Iterator[Array]:
+    """Starts of searches in other valleys around a minimum."""
+    best, covariance = minimum.x, objective.covariance(minimum.x)
     for index in range(objective.p):
         sigma = float(np.sqrt(covariance[index, index]))
         furthest = FURTHEST / float(objective.weights[index])
         for side in (-1.0, 1.0):
-            x, before, last = best, squares, 0.0
+            x, before, last = best, minimum.squares, 0.0
             for step in STEPS:
                 held = best[index] + side * step * sigma
                 inside = objective.bounds[0, index] < held < objective.bounds[1, index]
@@ -157,7 +181,7 @@ def other_valleys(objective: Objective, best: Array, squares: float) -> Iterator
                 start = x + side * (step - last) / sigma * covariance[:, index]
                 start[index] = held
                 end = objective.search(start, held=[index], tolerance=COARSE)
-                if step > 1.0 and (end.squares < before or end.squares - squares < LOWER * step**2):
+                if step > 1.0 and (end.squares < before or end.squares - minimum.squares < LOWER * step**2):
                     yield end.x
                 x, before, last = end.x, end.squares, step
 
@@ -175,49 +199,48 @@ APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
 AS_GOOD = (
-    4.0  # excess of the sum of squares, two standard deviations: such a minimum explains the data as well
+    4.0  # excess of the sum of squares, two standard deviations, of a minimum that explains the data as well
 )
 
 
 @dataclass(frozen=True, eq=False)
-class Minimum:
-    """A minimum of the sum of squares: coordinates x (p + q,) as in `Objective`, the sum, and starts that led to it."""
-
-    x: Array
-    squares: float
-    starts: int
-
-
-@dataclass(frozen=True, eq=False)
 class Fit:
-    """The best fit, and the residuals linearised there: n values of data, p unknowns of the machine, q of the data.
+    """The best fit of p unknowns of the machine and q nuisance parameters of the data.
 
-    minimum      the best one; others: further ones that explain the data about as well
-    residuals    (n,) in standard deviations of the noise, as stated or as estimated
-    jacobian     (n, p + q) their derivatives by the coordinates
-    free_values  (groups,) values of each group of noise, less the unknowns that they determine
-    searches     number of starts
-    messages     in words, what may be wrong with the search
+    minimum   the best one; others: further ones that explain the data about as well
+    searches  number of starts
+    messages  in words, what may be wrong with the search
     """
 
     objective: Objective
     minimum: Minimum
     others: tuple[Minimum, ...]
-    residuals: Array
-    jacobian: Array
-    free_values: Array
     searches: int
     messages: tuple[str, ...]
 
-    @property
-    def stated_values(self) -> Array:
-        """(groups,) values that the stated level of each estimated noise is worth."""
-        return np.full(len(self.noise), STATED_VALUES)
+    @cached_property
+    def _of_data(self) -> tuple[Array, Array]:
+        return self.objective.of_data(self.minimum.x)
 
     @property
-    def noise(self) -> tuple[Noise, ...]:
-        """All groups of noise."""
-        return tuple(one for each in self.objective.data for one in each.noise)
+    def residuals(self) -> Array:
+        """(n,) of the data, in standard deviations of the noise, as stated or as estimated."""
+        return self._of_data[0]
+
+    @property
+    def jacobian(self) -> Array:
+        """(n, p + q) derivatives of the residuals by the coordinates."""
+        return self._of_data[1]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(p + q, p + q) of the coordinates, for independent errors."""
+        return self.objective.covariance(self.minimum.x)
+
+    @cached_property
+    def free_values(self) -> Array:
+        """(groups,) values of each group of noise, less the unknowns that they determine."""
+        return _free_values(self.objective, self.minimum.x)
 
 
 def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
@@ -227,66 +250,56 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
     """
     if not data:
         raise ArgumentError("identify: expected measured data, got none")
-    starts *= 1 if model.machine.model_level == "linear" else MORE
+    is_linear = model.machine.model_level == "linear"
+    starts *= 1 if is_linear else MORE
     expected = model.at(np.array([one.expected for one in model.unknowns]))
     data = [each.settled(expected, np.array([one.expected for one in each.nuisance])) for each in data]
-    messages: list[str] = []
-    objective = Objective(model, data, np.ones(sum(len(each.noise) for each in data)))
-    begin = [(start, 1) for start in _starts(objective, starts)]
+    minima = [Minimum(start) for start in _starts(Objective(model, data), starts)]
     for _ in range(ROUNDS):
-        messages.clear()
-        objective, minima = _searched(model, data, begin, messages)
-        if model.machine.model_level != "linear":
-            minima = _with_valleys(objective, minima, messages)
-        x = minima[0].x
-        owns = objective.nuisance_values(x)
-        settled = [
-            each.settled(model.at(x[: objective.p]), nuisance)
-            for each, nuisance in zip(data, owns, strict=True)
-        ]
+        objective, minima, messages = _searched(model, data, minima)
+        if not is_linear:
+            minima = _with_valleys(objective, minima)
+        best = minima[0]
+        here = model.at(best.x[: objective.p])
+        owns = objective.nuisance_values(best.x)
+        settled = [each.settled(here, nuisance) for each, nuisance in zip(data, owns, strict=True)]
         if all(new is old for new, old in zip(settled, data, strict=True)):
             break
-        data, begin = settled, [(one.x, one.starts) for one in minima]
+        data = settled
     else:
         messages.append(f"the data as they are used had not settled after {ROUNDS} rounds")
-    values, slopes = objective.of_data(x)
-    others = tuple(one for one in minima[1:] if one.squares < minima[0].squares + AS_GOOD)
+    if not best.converged:
+        messages.append("the search had not converged: the numbers are not those of the best fit")
+    others = tuple(one for one in minima[1:] if one.squares < best.squares + AS_GOOD)
     if others:
         messages.append(
             f"{counted(len(others), 'other machine')} would explain the data about as well: fix what you know, or "
             "measure more"
         )
-    if np.any(abs(values) >= FAR):
+    found = Fit(objective, best, others, starts, tuple(messages))
+    if np.any(abs(found.residuals) >= FAR):
         raise ArgumentError("identify: no possible machine was found near the expected values")
-    return Fit(
-        objective, minima[0], others, values, slopes, _free_values(objective, x), starts, tuple(messages)
-    )
+    return found
 
 
 def _searched(
-    model: Model, data: Sequence[Measured], starts: Sequence[tuple[Array, int]], messages: list[str]
-) -> tuple[Objective, list[Minimum]]:
-    """All minima that were found, the best first, with noise levels that agree with the best one.
-
-    starts: of the searches, each with its weight.
-    """
-    noise = [one for each in data for one in each.noise]
-    objective = Objective(model, data, np.ones(len(noise)))
-    minima = _minima(objective, starts, messages)
-    if all(one.known for one in noise) and all(each.instants is None for each in data):
-        return objective, minima
+    model: Model, data: Sequence[Measured], starts: Sequence[Minimum]
+) -> tuple[Objective, list[Minimum], list[str]]:
+    """All minima that were found, the best first, with noise levels that agree with the best one; and messages."""
+    objective = Objective(model, data)
+    minima = _minima(objective, starts)
+    if all(one.known for one in objective.noise) and not any(isinstance(each, Record) for each in data):
+        return objective, minima, []
     for _ in range(ROUNDS):
-        factors = _noise(objective, minima[0].x, noise)
+        factors = _noise(objective, minima[0].x)
         if np.all(abs(factors / objective.factors - 1.0) < SETTLED):
-            break
+            return objective, minima, []
         objective = Objective(model, data, factors)
-        minima = _minima(objective, [(one.x, one.starts) for one in minima], messages)
-    else:
-        messages.append(f"the estimated noise had not settled after {ROUNDS} rounds")
-    return objective, minima
+        minima = _minima(objective, minima)
+    return objective, minima, [f"the estimated noise had not settled after {ROUNDS} rounds"]
 
 
-def _with_valleys(objective: Objective, minima: list[Minimum], messages: list[str]) -> list[Minimum]:
+def _with_valleys(objective: Objective, minima: list[Minimum]) -> list[Minimum]:
     """The minima with those in other valleys around them."""
     walked: list[Minimum] = []
     for _ in range(ROUNDS):
@@ -295,8 +308,8 @@ def _with_valleys(objective: Objective, minima: list[Minimum], messages: list[st
         if not new:
             break
         walked += new
-        beside = [(start, 0) for one in new for start in other_valleys(objective, one.x, one.squares)]
-        minima = _minima(objective, [*((one.x, one.starts) for one in minima), *beside], messages)
+        beside = [Minimum(start, starts=0) for one in new for start in other_valleys(objective, one)]
+        minima = _minima(objective, [*minima, *beside])
     return minima
 
 
@@ -310,58 +323,54 @@ def _starts(objective: Objective, count: int) -> Array:
     return around
 
 
-def _minima(objective: Objective, starts: Sequence[tuple[Array, int]], messages: list[str]) -> list[Minimum]:
-    """The different minima that searches from these starts reach, the best first; each start with its weight."""
-    coarse = [(objective.search(start, tolerance=COARSE), weight) for start, weight in starts]
+def _minima(objective: Objective, starts: Sequence[Minimum]) -> list[Minimum]:
+    """The different minima that searches from these starts reach, the best first."""
+    coarse = [replace(objective.search(one.x, tolerance=COARSE), starts=one.starts) for one in starts]
     distinct = _distinct(objective, coarse, ALIKE)
-    near = distinct[0][0].squares + NEAR
-    fine = [(objective.search(end.x) if end.squares < near else end, weight) for end, weight in distinct]
-    distinct = _distinct(objective, fine, APART)
-    if not distinct[0][0].converged:
-        messages.append("the search had not converged: the numbers are not those of the best fit")
-    return [Minimum(end.x, end.squares, count) for end, count in distinct]
+    near = distinct[0].squares + NEAR
+    fine = [
+        replace(objective.search(one.x), starts=one.starts) if one.squares < near else one for one in distinct
+    ]
+    return _distinct(objective, fine, APART)
 
 
-def _distinct(objective: Objective, ends: Sequence[tuple[End, int]], apart: float) -> list[tuple[End, int]]:
-    """The ends, the best first, with those nearer than `apart` [standard deviations] merged and their weights added."""
-    distinct: list[tuple[End, int]] = []
-    for end, weight in sorted(ends, key=lambda one: one[0].squares):
-        slopes = np.vstack([objective.of_data(end.x)[1], np.diag(objective.weights)])
-        like = [i for i, (one, _) in enumerate(distinct) if np.linalg.norm(slopes @ (end.x - one.x)) < apart]
-        if like:
-            distinct[like[0]] = distinct[like[0]][0], distinct[like[0]][1] + weight
+def _distinct(objective: Objective, minima: Sequence[Minimum], apart: float) -> list[Minimum]:
+    """The minima, the best first, without those nearer than `apart` [standard deviations] to a better one."""
+    distinct: list[Minimum] = []
+    for one in sorted(minima, key=lambda one: one.squares):
+        slopes = objective.slopes(one.x)
+        for i, other in enumerate(distinct):
+            if np.linalg.norm(slopes @ (one.x - other.x)) < apart:
+                distinct[i] = replace(other, starts=other.starts + one.starts)
+                break
         else:
-            distinct.append((end, weight))
+            distinct.append(one)
     return distinct
 
 
 def _free_values(objective: Objective, x: Array) -> Array:
     """(groups,) number of values less the unknowns that they determine: the trace of 1 - J (J'J + W^2)^-1 J'."""
-    slopes = objective.of_data(x)[1]
-    root = np.linalg.qr(np.vstack([slopes, np.diag(objective.weights)]))[0][: len(slopes)]
+    index = objective.noise_index
+    root = np.linalg.qr(objective.slopes(x))[0][: index.size]
     left = 1.0 - (root**2).sum(axis=1)
-    return np.bincount(objective.noise_index, left, minlength=objective.factors.size).astype(np.float64)
+    return np.bincount(index, left, minlength=objective.factors.size).astype(np.float64)
 
 
-def _noise(objective: Objective, x: Array, noise: Sequence[Noise]) -> Array:
+def _noise(objective: Objective, x: Array) -> Array:
     """(groups,) factors on the stated noise that agree with the residuals.
 
     A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
     small do not make all intervals small. The level of a record in time is raised as much as its serial errors raise
     the variance of what it determines, so that it has the right weight beside other data.
     """
-    values, free = objective.of_data(x)[0], _free_values(objective, x)
-    squares = np.bincount(
-        objective.noise_index, (objective.factors[objective.noise_index] * values) ** 2, minlength=free.size
-    )
+    (values, slopes), free, index = objective.of_data(x), _free_values(objective, x), objective.noise_index
+    squares = np.bincount(index, (objective.factors[index] * values) ** 2, minlength=free.size)
     estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
-    factors = np.where([one.known for one in noise], 1.0, estimated)
-    slopes = objective.of_data(x)[1]
-    scale = objective.factors[objective.noise_index] / factors[objective.noise_index]
-    for i, each in enumerate(objective.data):
-        if each.instants is not None:
-            here = objective.set_of == i
-            of_set, by = values[here] * scale[here], slopes[here] * scale[here, None]
-            raised = inflation(by.T @ by, score_root(each, of_set, by, factors[objective.noise_index[here]]))
-            factors[np.unique(objective.noise_index[here])] *= np.sqrt(max(1.0, raised))
+    factors = np.where([one.known for one in objective.noise], 1.0, estimated)
+    scale = objective.factors[index] / factors[index]
+    for each, rows, groups in zip(objective.data, objective.rows, objective.groups, strict=True):
+        if isinstance(each, Record):
+            of_set, by = values[rows] * scale[rows], slopes[rows] * scale[rows, None]
+            raised = inflation(by.T @ by, score_root(each, of_set, by, factors[index[rows]]))
+            factors[groups] *= np.sqrt(max(1.0, raised))
     return factors

@@ -6,13 +6,14 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from guideload.base.arrays import Array
     from guideload.identification.model import ModelAt
 
 
@@ -69,7 +70,7 @@ class Residuals:
 
 
 class Measured(ABC):
-    """One set of measured data of one kind, checked and in SI.
+    """One set of measured data of one kind, checked and in SI: independent errors, but of a `Record` in time.
 
     name  in words, as in reports: "hammer test"
     """
@@ -92,22 +93,9 @@ class Measured(ABC):
         """(m,) what each value is: "frequency of mode 2"; long records give one label for all their samples."""
 
     @property
-    @abstractmethod
     def noise_index(self) -> NDArray[np.intp]:
-        """(m,) index of the noise group of each value."""
-
-    @property
-    def instants(self) -> NDArray[np.intp] | None:
-        """(m,) number of the instant of each value of a record in time, whose errors may be alike for many instants.
-
-        None for values with independent errors.
-        """
-        return None
-
-    @property
-    def error_draws(self) -> Array | None:
-        """(count, m) draws of the errors of the residuals of a record, by a model of them; None without one."""
-        return None
+        """(m,) index of the noise group of each value; by default they are of one group."""
+        return np.zeros(len(self.labels), dtype=np.intp)
 
     @abstractmethod
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -187,7 +188,7 @@ class ModalTest(Measured):
     @cached_property
     def _counts(self) -> dict[int, int]:
         """Number of residuals of each measured mode that is fitted."""
-        return {i: sum(one == i for one, _ in self._rows) for i in self._kept}
+        return Counter(i for i, _ in self._rows)
 
     @cached_property
     def _across(self) -> dict[int, tuple[Array, Array]]:

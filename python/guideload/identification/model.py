@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -52,11 +53,7 @@ def parse_place(text: str, machine: Machine) -> SensorPlace:
     name, _, axis = text.strip().rpartition(" ")
     points = {point.name: point for point in machine.points}
     if axis.lstrip("+-") not in AXES or name.strip() not in points:
-        known = (
-            joined([f'"{one}"' for one in points])
-            if points
-            else "none: add [[points]] tables to the machine file"
-        )
+        known = joined([f'"{one}"' for one in points]) or "none: add [[points]] tables to the machine file"
         raise ValueRefused('a point and an axis, as "tool y"', text, f"the points of the machine are {known}")
     direction = np.array(AXES[axis.lstrip("+-")]) * (-1.0 if axis.startswith("-") else 1.0)
     return SensorPlace(f"{name.strip()} {axis}", np.array(points[name.strip()].at), direction)
@@ -68,26 +65,25 @@ class LoadPlace:
 
     name       "1a Fy", or that of a link
     unit       N or N m
-    part       index of the carriage or of the link
-    component  of the load of the carriage, an index into `COMPONENTS`; None for a link
+    quantity   of a run that it is part of
+    index      its place there: carriage and component of its load, an index into `COMPONENTS`, or link
     """
 
     name: str
     unit: str
-    part: int
-    component: int | None
+    quantity: Literal["carriage_loads", "link_loads"]
+    index: tuple[int, ...]
 
     def shown(self, at: Instants, rest: Linearised) -> History:
         """The change of the load from that at rest."""
-        if self.component is None:
-            quantity, still, by = "link_loads", rest.static_link_loads, rest.d_static_link_loads
-            place: tuple[int, ...] = (self.part,)
+        if self.quantity == "carriage_loads":
+            still, by = rest.static_carriage_loads, rest.d_static_carriage_loads
         else:
-            quantity, still, by = "carriage_loads", rest.static_carriage_loads, rest.d_static_carriage_loads
-            place = self.part, self.component
+            still, by = rest.static_link_loads, rest.d_static_link_loads
         one = np.zeros(still.shape)
-        one[place] = 1.0
-        return at.history(quantity, one).from_rest(float(still[place]), by.reshape(len(by), -1) @ one.ravel())
+        one[self.index] = 1.0
+        history = at.history(self.quantity, one)
+        return history.from_rest(float(still[self.index]), by.reshape(len(by), -1) @ one.ravel())
 
 
 def parse_load_place(text: str, machine: Machine) -> LoadPlace:
@@ -95,7 +91,7 @@ def parse_load_place(text: str, machine: Machine) -> LoadPlace:
     names = [one.name for one in machine.links]
     if text.strip() in names:
         first = len(machine.link_table().names) - len(names)  # the extra links come last
-        return LoadPlace(text.strip(), "N", first + names.index(text.strip()), None)
+        return LoadPlace(text.strip(), "N", "link_loads", (first + names.index(text.strip()),))
     name, _, component = text.strip().rpartition(" ")
     carriages = [one.name for one in machine.carriages]
     if name.strip() not in carriages or component not in COMPONENTS[1:]:
@@ -104,9 +100,8 @@ def parse_load_place(text: str, machine: Machine) -> LoadPlace:
         expected = "a carriage and a component of its load, or a link"
         raise ValueRefused(expected, text, f"as {joined(loads)}; carriages and links are {known}")
     unit = "N" if component.startswith("F") else "N m"
-    return LoadPlace(
-        f"{name.strip()} {component}", unit, carriages.index(name.strip()), COMPONENTS.index(component)
-    )
+    index = carriages.index(name.strip()), COMPONENTS.index(component)
+    return LoadPlace(f"{name.strip()} {component}", unit, "carriage_loads", index)
 
 
 # ---- the motion under which a record in time was taken
@@ -179,15 +174,13 @@ class ModelAt:
     z: Array
     slopes: Array
     rest: Linearised
+    _runs: dict[int, RunDerivatives] = field(default_factory=dict)
+    _responses: dict[tuple[str, bytes], tuple[Complex, Complex]] = field(default_factory=dict)
 
     @cached_property
     def modes(self) -> ModeDerivatives:
         """Its modes, with derivatives by the values."""
         return self.rest.modes()
-
-    @cached_property
-    def _runs(self) -> dict[int, RunDerivatives]:
-        return {}
 
     def run(self, excitation: Excitation) -> RunDerivatives:
         """Its run, with derivatives by the values; data with the same excitation share it."""
@@ -202,10 +195,6 @@ class ModelAt:
         if key not in self._responses:
             self._responses[key] = self.rest.response(frequency, force.at.tolist(), force.direction.tolist())
         return self._responses[key]
-
-    @cached_property
-    def _responses(self) -> dict[tuple[str, bytes], tuple[Complex, Complex]]:
-        return {}
 
     def by_z(self, derivative: Array) -> Array:
         """Derivatives (p, ...) by the values as derivatives by z."""

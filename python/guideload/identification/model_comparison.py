@@ -10,7 +10,6 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.identification.result import Identification
-from guideload.identification.uncertainty import curvature
 
 BLOCKS = 10  # of each data set; each is left out once
 CERTAIN = 2.0  # standard deviations from which on a difference counts
@@ -66,10 +65,10 @@ def _scores(found: Identification) -> Array:
     (1 - H_bb)^-1 r_b and the covariance (1 - H_bb)^-1, where H = J (J'J + W^2)^-1 J'.
     """
     fit, objective = found.fit, found.fit.objective
-    hat = fit.jacobian @ curvature(fit)
+    hat = fit.jacobian @ fit.covariance
     scores = []
-    for data in range(len(objective.data)):
-        rows = np.flatnonzero(objective.set_of == data)
+    for place in objective.rows:
+        rows = np.arange(place.start, place.stop)
         for block in np.array_split(rows, min(BLOCKS, rows.size)):
             left = np.eye(block.size) - hat[block] @ fit.jacobian[block].T
             r = fit.residuals[block]

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.identification.measured import WIDE, Measured, Noise, NuisanceParameter, Residuals
+from guideload.identification.measured import WIDE, Noise, NuisanceParameter
 from guideload.identification.model import Excitation, ModelAt
-from guideload.identification.records import Windows
+from guideload.identification.records import Record, Windows
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import require_held_x
@@ -36,23 +35,15 @@ X = DOFS.index("x")
 
 
 @dataclass(frozen=True, eq=False)
-class MotorForce(Measured):
-    """A measured force [N] of the drive on the cart, or a torque [N m] of the motor.
+class MotorForce(Record):
+    """A measured force [N] of the drive on the cart, or a torque [N m] of the motor; its motion has a velocity.
 
-    excitation  the motion, with the velocity of the cart
-    time      (n,) s, stamps of the measured values (n,); windows: those that are compared
-    level     standard deviation of the noise of one value; known: whether it is right
+    known     whether the level of the noise is right
     friction  keys of [friction] that are unknown
     machine   the machine, with the values of the keys that are known
     delayed   whether the delay of the measured values is unknown
     """
 
-    name: str
-    excitation: Excitation
-    time: Array
-    values: Array
-    windows: Windows
-    level: float
     known: bool
     friction: tuple[str, ...]
     machine: Machine
@@ -75,9 +66,10 @@ class MotorForce(Measured):
         window: float | None = None,
         part: tuple[float, float] = (-np.inf, np.inf),
     ) -> MotorForce:
-        """A measured force of a motion.
+        """A measured force (n,) of a motion.
 
-        level: None if unknown. window: s; by default a 5000th of the record. part: s, first and last instant used.
+        level: standard deviation of the noise of one value, None if unknown. window: s; by default a 5000th of the
+        record. part: s, first and last instant used.
         Raises ArgumentError for a machine whose drive force depends on more, TraceError for a record too short.
         """
         _require_supported(machine, motion, torque)
@@ -91,9 +83,19 @@ class MotorForce(Measured):
         span = float(np.ptp(time[usable])) if usable.any() else 0.0
         windows = Windows.of(time, usable, window or span / WINDOWS, name)
         first = FIRST_LEVEL * float(values[windows.samples].std())
-        known = level is not None
-        level = level or first or 1.0
-        return cls(name, excitation, time, values, windows, level, known, friction, machine, torque, delayed)
+        return cls(
+            name=name,
+            excitation=excitation,
+            time=time,
+            values=values[:, None],
+            windows=windows,
+            levels=np.array([level or first or 1.0]),
+            known=level is not None,
+            friction=friction,
+            machine=machine,
+            torque=torque,
+            delayed=delayed,
+        )
 
     # ---- as the fit sees it
 
@@ -119,63 +121,34 @@ class MotorForce(Measured):
     def noise(self) -> tuple[Noise, ...]:
         return (Noise(self.name, self.known),)
 
-    @cached_property
-    def labels(self) -> tuple[str, ...]:
-        return (self.name,) * self.windows.first.size
-
-    @cached_property
-    def noise_index(self) -> NDArray[np.intp]:
-        return np.zeros(self.windows.first.size, dtype=np.intp)
-
-    @cached_property
-    def instants(self) -> NDArray[np.intp]:
-        return np.arange(self.windows.first.size)
-
-    @cached_property
-    def window_time(self) -> Array:
-        """(m,) s, middle of each window."""
-        return self.windows.mean(self.time[self.windows.samples])
-
-    @cached_property
-    def measured(self) -> Array:
-        """(m,) measured values, means over the windows."""
-        return self.windows.mean(self.values[self.windows.samples])
-
-    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
-        predicted, by_unknowns, by_nuisance = self._predicted(model, nuisance)
-        scale = np.sqrt(self.windows.counts) / self.level
-        values = (predicted - self.measured) * scale
-        return Residuals(values, (by_unknowns * scale).T, (by_nuisance * scale).T)
-
-    def predicted(self, model: ModelAt, nuisance: Array) -> Array:
-        """(m,) what the machine predicts for the measured values."""
-        return self._predicted(model, nuisance)[0]
+    @property
+    def titles(self) -> tuple[tuple[str, str], ...]:
+        return ((self.name, "N m" if self.torque else "N"),)
 
     # ---- the prediction
 
     def _predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
-        """Means over the windows (m,), and their derivatives (p, m) by the unknowns and (q, m) by the own ones."""
         k, motion, speed = len(self.friction), self.excitation.motion, self._speed
         instants = self.time[self.windows.samples] - (nuisance[k + 1] if self.delayed else 0.0)
         instants = self.excitation.within(instants)
         at, velocity = model.run(self.excitation).at(instants), np.interp(instants, motion.time, speed)
         reaction = at.history("reaction", np.eye(len(DOFS))[X])
         acceleration, jerk = at.inputs[:, X], at.input_slopes[:, X]
-        of_friction = self._friction_per_unit(velocity)
-        unknown = np.array([of_friction[key] for key in self.friction]).reshape(-1, velocity.size)
-        force = reaction.values + nuisance[:k] @ unknown + self._known_friction(of_friction)
+        per_unit = {"seal": len(self.machine.carriages) * np.sign(velocity), "viscous": velocity}
+        friction = {key: self._known(key) for key in FRICTION}
+        friction |= dict(zip(self.friction, nuisance.tolist(), strict=False))
+        force = reaction.values + sum(friction[key] * per_unit[key] for key in FRICTION)
         gain, inertia = self._as_measured(force, velocity)
-        by_nuisance = [self.windows.mean(gain * unknown), np.ones((1, self.windows.first.size))]
+        by_nuisance = [self.windows.mean(gain * per_unit[key]) for key in self.friction]
+        by_nuisance.append(np.ones(self.windows.first.size))
         if self.delayed:
-            viscous = dict(zip(self.friction, nuisance[:k].tolist(), strict=True)).get(
-                "viscous", self._known("viscous")
-            )
             steps = np.searchsorted(motion.time, instants, "right").clip(1, speed.size - 1)
             faster = np.diff(speed)[steps - 1] / np.diff(motion.time)[steps - 1]
-            rate = gain * (reaction.slope + viscous * faster) + inertia * jerk
-            by_nuisance.append(-self.windows.mean(rate)[None])
+            rate = gain * (reaction.slope + friction["viscous"] * faster) + inertia * jerk
+            by_nuisance.append(-self.windows.mean(rate))
         predicted = self.windows.mean(gain * force + inertia * acceleration) + nuisance[k]
-        return predicted, model.by_z(self.windows.mean(gain * reaction.by)), np.vstack(by_nuisance)
+        by_unknowns = model.by_z(self.windows.mean(gain * reaction.by))
+        return predicted[None], by_unknowns[:, None], np.array(by_nuisance)[:, None]
 
     def _as_measured(self, force: Array, velocity: Array) -> tuple[Array | float, float]:
         """The measured quantity per force on the cart (n,), and per acceleration of the cart."""
@@ -198,18 +171,11 @@ class MotorForce(Measured):
         assert self.machine.drive is not None
         return self.machine.drive.speed_per_motor_speed
 
-    def _friction_per_unit(self, velocity: Array) -> dict[str, Array]:
-        """Force (n,) per unit of each key of [friction]."""
-        return {"seal": len(self.machine.carriages) * np.sign(velocity), "viscous": velocity}
-
     def _known(self, key: str) -> float:
         friction, seals = self.machine.friction, self.machine.seal_forces
         if key == "seal":
             return float(seals.mean()) if seals.size else 0.0
         return 0.0 if friction is None else float(getattr(friction, key))
-
-    def _known_friction(self, per_unit: dict[str, Array]) -> Array | float:
-        return sum((self._known(key) * per_unit[key] for key in FRICTION if key not in self.friction), 0.0)
 
 
 def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
@@ -223,11 +189,6 @@ def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
         raise ArgumentError(
             "friction.coefficient: the force of the motor cannot separate it from friction.seal unless the loads "
             "change much; leave it out of the machine that is identified, so that seal holds all dry friction"
-        )
-    if machine.drive is not None and machine.drive.push_direction is not None:
-        raise ArgumentError(
-            "drive.pressure_angle: identify does not know the push of a rack on the body; leave out pressure_angle, "
-            "helix_angle and push_direction"
         )
     if torque and (machine.drive is None or machine.drive.linear_motor):
         raise ArgumentError(

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field, StrictStr, model_validator
@@ -24,6 +24,7 @@ from guideload.base.number_text import joined
 from guideload.duty.duty_cycle import LoadCase, load_cases
 from guideload.identification.measured import Measured
 from guideload.identification.result import Identification
+from guideload.identification.tables import Text
 from guideload.identification.uncertainty import IDENTIFIED, NORMAL_QUANTILE, marginal_information
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.mean_load import Travel, integrals
@@ -32,11 +33,11 @@ from guideload.motion.motion import Motion
 from guideload.sensitivity.figures import UNITS, CarriageQuantities, most_critical
 from guideload.sensitivity.varied import VariedMachine
 from guideload.study.options import TraceOptions
+from guideload.study.varied_parameters import optional
 
 # ---- the target quantity
 
 
-Text = Annotated[StrictStr, Field(min_length=1)]
 Quantity = Literal["peak_resultant", "mean_load", "life"]
 WORDS = {"peak_resultant": "peak load", "mean_load": "mean load", "life": "life"}
 
@@ -64,15 +65,12 @@ class TargetTable(ConfigModel):
     """Target quantity: of a carriage under a motion, or under all load cases of a duty file."""
 
     quantity: Quantity = Field(description='"peak_resultant", "mean_load" or "life" of a carriage')
-    carriage: StrictStr | None = Field(
-        default=None,
-        description="its name; by default the carriage with the largest load or the shortest life",
+    carriage: StrictStr | None = optional(
+        "its name; by default the carriage with the largest load or the shortest life"
     )
-    motion: Text | None = Field(default=None, description='trace or planned moves, e.g. "moves.toml"')
-    reading: TraceOptions = Field(default=TraceOptions(), description="how the trace is read, as in a study")
-    duty: Text | None = Field(
-        default=None, description="a duty file, in place of a motion: all its load cases together"
-    )
+    motion: Text | None = optional('trace or planned moves, e.g. "moves.toml"')
+    reading: TraceOptions = optional("how the trace is read, as in a study", TraceOptions())
+    duty: Text | None = optional("a duty file, in place of a motion: all its load cases together")
 
     @model_validator(mode="after")
     def _one_motion(self) -> TargetTable:

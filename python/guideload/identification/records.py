@@ -1,4 +1,4 @@
-"""Records in time: their windows, and their errors, which are alike over time.
+"""Records in time: what they share, their windows, and their errors, which are alike over time.
 
 Windows: measured and predicted values are compared as means over short windows. A mean over a window is the same
 operation on both sides, so it does not bias what is identified; it leaves out frequencies that say little and brings a
@@ -21,6 +21,7 @@ least squares, which follow from the machine what one sensor says about the erro
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -34,8 +35,8 @@ from scipy.stats import norm, t
 
 from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
-from guideload.identification.measured import Measured
-from guideload.identification.model import Excitation
+from guideload.identification.measured import Measured, Residuals
+from guideload.identification.model import Excitation, ModelAt
 from guideload.motion.motion import Motion
 
 # ---- windows
@@ -80,15 +81,91 @@ class Windows:
         return np.asarray(np.add.reduceat(values, self.first, axis=-1) / self.counts)
 
 
+# ---- what records share
+
+
+@dataclass(frozen=True, eq=False)
+class Record(Measured):
+    """k channels that were recorded beside a motion, compared in m windows.
+
+    time, values  (n,) s, stamps; (n, k)
+    levels        (k,) standard deviation of the noise of one value
+    """
+
+    name: str
+    excitation: Excitation
+    time: Array
+    values: Array
+    windows: Windows
+    levels: Array
+
+    @property
+    @abstractmethod
+    def titles(self) -> tuple[tuple[str, str], ...]:
+        """(k,) what each channel measures, and its unit."""
+
+    @abstractmethod
+    def _predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
+        """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns, (q, k, m) by own numbers."""
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self.titles for _ in self.windows.first)
+
+    @cached_property
+    def noise_index(self) -> NDArray[np.intp]:
+        return np.repeat(np.arange(self.levels.size), self.windows.first.size)
+
+    @cached_property
+    def instants(self) -> NDArray[np.intp]:
+        """(k m,) window of each value: errors may be alike for many windows."""
+        return np.tile(np.arange(self.windows.first.size), self.levels.size)
+
+    @cached_property
+    def window_time(self) -> Array:
+        """(m,) s, middle of each window."""
+        return self.windows.mean(self.time[self.windows.samples])
+
+    @cached_property
+    def measured(self) -> Array:
+        """(k, m) measured values, means over the windows."""
+        return self.windows.mean(self.values[self.windows.samples].T)
+
+    def predicted(self, model: ModelAt, nuisance: Array) -> Array:
+        """(k, m) what the machine predicts for the measured values."""
+        return self._predicted(model, nuisance)[0]
+
+    @cached_property
+    def scale(self) -> Array:
+        """(k, m) 1 over the standard deviation of the noise of each mean."""
+        return np.asarray(np.sqrt(self.windows.counts) / self.levels[:, None])
+
+    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
+        predicted, by_unknowns, by_nuisance = self._predicted(model, nuisance)
+        parts = (predicted - self.measured)[None], by_unknowns, by_nuisance
+        values, by_unknowns, by_nuisance = (
+            self._whitened(self.scale * one).reshape(len(one), -1).T for one in parts
+        )
+        return Residuals(values[:, 0], by_unknowns, by_nuisance)
+
+    def _whitened(self, series: Array) -> Array:
+        """Residuals (..., k, m) or their derivatives, without what a model of their errors predicts."""
+        return series
+
+    @property
+    def error_draws(self) -> Array | None:
+        """(count, k m) draws of the errors of the residuals by this model; None without one."""
+        return None
+
+
 # ---- serial errors
 
 
 COSINES = 0.4  # times n^(2/3): as recommended in the paper, for values at least as independent as those with
 WORST = 17.0 / 3.0  # correlation time of e_k = 0.7 e_{k-1} + white; other records count as fewer values
 FEWEST_COSINES = 4  # cosines: fewer make intervals of Student's t very wide
-LEAST_LEFT = (
-    0.25  # share of independent errors that a fit has not taken up; below, the record is too short to judge
-)
+# Share of independent errors that a fit has not taken up; below, the record is too short to judge.
+LEAST_LEFT = 0.25
 SUMMED = 5.0  # correlation times: a sum over more has more noise than it gains
 UPPER_LEVEL = 0.975  # one-sided, of a 95 % interval
 ROUNDING = 1e-10  # of the largest eigenvalue: directions below it are not determined
@@ -115,8 +192,12 @@ def long_run_root(scores: Array) -> Array:
     )
     waves = dct(scores, norm="ortho", axis=0)[1 : count + 1]
     left = max(1.0 - k * longest / n, LEAST_LEFT)
-    widened = t.ppf(UPPER_LEVEL, count) / norm.ppf(UPPER_LEVEL)
-    return np.asarray(widened * np.sqrt(n / (count * left)) * waves)
+    return np.asarray(_widening(count) * np.sqrt(n / (count * left)) * waves)
+
+
+def _widening(degrees: int) -> float:
+    """Quantile of Student's t over that of a normal distribution."""
+    return float(t.ppf(UPPER_LEVEL, degrees) / norm.ppf(UPPER_LEVEL))
 
 
 def correlation_time(values: Array) -> float:
@@ -134,19 +215,17 @@ def correlation_time(values: Array) -> float:
     return max(1.0, float(times[enough[0] if enough.size else n - 1]))
 
 
-def score_root(data: Measured, values: Array, slopes: Array, level: Array) -> Array:
+def score_root(data: Record, values: Array, slopes: Array, level: Array) -> Array:
     """R, whose R'R is the covariance of the scores of a record: residuals (m,) times derivatives (m, k).
 
     level: (m,) of the noise, by which residuals and derivatives are divided already. If a model of the errors gives
     draws, no direction has less than their covariance: errors that ring as long as the record do not show in it.
     """
-    assert data.instants is not None
     root = long_run_root(sums_of_scores(values, slopes, data.instants))
     if data.error_draws is None:
         return root
     count = len(data.error_draws)
-    widened = t.ppf(UPPER_LEVEL, count) / norm.ppf(UPPER_LEVEL)
-    return _larger(root, widened / np.sqrt(count) * (data.error_draws / level) @ slopes)
+    return _larger(root, _widening(count) / np.sqrt(count) * (data.error_draws / level) @ slopes)
 
 
 def _larger(first: Array, second: Array) -> Array:

@@ -91,10 +91,6 @@ class FrequencyResponses(Measured):
         return (Noise(f"curves of {self.name}", self.known),)
 
     @cached_property
-    def noise_index(self) -> NDArray[np.intp]:
-        return np.zeros(2 * sum(curve.frequency.size for curve in self.curves), dtype=np.intp)
-
-    @cached_property
     def labels(self) -> tuple[str, ...]:
         return tuple(
             f"{part} of {curve.name} at {hertz:.4g} Hz"
@@ -119,9 +115,7 @@ class FrequencyResponses(Measured):
             values += [rest.real, rest.imag]
             slopes += [by.real, by.imag]
             scales += [by_gain.real, by_gain.imag]
-        by_nuisance = (
-            np.concatenate(scales)[:, None] if nuisance.size else np.zeros((self.noise_index.size, 0))
-        )
+        by_nuisance = np.concatenate(scales)[:, None] if nuisance.size else np.zeros((len(self.labels), 0))
         by_values = np.concatenate(slopes)
         return Residuals(np.concatenate(values), by_values * model.slopes, by_nuisance)
 
@@ -208,8 +202,6 @@ def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Res
         raise ArgumentError(
             f"{file}: universal files are read by the package pyuff: pip install 'guideload[uff]', or export a CSV file"
         ) from None
-    if not file.is_file():
-        raise ValueRefused("a file that exists", file.name)
     for one in _sets(pyuff.UFF(str(file))):
         if one.get("type") != 58 or one.get("func_type") != FREQUENCY_RESPONSE:
             continue
@@ -264,10 +256,6 @@ class Deflections(Measured):
     @property
     def noise(self) -> tuple[Noise, ...]:
         return (Noise(f"displacements of {self.name}", self.known),)
-
-    @property
-    def noise_index(self) -> NDArray[np.intp]:
-        return np.zeros(len(self.values), dtype=np.intp)
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ from itertools import islice
 
 import numpy as np
 from scipy.stats import chi2, norm
-from scipy.stats import t as student
 
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
@@ -18,27 +17,22 @@ from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.measured import Measured, NuisanceParameter
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import Model, ModelAt
+from guideload.identification.records import Record
 from guideload.identification.uncertainty import (
-    LEVEL,
     Interval,
     Undetermined,
     covariance,
-    curvature,
     degrees_of_freedom,
     information,
     interval,
+    student_quantile,
     undetermined,
     undetermined_nuisance,
 )
-from guideload.identification.unknowns import (
-    Unknown,
-    UnknownTable,
-    machine_parameters,
-    machine_with,
-    resolve_unknowns,
-)
+from guideload.identification.unknowns import Unknown, UnknownTable, machine_with, resolve_unknowns
 from guideload.machine.machine import Machine
-from guideload.parameters.parameters import Parameter
+from guideload.parameters.parameters import Parameter, Parameters
+from guideload.sensitivity.varied import NO_MOTION
 
 # ---- tests of the residuals: is their size that of the noise, are they white, do they have a trend?
 
@@ -69,9 +63,9 @@ class ResidualTest:
 def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:
     """A test of each group of values."""
     labels = [label for each in fit.objective.data for label in each.labels]
-    in_time = [each.instants is not None for each in fit.objective.data for _ in each.noise]
+    in_time = [isinstance(each, Record) for each in fit.objective.data for _ in each.noise]
     tests = []
-    for i, noise in enumerate(fit.noise):
+    for i, noise in enumerate(fit.objective.noise):
         here = np.flatnonzero(fit.objective.noise_index == i)
         values, factor = fit.residuals[here], float(fit.objective.factors[i])
         doubts = _size(factor * values, float(fit.free_values[i])) if noise.known else []
@@ -216,7 +210,7 @@ class Identification:
     @cached_property
     def identified(self) -> tuple[tuple[Parameter, float, UnknownEstimate], ...]:
         """Each parameter of the machine that was unknown, its most probable value, and the estimate that it is from."""
-        parameters = machine_parameters(self.nominal)
+        parameters = Parameters(self.nominal, NO_MOTION)
         return tuple(
             (parameters.at(path)[0], estimate.value * (nominal if one.is_factor else 1.0), estimate)
             for one, estimate in zip(self.unknowns, self.estimates, strict=True)
@@ -230,14 +224,12 @@ class Identification:
 
     def nuisance_estimates(self, data: Measured) -> tuple[NuisanceEstimate, ...]:
         """Estimates of the nuisance parameters of one of the data sets."""
-        objective, index = self.fit.objective, self.data.index(data)
-        values = self.nuisance_values(data)
-        first = objective.p + sum(len(each.nuisance) for each in self.data[:index])
-        here = slice(first, first + values.size)
+        values, here = self.nuisance_values(data), self.fit.objective.columns[self.data.index(data)]
         degrees = degrees_of_freedom(self.fit, self.covariance)[here]
-        sigma = np.sqrt(np.diag(self.covariance)[here]) * objective.units[here]
-        reach = student.ppf(0.5 + 0.5 * LEVEL, degrees) * sigma
-        ends = np.clip([values - reach, values + reach], *np.array([one.bounds for one in data.nuisance]).T)
+        sigma = np.sqrt(np.diag(self.covariance)[here]) * self.fit.objective.units[here]
+        reach = student_quantile(degrees) * sigma
+        bounds = np.array([one.bounds for one in data.nuisance]).reshape(-1, 2)
+        ends = np.clip([values - reach, values + reach], *bounds.T)
         together = {name for group in self.undetermined for name in group.names}
         alone = [one.name not in together for one in data.nuisance]
         rows = zip(data.nuisance, values.tolist(), *ends.tolist(), alone, strict=True)
@@ -260,8 +252,8 @@ class Identification:
 
     def noise_factor(self, data: Measured, group: int) -> float:
         """Estimated over stated noise of a group of values of a data set; 1 where it is known."""
-        first = sum(len(one.noise) for one in self.data[: self.data.index(data)])
-        return float(self.fit.objective.factors[first + group])
+        objective = self.fit.objective
+        return float(objective.factors[objective.groups[self.data.index(data)]][group])
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -295,11 +287,11 @@ def identify(
     SceneError
         For a machine that its links do not support.
     """
-    unknowns = resolve_unknowns(unknown, machine_parameters(machine))
+    unknowns = resolve_unknowns(unknown, machine)
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
     sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
-    widening = sigma / np.sqrt(np.diag(curvature(found)))
+    widening = sigma / np.sqrt(np.diag(found.covariance))
     each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
     intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
     groups = undetermined(unknowns, found.minimum.x, information(found), spread)

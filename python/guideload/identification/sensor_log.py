@@ -15,14 +15,13 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import correlate, correlation_lags
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, TraceError
-from guideload.identification.measured import WIDE, Measured, Noise, NuisanceParameter, Residuals
+from guideload.identification.measured import WIDE, Noise, NuisanceParameter
 from guideload.identification.model import Excitation, LoadPlace, ModelAt, SensorPlace
-from guideload.identification.records import Whitening, Windows, draw_deviations
+from guideload.identification.records import Record, Whitening, Windows, draw_deviations
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
@@ -82,10 +81,9 @@ class Channel:
 
 
 @dataclass(frozen=True, eq=False)
-class SensorLog(Measured):
-    """Channels (n, k) with common stamps (n,) [s].
+class SensorLog(Record):
+    """A log of k channels with common stamps.
 
-    levels      (k,) standard deviation of the noise of one value
     gains       (k,) expected gains: 1, or where the search for an unknown gain starts
     delay       s, stamp of the log minus that of the trace, where the search starts
     reach       s, how far it may go; 0 if both have one clock
@@ -94,13 +92,7 @@ class SensorLog(Measured):
     whitening   of the residuals for these errors
     """
 
-    name: str
-    excitation: Excitation
     channels: tuple[Channel, ...]
-    time: Array
-    values: Array
-    windows: Windows
-    levels: Array
     gains: Array
     delay: float
     reach: float
@@ -155,9 +147,18 @@ class SensorLog(Measured):
         for i in [i for i, one in enumerate(channels) if one.gain_spread == np.inf]:
             there = np.interp(place[windows.samples], stamps, expected[:, i])
             gains[i] = np.cov(there, values[windows.samples, i])[0, 1] / there.var(ddof=1)
-        from_trace, all_channels = draw_deviations(motion, stamps), tuple(channels)
         return cls(
-            name, excitation, all_channels, time, values, windows, levels, gains, delay, reach, from_trace
+            name=name,
+            excitation=excitation,
+            time=time,
+            values=values,
+            windows=windows,
+            levels=levels,
+            channels=tuple(channels),
+            gains=gains,
+            delay=delay,
+            reach=reach,
+            deviations=draw_deviations(motion, stamps),
         )
 
     @classmethod
@@ -169,7 +170,7 @@ class SensorLog(Measured):
         window = 1.0 / (PER_PERIOD * float(Modes.of(model.machine).frequency.max()))
         windows = Windows.of(time, np.ones(values.size, dtype=np.bool_), window, name)
         levels = np.array([channel.level])
-        return cls(name, excitation, (channel,), time, values[:, None], windows, levels, np.ones(1), 0.0, 0.0)
+        return cls(name, excitation, time, values[:, None], windows, levels, (channel,), np.ones(1), 0.0, 0.0)
 
     # ---- as the fit sees it
 
@@ -183,9 +184,8 @@ class SensorLog(Measured):
         for one, gain in zip(self.channels, self.gains.tolist(), strict=True):
             if one.gain_spread:
                 unknown = one.gain_spread == np.inf
-                spread, scale = (
-                    (WIDE * abs(gain), abs(gain)) if unknown else (one.gain_spread, one.gain_spread)
-                )
+                scale = abs(gain) if unknown else one.gain_spread
+                spread = WIDE * scale if unknown else scale
                 found.append(
                     NuisanceParameter(f"gain of {one.name} in {self.name}", "1", gain, spread, scale)
                 )
@@ -198,8 +198,10 @@ class SensorLog(Measured):
         return tuple(found)
 
     @property
-    def _scaled(self) -> list[Channel]:
-        return [one for one in self.channels if one.gain_spread]
+    def _gain_places(self) -> dict[int, int]:
+        """Place among the nuisance parameters of the gain of each channel that has one."""
+        scaled = [i for i, one in enumerate(self.channels) if one.gain_spread]
+        return {i: place for place, i in enumerate(scaled, len(self.channels))}
 
     @property
     def noise(self) -> tuple[Noise, ...]:
@@ -208,46 +210,16 @@ class SensorLog(Measured):
             Noise(f"{one.name} in {self.name}", known and one.level is not None) for one in self.channels
         )
 
-    @cached_property
-    def labels(self) -> tuple[str, ...]:
-        return tuple(one.name for one in self.channels for _ in self.windows.first)
+    @property
+    def titles(self) -> tuple[tuple[str, str], ...]:
+        return tuple((one.name, one.unit) for one in self.channels)
 
-    @cached_property
-    def noise_index(self) -> NDArray[np.intp]:
-        return np.repeat(np.arange(len(self.channels)), self.windows.first.size)
-
-    @cached_property
-    def instants(self) -> NDArray[np.intp]:
-        return np.tile(np.arange(self.windows.first.size), len(self.channels))
-
-    @cached_property
-    def window_time(self) -> Array:
-        """(m,) s, middle of each window."""
-        return self.windows.mean(self.time[self.windows.samples])
-
-    @cached_property
-    def measured(self) -> Array:
-        """(k, m) measured values, means over the windows."""
-        return self.windows.mean(self.values[self.windows.samples].T)
-
-    def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
-        predicted, by_unknowns, by_nuisance = self._predicted(model, nuisance)
-        plain = (predicted - self.measured)[None], by_unknowns, by_nuisance
-        whitened = (
-            scaled if self.whitening is None else self.whitening(scaled)
-            for scaled in (one * self._scale for one in plain)
-        )
-        values, by_unknowns, by_nuisance = (one.reshape(len(one), -1).T for one in whitened)
-        return Residuals(values[:, 0], by_unknowns, by_nuisance)
+    def _whitened(self, series: Array) -> Array:
+        return series if self.whitening is None else self.whitening(series)
 
     @property
     def error_draws(self) -> Array | None:
         return None if self.whitening is None else self.whitening.errors
-
-    @property
-    def _scale(self) -> Array:
-        """(k, m) 1 over the standard deviation of the noise of each mean."""
-        return np.asarray(np.sqrt(self.windows.counts) / self.levels[:, None])
 
     def settled(self, model: ModelAt, nuisance: Array) -> SensorLog:
         """The log with its residuals whitened for the errors of the trace, near this machine."""
@@ -263,33 +235,22 @@ class SensorLog(Measured):
                 for one in self.deviations
             ]
         )
-        residuals = (self._predicted(model, nuisance)[0] - self.measured) * self._scale
-        return replace(self, whitening=Whitening.of(model.z, errors * self._scale, residuals))
-
-    def predicted(self, model: ModelAt, nuisance: Array) -> Array:
-        """(k, m) what the machine predicts for the measured values."""
-        return self._predicted(model, nuisance)[0]
+        residuals = (self._predicted(model, nuisance)[0] - self.measured) * self.scale
+        return replace(self, whitening=Whitening.of(model.z, errors * self.scale, residuals))
 
     def _predicted(
         self, model: ModelAt, nuisance: Array, run: RunDerivatives | None = None
     ) -> tuple[Array, Array, Array]:
-        """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns and (q, k, m) own ones.
-
-        run: by default that under the motion.
-        """
+        """run: by default that under the motion."""
         k, m = len(self.channels), self.windows.first.size
         instants = self.time[self.windows.samples] - (nuisance[-1] if self.reach else 0.0)
         at = (run or model.run(self.excitation)).at(self.excitation.within(instants))
-        predicted, by_unknowns, by_nuisance = (
-            np.empty((k, m)),
-            np.empty((model.z.size, k, m)),
-            np.zeros((nuisance.size, k, m)),
-        )
-        scaled = self._scaled
+        predicted, by_unknowns = np.empty((k, m)), np.empty((model.z.size, k, m))
+        by_nuisance = np.zeros((nuisance.size, k, m))
         for i, channel in enumerate(self.channels):
             history = channel.shown(at, model.rest)
             plain, by_values, by_time = map(self.windows.mean, (history.values, history.by, history.slope))
-            place = k + scaled.index(channel) if channel in scaled else None
+            place = self._gain_places.get(i)
             gain = 1.0 if place is None else nuisance[place]
             predicted[i] = gain * plain + nuisance[i]
             by_unknowns[:, i] = gain * model.by_z(by_values)
@@ -313,8 +274,8 @@ def _expected(name: str, machine: Machine, excitation: Excitation, channels: Seq
     expected = [one.shown(at, run.at_rest).values for one in channels]
     groups = machine.links_of_carriages, machine.carriage_places
     for one, values in zip(channels, expected, strict=True):
-        if isinstance(one.place, LoadPlace) and one.place.component is not None:
-            loads = run.solution.group_loads(*groups, "total")[:, one.place.part]
+        if isinstance(one.place, LoadPlace) and one.place.quantity == "carriage_loads":
+            loads = run.solution.group_loads(*groups, "total")[:, one.place.index[0]]
             if np.abs(values).max() <= ROUNDING * np.abs(loads - loads[0]).max():
                 raise ArgumentError(
                     f"{name}: {one.name} is 0 in this machine whatever it does, as its carriage does not resist there; "

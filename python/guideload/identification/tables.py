@@ -38,7 +38,7 @@ from guideload.identification.responses import (
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import NumberOrText
+from guideload.study.varied_parameters import NumberOrText, optional
 from guideload.traces.channels import Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]
@@ -56,44 +56,43 @@ Frequency = Annotated[float, in_range(FREQUENCY, above=0.0)]
 Component = Annotated[float, in_range(COMPONENT)]
 
 
+def noise_level(value: object, unit: str) -> float | None:
+    """A standard deviation of single values; None if it is left out. Raises ValueRefused."""
+    return None if value is None else number(value, unit, above=0.0, within=noise_in(unit))
+
+
 class ModeTable(ConfigModel):
     """A measured mode."""
 
     frequency: Frequency = Field(description='natural frequency, e.g. "34.9 Hz"')
-    damping: Share | None = Field(default=None, description='damping ratio, e.g. "2.4 %"')
-    shape: tuple[Component, ...] | None = Field(
-        default=None,
-        description="real components at the places of the test, in any scale; in phase or against it",
+    damping: Share | None = optional('damping ratio, e.g. "2.4 %"')
+    shape: tuple[Component, ...] | None = optional(
+        "real components at the places of the test, in any scale; in phase or against it"
     )
-    number: Annotated[int, Field(strict=True, ge=1)] | None = Field(
-        default=None,
-        description="of the computed mode that it is, from 1 by ascending frequency; by default the one that fits best",
+    number: Annotated[int, Field(strict=True, ge=1)] | None = optional(
+        "of the computed mode that it is, from 1 by ascending frequency; by default the one that fits best"
     )
 
 
 class ModalTestTable(ConfigModel):
     """A modal test, as with a hammer: natural frequencies, damping ratios and mode shapes from a modal analysis."""
 
-    name: StrictStr = Field(default="hammer test", min_length=1, description="a title for reports")
-    places: tuple[StrictStr, ...] = Field(
-        default=(),
-        description='places of the shapes: points of the machine with an axis, e.g. ["tool y", "tool -z"]',
+    name: StrictStr = optional("a title for reports", "hammer test", min_length=1)
+    places: tuple[StrictStr, ...] = optional(
+        'places of the shapes: points of the machine with an axis, e.g. ["tool y", "tool -z"]', ()
     )
-    frequencies: Literal["natural", "damped"] = Field(
-        default="natural",
-        description='"natural": of the undamped vibration, as modal analysis gives; "damped": of the free vibration',
+    frequencies: Literal["natural", "damped"] = optional(
+        '"natural": of the undamped vibration, as modal analysis gives; "damped": of the free vibration',
+        "natural",
     )
-    frequency_noise: Share | None = Field(
-        default=None,
-        description='standard deviation relative to the frequency, e.g. "1 %"; estimated if left out',
+    frequency_noise: Share | None = optional(
+        'standard deviation relative to the frequency, e.g. "1 %"; estimated if left out'
     )
-    damping_noise: Share | None = Field(
-        default=None,
-        description='standard deviation relative to the ratio, e.g. "10 %"; estimated if left out',
+    damping_noise: Share | None = optional(
+        'standard deviation relative to the ratio, e.g. "10 %"; estimated if left out'
     )
-    shape_noise: Share | None = Field(
-        default=None,
-        description='standard deviation relative to the largest component, e.g. "5 %"; estimated if left out',
+    shape_noise: Share | None = optional(
+        'standard deviation relative to the largest component, e.g. "5 %"; estimated if left out'
     )
     modes: tuple[ModeTable, ...] = Field(min_length=1, description="one table for each measured mode")
 
@@ -136,28 +135,22 @@ class ModalTestTable(ConfigModel):
 class FrequencyResponsesTable(ConfigModel):
     """Measured frequency responses of a file: a table as `guideload response --csv` writes it, or UFF58."""
 
-    name: StrictStr = Field(default="frequency responses", min_length=1, description="a title for reports")
+    name: StrictStr = optional("a title for reports", "frequency responses", min_length=1)
     file: Text = Field(
         description='columns "frequency [Hz]", "tool y re [m/N]", "tool y im [m/N]" (or m/s/N, m/s^2/N); or a .uff file'
     )
-    force: StrictStr | None = Field(
-        default=None, description='where the force acts, e.g. "frame y"; a .uff file has it'
+    force: StrictStr | None = optional('where the force acts, e.g. "frame y"; a .uff file has it')
+    nodes: dict[str, StrictStr] = optional(
+        'points by the numbers of nodes in a .uff file, e.g. { 12 = "tool" }', {}
     )
-    nodes: dict[str, StrictStr] = Field(
-        default={}, description='points by the numbers of nodes in a .uff file, e.g. { 12 = "tool" }'
+    low: Frequency | None = optional('lowest frequency that is used, e.g. "10 Hz"')
+    high: Frequency | None = optional('highest frequency that is used, e.g. "200 Hz"')
+    noise: Share | None = optional(
+        'standard deviation of real and imaginary part over the size, e.g. "3 %"; estimated if left out'
     )
-    low: Frequency | None = Field(default=None, description='lowest frequency that is used, e.g. "10 Hz"')
-    high: Frequency | None = Field(default=None, description='highest frequency that is used, e.g. "200 Hz"')
-    noise: Share | None = Field(
-        default=None,
-        description='standard deviation of real and imaginary part over the size, e.g. "3 %"; estimated if left out',
-    )
-    floor: Share = Field(
-        default=0.005, description="noise everywhere, relative to the largest value of a curve"
-    )
-    calibration: Share | None = Field(
-        default=None,
-        description='standard deviation of a factor on all values, from hammer and sensors, e.g. "2 %"',
+    floor: Share = optional("noise everywhere, relative to the largest value of a curve", 0.005)
+    calibration: Share | None = optional(
+        'standard deviation of a factor on all values, from hammer and sensors, e.g. "2 %"'
     )
 
     TYPICAL: ClassVar[float] = 0.05
@@ -188,9 +181,9 @@ class DeflectionTable(ConfigModel):
 class DeflectionsTable(ConfigModel):
     """Static deflections under known forces, of a machine with linear carriages and links."""
 
-    name: StrictStr = Field(default="static deflections", min_length=1, description="a title for reports")
-    noise: Annotated[float, in_range(DEFLECTION, above=0.0)] | None = Field(
-        default=None, description='standard deviation of a displacement, e.g. "0.3 um"; estimated if left out'
+    name: StrictStr = optional("a title for reports", "static deflections", min_length=1)
+    noise: Annotated[float, in_range(DEFLECTION, above=0.0)] | None = optional(
+        'standard deviation of a displacement, e.g. "0.3 um"; estimated if left out'
     )
     values: tuple[DeflectionTable, ...] = Field(min_length=1, description="one table for each displacement")
 
@@ -223,17 +216,11 @@ class RecordTable(ConfigModel):
     """A record in time beside the trace of the motion that caused it."""
 
     trace: Text = Field(description=f'{MOTION}"trace.csv"')
-    reading: TraceOptions = Field(default=TraceOptions(), description="how the trace is read, as in a study")
-    file: Text | None = Field(
-        default=None, description='table with the record, e.g. "log.csv"; by default that of the trace'
-    )
-    time: Text | None = Field(default=None, description="column of the record's time stamps; else detected")
-    rate: NumberOrText | None = Field(
-        default=None, description="samples per second of the record, in place of a time column"
-    )
-    window: Seconds | None = Field(
-        default=None, description="length of the windows over which both sides are averaged; else chosen"
-    )
+    reading: TraceOptions = optional("how the trace is read, as in a study", TraceOptions())
+    file: Text | None = optional('table with the record, e.g. "log.csv"; by default that of the trace')
+    time: Text | None = optional("column of the record's time stamps; else detected")
+    rate: NumberOrText | None = optional("samples per second of the record, in place of a time column")
+    window: Seconds | None = optional("length of the windows over which both sides are averaged; else chosen")
 
     def stamped(self, folder: Path, columns: dict[str, str | None]) -> Channels:
         """Columns of the record, in these units, with their stamps. Raises TraceError."""
@@ -246,28 +233,26 @@ LEAST = 1e-9  # N or N m: what no drive can measure, and what squares of the fit
 class MotorForceTable(RecordTable):
     """Force of the drive on the cart or torque of the motor, recorded with the motion: mass and friction."""
 
-    name: Text = Field(default="motor force", description="a title for reports")
+    name: Text = optional("a title for reports", "motor force")
     column: Text = Field(description='column of force, torque, current or voltage, e.g. "u_V"')
-    quantity: Literal["force", "torque"] = Field(
-        default="force", description='"force" on the cart, or "torque" of the motor; needs [drive]'
+    quantity: Literal["force", "torque"] = optional(
+        '"force" on the cart, or "torque" of the motor; needs [drive]', "force"
     )
-    per_unit: NumberOrText | None = Field(
-        default=None,
-        description='force or torque per unit of the column, e.g. "35.15 N" for a column in volts; without it the '
-        "header gives the unit",
+    per_unit: NumberOrText | None = optional(
+        'force or torque per unit of the column, e.g. "35.15 N" for a column in volts; without it the '
+        "header gives the unit"
     )
-    friction: tuple[Literal["seal", "viscous"], ...] = Field(
-        default=("seal", "viscous"),
-        description="keys of [friction] that are unknown; others keep the machine's value",
+    friction: tuple[Literal["seal", "viscous"], ...] = optional(
+        "keys of [friction] that are unknown; others keep the machine's value", ("seal", "viscous")
     )
-    delay: StrictBool = Field(
-        default=False, description="whether the record is later or earlier than the trace by an unknown delay"
+    delay: StrictBool = optional(
+        "whether the record is later or earlier than the trace by an unknown delay", False
     )
-    noise: NumberOrText | None = Field(
-        default=None, description='standard deviation of one value, e.g. "2 N"; estimated if left out'
+    noise: NumberOrText | None = optional(
+        'standard deviation of one value, e.g. "2 N"; estimated if left out'
     )
-    part: tuple[Instant, Instant] | None = Field(
-        default=None, description='first and last instant that is used, e.g. ["0 s", "12 s"]; else all'
+    part: tuple[Instant, Instant] | None = optional(
+        'first and last instant that is used, e.g. ["0 s", "12 s"]; else all'
     )
 
     @field_validator("friction")
@@ -281,7 +266,7 @@ class MotorForceTable(RecordTable):
         """The data for the fit. Raises ValueRefused, ArgumentError and TraceError."""
         unit, within = ("N", FORCE) if self.quantity == "force" else ("N m", MOMENT)
         scale = 1.0 if self.per_unit is None else number(self.per_unit, unit, nonzero=True, within=within)
-        level = None if self.noise is None else number(self.noise, unit, above=0.0, within=noise_in(unit))
+        level = noise_level(self.noise, unit)
         record = self.stamped(folder, {self.column: unit if self.per_unit is None else None})
         values = scale * record.values[:, 0]
         largest = float(abs(values).max(initial=0.0))
@@ -311,23 +296,20 @@ class ChannelTable(ConfigModel):
         description='a point of the machine and an axis, e.g. "tool y"; of a load: a carriage and a component (Fy, Fz, '
         'Mx, My, Mz), e.g. "1a Fy", or a link'
     )
-    kind: Kind = Field(
-        default="acceleration",
-        description='"acceleration" (absolute), "velocity" or "displacement" from the frame of the guides, or "load": '
+    kind: Kind = optional(
+        '"acceleration" (absolute), "velocity" or "displacement" from the frame of the guides, or "load": '
         "of a load cell or strain gauge",
+        "acceleration",
     )
-    noise: NumberOrText | None = Field(
-        default=None,
-        description='standard deviation of one value, e.g. "0.05 m/s^2"; without unit if the gain is unknown; '
-        "estimated if left out, or beside a trace with uncertainty",
+    noise: NumberOrText | None = optional(
+        'standard deviation of one value, e.g. "0.05 m/s^2"; without unit if the gain is unknown; '
+        "estimated if left out, or beside a trace with uncertainty"
     )
-    gain_spread: Share | None = Field(
-        default=None,
-        description="relative standard deviation of its sensitivity, e.g. 0.03; exact if left out",
+    gain_spread: Share | None = optional(
+        "relative standard deviation of its sensitivity, e.g. 0.03; exact if left out"
     )
-    gain: Literal["known", "unknown"] = Field(
-        default="known",
-        description='"unknown": a strain gauge without calibration, whose column may have any unit and sign',
+    gain: Literal["known", "unknown"] = optional(
+        '"unknown": a strain gauge without calibration, whose column may have any unit and sign', "known"
     )
 
     @model_validator(mode="after")
@@ -339,23 +321,24 @@ class ChannelTable(ConfigModel):
     def channel(self, machine: Machine) -> Channel:
         """Raises ValueRefused."""
         spread = np.inf if self.gain == "unknown" else self.gain_spread or 0.0
-        place = (
-            parse_load_place(self.place, machine) if self.kind == "load" else parse_place(self.place, machine)
-        )
-        found = Channel(place, self.kind, None, spread)
-        level = None
-        if self.noise is not None:
-            level = number(self.noise, found.unit, above=0.0, within=noise_in(found.unit))
-        return replace(found, level=level)
+        return channel(machine, self.place, self.kind, self.noise, spread)
+
+
+def channel(
+    machine: Machine, place: str, kind: Kind, noise: NumberOrText | None, gain_spread: float = 0.0
+) -> Channel:
+    """A sensor at a place, with this noise of one value. Raises ValueRefused."""
+    at = parse_load_place(place, machine) if kind == "load" else parse_place(place, machine)
+    found = Channel(at, kind, gain_spread=gain_spread)
+    return replace(found, level=noise_level(noise, found.unit))
 
 
 class SensorLogTable(RecordTable):
     """A log of accelerometers or other sensors on the body, or of load cells and strain gauges."""
 
-    name: Text = Field(default="sensor log", description="a title for reports")
-    one_clock: StrictBool = Field(
-        default=False,
-        description="true: the stamps of log and trace are of one clock, so that there is no delay",
+    name: Text = optional("a title for reports", "sensor log")
+    one_clock: StrictBool = optional(
+        "true: the stamps of log and trace are of one clock, so that there is no delay", False
     )
     channels: tuple[ChannelTable, ...] = Field(min_length=1, description="one table for each sensor")
 

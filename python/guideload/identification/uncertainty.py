@@ -14,8 +14,8 @@ from scipy.stats import t as student
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import joined
-from guideload.identification.fit import COARSE, Fit, Minimum
-from guideload.identification.records import score_root
+from guideload.identification.fit import COARSE, STATED_VALUES, Fit, Minimum
+from guideload.identification.records import Record, score_root
 from guideload.identification.unknowns import Unknown, grouped_names, usual_unit
 
 # ---- covariance
@@ -27,25 +27,16 @@ def covariance(fit: Fit) -> Array:
     H^-1 with H = J'J + W^2, W^2 from what was known before; with records in time H^-1 B H^-1, where B has the long-run
     covariance of their scores in place of their part of J'J.
     """
-    inverse = curvature(fit)
     objective = fit.objective
-    if all(each.instants is None for each in objective.data):
-        return inverse
+    if not any(isinstance(each, Record) for each in objective.data):
+        return fit.covariance
     rows = [np.diag(objective.weights)]
-    for i, each in enumerate(objective.data):
-        here = objective.set_of == i
-        values, slopes = fit.residuals[here], fit.jacobian[here]
-        level = objective.factors[objective.noise_index[here]]
-        rows.append(slopes if each.instants is None else score_root(each, values, slopes, level))
-    spread = np.vstack(rows) @ inverse
+    for each, place in zip(objective.data, objective.rows, strict=True):
+        values, slopes = fit.residuals[place], fit.jacobian[place]
+        level = objective.factors[objective.noise_index[place]]
+        rows.append(score_root(each, values, slopes, level) if isinstance(each, Record) else slopes)
+    spread = np.vstack(rows) @ fit.covariance
     return np.asarray(spread.T @ spread)
-
-
-def curvature(fit: Fit) -> Array:
-    """(p + q, p + q) inverse of H, half the second derivative of the sum of squares: the covariance without records."""
-    triangle = np.linalg.qr(np.vstack([fit.jacobian, np.diag(fit.objective.weights)]), mode="r")
-    inverse = np.linalg.inv(triangle)
-    return np.asarray(inverse @ inverse.T)
 
 
 def information(fit: Fit) -> Array:
@@ -76,12 +67,13 @@ def marginal_information(by_unknowns: Array, by_nuisance: Array, weights: Array)
 
 def degrees_of_freedom(fit: Fit, covariance: Array) -> Array:
     """(p + q) of the t distribution of each coordinate; inf where all noise is known (Satterthwaite's formula)."""
-    shares = np.zeros((len(fit.noise), covariance.shape[0]))
-    for i, noise in enumerate(fit.noise):
+    noises = fit.objective.noise
+    shares = np.zeros((len(noises), covariance.shape[0]))
+    for i, noise in enumerate(noises):
         if not noise.known:
             rows = fit.jacobian[fit.objective.noise_index == i] @ covariance
             shares[i] = (rows**2).sum(axis=0)
-    certain = fit.free_values + fit.stated_values
+    certain = fit.free_values + STATED_VALUES
     with np.errstate(divide="ignore"):
         return np.asarray(np.diag(covariance) ** 2 / (shares**2 / certain[:, None]).sum(axis=0))
 
@@ -90,9 +82,8 @@ def degrees_of_freedom(fit: Fit, covariance: Array) -> Array:
 
 
 LEVEL = 0.95
-NORMAL_QUANTILE = (
-    1.959964  # standard deviations of a normal distribution to either side that have this probability
-)
+# Standard deviations of a normal distribution to either side that have this probability.
+NORMAL_QUANTILE = 1.959964
 CURVED = 0.15  # relative difference of the profile from a parabola's width above which the profile gives the interval
 IDENTIFIED = 0.5  # spread after the data over the one before, above which the data do not determine a number
 FURTHEST = 4.0  # of the linear half-widths at which the search for the end of a profile interval ends
@@ -105,14 +96,12 @@ class Interval:
     low, high  its ends; the coordinate may reach its bounds
     narrowed   spread after the data over the one before: 1 if they say nothing about it
     profile    whether it is from the likelihood profile, because the one from the covariance is not good
-    degrees    of freedom of its t distribution; inf where all noise is known
     """
 
     low: float
     high: float
     narrowed: float
     profile: bool
-    degrees: float
 
     @property
     def is_identified(self) -> bool:
@@ -120,9 +109,9 @@ class Interval:
         return self.narrowed <= IDENTIFIED
 
 
-def student_quantile(degrees: float) -> float:
-    """Standard deviations to either side that hold 95 % of a t distribution."""
-    return float(student.ppf(0.5 + 0.5 * LEVEL, degrees))
+def student_quantile(degrees: float | Array) -> Array:
+    """Standard deviations to either side that hold 95 % of t distributions."""
+    return np.asarray(student.ppf(0.5 + 0.5 * LEVEL, degrees))
 
 
 def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float = 1.0) -> Interval:
@@ -132,22 +121,22 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float
     Around every other minimum that explains the data as well it holds what the sum of squares there allows.
     """
     best, objective = fit.minimum, fit.objective
-    center, quantile = float(best.x[index]), student_quantile(degrees)
+    center, quantile = float(best.x[index]), float(student_quantile(degrees))
     bounds = objective.bounds[:, index]
     before = 1.0 / float(objective.weights[index])
     if sigma > IDENTIFIED * before:  # unless the profile is far steeper than the covariance says
         least = IDENTIFIED * quantile * before
         if not all(_Root(fit, best, index, side, widening)(least) > quantile for side in (-1.0, 1.0)):
             low, high = np.clip([center - quantile * sigma, center + quantile * sigma], *bounds).tolist()
-            return Interval(low, high, sigma / before, False, degrees)
+            return Interval(low, high, sigma / before, False)
     low, high, profile = _ends(fit, best, index, sigma, quantile, widening)
     for other in fit.others:
         if other.squares - best.squares < (quantile * widening) ** 2:
-            here = widening * _independent_sigma(fit, other, index)
+            here = widening * float(np.sqrt(objective.covariance(other.x)[index, index]))
             ends = _ends(fit, other, index, here, quantile, widening)
             low, high, profile = min(low, ends[0]), max(high, ends[1]), True
     spread = 0.5 * (high - low) / quantile if profile else sigma
-    return Interval(low, high, spread / before, profile, degrees)
+    return Interval(low, high, spread / before, profile)
 
 
 def _ends(
@@ -171,20 +160,10 @@ def _ends(
         if root(furthest) <= quantile:
             ends[i] = center + side * furthest
         else:
-            ends[i] = center + side * _crossing(root, quantile, furthest, sigma)
+            crossing = brentq(lambda d, root=root: root(d) - quantile, 0.0, furthest, xtol=0.01 * sigma)
+            ends[i] = center + side * float(crossing)
     low, high = np.clip(ends, *bounds).tolist()
     return low, high, profile
-
-
-def _independent_sigma(fit: Fit, minimum: Minimum, index: int) -> float:
-    """Standard deviation of a coordinate at a minimum, for independent errors."""
-    slopes = np.vstack([fit.objective.of_data(minimum.x)[1], np.diag(fit.objective.weights)])
-    return float(np.sqrt(np.linalg.inv(slopes.T @ slopes)[index, index]))
-
-
-def _crossing(root: _Root, quantile: float, furthest: float, sigma: float) -> float:
-    """The distance at which the root reaches the quantile, to a hundredth of sigma."""
-    return float(brentq(lambda distance: root(distance) - quantile, 0.0, furthest, xtol=0.01 * sigma))
 
 
 class _Root:
@@ -239,10 +218,12 @@ def undetermined(
 ) -> tuple[Undetermined, ...]:
     """The groups of unknowns that the data do not separate; information, covariance: see the file of that name."""
     found = []
-    for group, determined, shares in _undetermined_groups(information):
-        words = _words(unknowns, z, group, determined, shares)
+    for group, determined, direction in _undetermined_groups(information):
+        words = _words(unknowns, z, group, determined, direction)
         if words.endswith(SUM):
-            words += _sum(unknowns, z, group, covariance)
+            value = sum(unknowns[i].value(z[i]) for i in group)
+            slopes = np.array([unknowns[i].slope(z[i]) for i in group])
+            words += _sum(value, slopes, covariance[np.ix_(group, group)], unknowns[group[0]].unit)
         found.append(Undetermined(tuple(unknowns[i].name for i in group), determined, words))
     return tuple(found)
 
@@ -252,71 +233,61 @@ def undetermined_nuisance(fit: Fit, covariance: Array) -> Iterator[Undetermined]
 
     covariance: (p + q, p + q) of the coordinates. Of the one combination that is determined the words give the value.
     """
-    objective, first = fit.objective, fit.objective.p
+    objective = fit.objective
     weights, values = objective.weights, fit.minimum.x * objective.units
-    for data in objective.data:
-        own, first = np.arange(first, first + len(data.nuisance)), first + len(data.nuisance)
-        others = np.setdiff1d(np.arange(values.size), own)
+    for data, columns in zip(objective.data, objective.columns, strict=True):
+        own = np.arange(columns.start, columns.stop)
+        others = np.delete(np.arange(values.size), columns)
         by_own = fit.jacobian[:, own] / weights[own]
-        for group, determined, shares in _undetermined_groups(
-            marginal_information(by_own, fit.jacobian[:, others], weights[others])
-        ):
-            members = [data.nuisance[i] for i in group]
+        information = marginal_information(by_own, fit.jacobian[:, others], weights[others])
+        for group, determined, direction in _undetermined_groups(information):
+            members, at = [data.nuisance[i] for i in group], own[group]
             names = [one.name for one in members]
-            words = f"{joined(names)}: only {determined} combinations of these {len(group)} numbers"
+            words = _none_or_several(joined(names), len(group), determined)
             if determined == 1 and len(group) > 1:
-                spread = objective.units[own[group]] / weights[own[group]]
-                factors = _determined_direction(shares, group) / spread
+                factors = direction * weights[at] / objective.units[at]
                 factors /= factors[-1]  # the others as the last one is measured
-                at, unit = own[group], members[-1].unit
-                slopes = factors * objective.units[at]
-                half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance[np.ix_(at, at)] @ slopes))
-                value = float(factors @ values[at])
+                value, slopes = float(factors @ values[at]), factors * objective.units[at]
+                sum_in_words = _sum(value, slopes, covariance[np.ix_(at, at)], members[-1].unit)
                 terms = " ".join(f"{f:+.3g} {name}" for f, name in zip(factors[:-1], names, strict=False))
-                total = (
-                    SUM
-                    if np.allclose(factors, 1.0, rtol=EQUAL)
-                    else f"only {terms.removeprefix('+')} + {names[-1]}"
-                )
-                words = (
-                    f"{joined(names)}: {total}, {value:.4g} {unit} ({value - half:.4g} to {value + half:.4g})"
-                )
-            elif determined == 0:
-                words = f"{joined(names)}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
+                are_equal = np.allclose(factors, 1.0, rtol=EQUAL)
+                total = SUM if are_equal else f"only {terms.removeprefix('+')} + {names[-1]}"
+                words = f"{joined(names)}: {total}{sum_in_words}"
             yield Undetermined(tuple(names), determined, words)
 
 
 def _undetermined_groups(information: Array) -> Iterator[tuple[list[int], int, Array]]:
-    """Groups of unknowns, how many combinations of each are determined, and shares in the undetermined directions."""
+    """Groups of unknowns, how many combinations of each are determined, and the direction of the one that is.
+
+    information: in units of what was known before, and so are the directions.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    if not information.size:
+        return
     sizes, vectors = np.linalg.eigh(information)
     weak = vectors[:, sizes < LEAST_INFORMATION]
     shares = weak @ weak.T
-    for group in _connected(abs(shares) > LINKED) if information.size else ():
+    label = connected_components(abs(shares) > LINKED, directed=False)[1]
+    for i in range(label.max() + 1):
+        group = np.flatnonzero(label == i).tolist()
         if shares[group, group].max() > LINKED:
-            inside = np.linalg.eigvalsh(shares[np.ix_(group, group)])
-            yield group, len(group) - int((inside > 0.5).sum()), shares
+            inside, directions = np.linalg.eigh(shares[np.ix_(group, group)])
+            yield group, int((inside <= 0.5).sum()), directions[:, 0]
 
 
-def _determined_direction(shares: Array, group: list[int]) -> Array:
-    """The one direction (group,) that is determined, in units of what was known before."""
-    return np.asarray(np.linalg.eigh(np.eye(len(group)) - shares[np.ix_(group, group)])[1][:, -1])
-
-
-def _connected(linked: Array) -> list[list[int]]:
-    """Groups of indices that are linked directly or through others."""
-    from scipy.sparse.csgraph import connected_components
-
-    label = connected_components(linked, directed=False)[1]
-    return [np.flatnonzero(label == i).tolist() for i in range(label.max() + 1)]
-
-
-def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: int, shares: Array) -> str:
-    names = grouped_names([unknowns[i].name for i in group])
+def _none_or_several(names: str, count: int, determined: int) -> str:
+    """What is said of numbers of which the data determine no combination, or several."""
     if determined == 0:
-        return f"{names}: these data say nothing about {'it' if len(group) == 1 else 'them'}"
-    if determined > 1:
-        return f"{names}: only {determined} combinations of these {len(group)} numbers"
-    along = _determined_direction(shares, group) / [unknowns[i].spread for i in group]  # of the coordinates z
+        return f"{names}: these data say nothing about {'it' if count == 1 else 'them'}"
+    return f"{names}: only {determined} combinations of these {count} numbers"
+
+
+def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: int, direction: Array) -> str:
+    names = grouped_names([unknowns[i].name for i in group])
+    if determined != 1:
+        return _none_or_several(names, len(group), determined)
+    along = direction / [unknowns[i].spread for i in group]  # of the coordinates z
     by_value = along / [unknowns[i].slope(z[i]) for i in group]
     one_unit = len({unknowns[i].unit for i in group}) == 1
     if one_unit and _equal(by_value):
@@ -334,12 +305,10 @@ def _words(unknowns: Sequence[Unknown], z: Array, group: list[int], determined: 
     return f"{names}: only one combination of these {len(group)} numbers"
 
 
-def _sum(unknowns: Sequence[Unknown], z: Array, group: list[int], covariance: Array) -> str:
-    """Value of the sum and its 95 % interval."""
-    value = sum(unknowns[i].value(z[i]) for i in group)
-    slopes = np.array([unknowns[i].slope(z[i]) for i in group])
-    half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance[np.ix_(group, group)] @ slopes))
-    unit, scale = usual_unit(unknowns[group[0]].unit)
+def _sum(value: float, slopes: Array, covariance: Array, unit: str) -> str:
+    """Value of a sum and its 95 % interval, by its derivatives by the coordinates."""
+    half = NORMAL_QUANTILE * float(np.sqrt(slopes @ covariance @ slopes))
+    unit, scale = usual_unit(unit)
     return f", {scale * value:.4g} {unit} ({scale * (value - half):.4g} to {scale * (value + half):.4g})"
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ConfigError, KeyRefused, Problem, ValueRefused, problem_at
@@ -18,8 +17,8 @@ from guideload.base.number_text import joined
 from guideload.base.ranges import FACTOR
 from guideload.base.units import quantity
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
 from guideload.parameters.parameters import Parameter, Parameters
+from guideload.sensitivity.varied import NO_MOTION
 from guideload.study.factors import parameters_by_draw
 from guideload.study.varied_parameters import NumberOrText, ParameterPaths, optional
 
@@ -61,7 +60,7 @@ VAGUE = 1.0
 LEAST_SPREAD = 1e-12  # of a logarithm, or in SI units: what is known so well is no unknown
 MOST_SPREAD = 10.0  # of a logarithm: a factor of 5e8 to either side says nothing any more
 FURTHEST = (
-    6.0  # spreads from the expected value at which the search ends: nothing is left of the probability there
+    6.0  # spreads from the expected value at which the search ends: beyond, hardly any probability is left
 )
 
 
@@ -69,10 +68,9 @@ class UnknownTable(ParameterPaths):
     """Parameters that the measured data are to determine, with what is known of them before."""
 
     expected: NumberOrText | None = optional("most likely value before the data; by default the machine's")
-    spread: NumberOrText | None = Field(
-        default=None,
-        description="standard deviation before the data: of the logarithm for a positive parameter, e.g. 0.3 (default "
-        '1: hardly anything is known); with its unit for any other, e.g. "5 mm"',
+    spread: NumberOrText | None = optional(
+        "standard deviation before the data: of the logarithm for a positive parameter, e.g. 0.3 (default "
+        '1: hardly anything is known); with its unit for any other, e.g. "5 mm"'
     )
     at_least: NumberOrText | None = optional("lower bound of the value")
     at_most: NumberOrText | None = optional("upper bound of the value")
@@ -124,13 +122,9 @@ class Unknown:
         return value - self.start if self.additive else math.log(value) - math.log(self.start)
 
 
-def machine_parameters(machine: Machine) -> Parameters:
-    """The parameters of a machine, beside a motion that stands still."""
-    return Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0]))
-
-
-def resolve_unknowns(tables: Sequence[UnknownTable], parameters: Parameters) -> tuple[Unknown, ...]:
-    """The unknown numbers of these tables. Raises ConfigError with all problems; their keys begin with "unknown"."""
+def resolve_unknowns(tables: Sequence[UnknownTable], machine: Machine) -> tuple[Unknown, ...]:
+    """The unknown numbers of a machine. Raises ConfigError with all problems; their keys begin with "unknown"."""
+    parameters = Parameters(machine, NO_MOTION)
     problems: list[Problem] = []
     found: list[Unknown] = []
     owner_of: dict[str, int] = {}
@@ -197,7 +191,7 @@ def _unknown(table: UnknownTable, name: str, group: Sequence[Parameter]) -> Unkn
     for parameter in group:
         scale = parameter.value / plain.start if plain.is_factor else 1.0
         parameter.require(scale * plain.value(low), scale * plain.value(high))
-    return Unknown(plain.name, unit, plain.targets, nominal, additive, expected, spread, (low, high))
+    return replace(plain, expected=expected, bounds=(low, high))
 
 
 def _number(table: UnknownTable, key: str, unit: str) -> float:

@@ -50,10 +50,27 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
     places = read_toml(source)[1]
     edits = [*_of_files(places, text, source, folder)]
     for parameter, value, estimate in found.identified:
-        edits += _of_value(found, parameter, value, estimate, places, text)
-    for one in (one for data in found.data if data.nuisance for one in found.nuisance_estimates(data)):
-        if one.parameter.key:
-            edits.append(_of_key(one, places, text, found))
+        path, unit = _key_path(found, parameter), parameter.unit
+        edit = _edit(path, value, unit, _comment(found, estimate.name, estimate, estimate.unit), places, text)
+        if edit is None:
+            way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
+            raise RunError(
+                f"{parameter.path}: the machine file has no place for the identified value; {way_out}"
+            )
+        edits.append(edit)
+        if path[:2] == ("body", "inertia") and path[2] != path[3]:
+            mirrored = _edit((*path[:2], path[3], path[2]), value, unit, "", places, text)
+            edits += [mirrored] if mirrored else []
+    for one in (one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key):
+        number = one.parameter
+        path, comment = tuple(number.key.split(".")), _comment(found, number.name, one, number.unit)
+        edit = _edit(path, one.value, number.unit, comment, places, text)
+        if edit is None:
+            table = ".".join(path[:-1])
+            raise RunError(
+                f"{number.key}: the machine file has no table [{table}] for the identified value: add one"
+            )
+        edits.append(edit)
     for edit in sorted(edits, reverse=True):
         text = _with_comment(text[: edit.first] + edit.text + text[edit.last :], edit)
     return text.replace("\r\n", "\n").replace("\n", "\r\n") if "\r\n" in text else text
@@ -65,59 +82,23 @@ def _with_comment(text: str, edit: _Edit) -> str:
     return f"{text[:end]}  # {edit.comment}{text[end:]}" if edit.comment else text
 
 
-def _of_value(
-    found: Identification,
-    parameter: Parameter,
-    value: float,
-    estimate: UnknownEstimate,
-    places: dict[KeyPath, Place],
-    text: str,
-) -> Iterator[_Edit]:
-    """The changes that set one parameter."""
-    path, comment = _key_path(found, parameter), _comment(estimate, found)
-    mirrored = (*path[:2], path[3], path[2]) if path[:2] == ("body", "inertia") else path
-    for one in dict.fromkeys((path, mirrored)):
-        if (place := places.get(one)) is not None and place.text:
-            written = _in_unit_as_written(text[place.first : place.last], value, parameter.unit)
-            yield _Edit(place.first, place.last, written, comment if one == path else "")
-        elif len(one) == 3 and one[0] in KINDS.values() and (header := places.get(one[:2])) is not None:
-            if text[header.first] != "[":  # a table within braces
-                written = f" {one[2]} = {_in_unit_as_written('', value, parameter.unit)},"
-                yield _Edit(header.first + 1, header.first + 1, written, comment)
-            else:
-                written = f"\n{one[2]} = {_in_unit_as_written('', value, parameter.unit)}"
-                yield _Edit(header.last, header.last, written, comment)
-        else:
-            way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
-            raise RunError(
-                f"{parameter.path}: the machine file has no place for the identified value; {way_out}"
-            )
-
-
-def _of_key(
-    estimate: NuisanceEstimate, places: dict[KeyPath, Place], text: str, found: Identification
-) -> _Edit:
-    """The change that sets a key such as "friction.coefficient", which a table of the file must have."""
-    nuisance, value = estimate.parameter, estimate.value
-    path = tuple(nuisance.key.split("."))
-    written = _in_unit_as_written("", value, nuisance.unit)
-    reach = f"95 % interval {estimate.low:.4g} to {estimate.high:.4g} {nuisance.unit}"
-    comment = f"{reach}, from {', '.join(each.name for each in found.data)}"
-    if not estimate.is_identified:
-        comment = _not_identified(nuisance.name, found)
-    if (place := places.get(path)) is not None and place.text:
-        return _Edit(
-            place.first,
-            place.last,
-            _in_unit_as_written(text[place.first : place.last], value, nuisance.unit),
-            comment,
-        )
-    if (header := places.get(path[:-1])) is not None and text[header.first] == "[":
-        return _Edit(header.last, header.last, f"\n{path[-1]} = {written}", comment)
-    table = ".".join(path[:-1])
-    raise RunError(
-        f"{nuisance.key}: the machine file has no table [{table}] for the identified value: add one"
-    )
+def _edit(
+    path: KeyPath, value: float, unit: str, comment: str, places: dict[KeyPath, Place], text: str
+) -> _Edit | None:
+    """The change that sets a key; None if the file has neither the key nor a table for it."""
+    place = places.get(path)
+    if place is not None and place.text:
+        written = _in_unit_as_written(text[place.first : place.last], value, unit)
+        return _Edit(place.first, place.last, written, comment)
+    table = places.get(path[:-1])
+    if table is None or isinstance(path[-1], int):
+        return None
+    row = f"{path[-1]} = {_in_unit_as_written('', value, unit)}"
+    if text[table.first] == "[":
+        return _Edit(table.last, table.last, f"\n{row}", comment)
+    if text[table.first] == "{":
+        return _Edit(table.first + 1, table.first + 1, f" {row},", comment)
+    return None
 
 
 def _key_path(found: Identification, parameter: Parameter) -> KeyPath:
@@ -148,24 +129,19 @@ def _in_unit_as_written(written: str, value: float, unit: str) -> str:
         return f"{value:.{DIGITS}g}"
 
 
-def _comment(estimate: UnknownEstimate, found: Identification) -> str:
-    """Interval and source of an identified value."""
+def _comment(
+    found: Identification, name: str, estimate: UnknownEstimate | NuisanceEstimate, unit: str
+) -> str:
+    """Interval and source of an identified value; of one that is not, what is known of it together with others."""
     source = ", ".join(each.name for each in found.data)
     if not estimate.is_identified:
-        return _not_identified(estimate.name, found)
-    unit, scale = usual_unit(estimate.unit)
-    low, high = f"{scale * estimate.low:.4g}", f"{scale * estimate.high:.4g}"
-    if estimate.unit == "1":
-        return f"times {estimate.value:.4g}, 95 % interval {low} to {high}, from {source}"
-    return f"95 % interval {low} to {high} {unit}, from {source}"
-
-
-def _not_identified(name: str, found: Identification) -> str:
-    """That a number is not identified, and what is known of it together with others."""
-    words = next((one.words for one in found.undetermined if name in one.names), "")
-    return f"NOT identified by {', '.join(each.name for each in found.data)}" + (
-        f": {words}" if words else ""
-    )
+        words = next((f": {one.words}" for one in found.undetermined if name in one.names), "")
+        return f"NOT identified by {source}{words}"
+    usual, scale = usual_unit(unit)
+    reach = f"95 % interval {scale * estimate.low:.4g} to {scale * estimate.high:.4g}"
+    if unit == "1":
+        return f"times {estimate.value:.4g}, {reach}, from {source}"
+    return f"{reach} {usual}, from {source}"
 
 
 def _of_files(places: dict[KeyPath, Place], text: str, source: Path, folder: Path) -> Iterator[_Edit]:
@@ -192,14 +168,7 @@ def study_text(found: Identification, machine: str, trace: str, samples: int = 1
         f"trace = {_quoted(trace)}",
         f"samples = {samples}",
         "seed = 1",
-        vary_text(found),
     ]
-    return "\n".join(rows)
-
-
-def vary_text(found: Identification) -> str:
-    """The tables [[vary]] and [[correlation]] of a study."""
-    rows: list[str] = []
     for one, reach in zip(found.unknowns, found.intervals, strict=True):
         sigma = (reach.high - reach.low) / (2.0 * NORMAL_QUANTILE)
         kind, width = (

@@ -11,9 +11,8 @@ from scipy.signal import welch
 
 from guideload.base.arguments import checked
 from guideload.identification.modal_test import ModalTest
-from guideload.identification.motor_force import MotorForce
+from guideload.identification.records import Record
 from guideload.identification.responses import UNITS, FrequencyResponses
-from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import short_name, usual_unit
 from guideload.plots.saving import save_each
 from guideload.plots.style import (
@@ -189,7 +188,7 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
     return axes
 
 
-def _record(found: Identification, data: MotorForce | SensorLog) -> Axes:
+def _record(found: Identification, data: Record) -> Axes:
     """Measured against computed values of a record in time: histories, difference and spectra of each channel."""
     channels = record_channels(found, data)[:MOST_CHANNELS]
     count, time = len(channels), data.window_time
@@ -282,7 +281,7 @@ def save_identification(
         drawings["modal_tests.png"] = lambda: modal_test(found)[0]
     if any(isinstance(one, FrequencyResponses) for one in found.data):
         drawings["frequency_responses.png"] = lambda: measured_responses(found)[0]
-    in_time = [one for one in found.data if isinstance(one, MotorForce | SensorLog)]
+    in_time = [one for one in found.data if isinstance(one, Record)]
     drawings |= {
         f"record_{number}.png": partial(_record, found, one)
         for number, one in enumerate(in_time[:MOST_RECORDS], start=1)

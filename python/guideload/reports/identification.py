@@ -12,9 +12,9 @@ from guideload.identification.modal_test import ModalTest
 from guideload.identification.model_comparison import ComparedModel
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.next_measurement import RankedMeasurement, TargetQuantity
+from guideload.identification.records import Record
 from guideload.identification.responses import Deflections
 from guideload.identification.result import Identification, UnknownEstimate
-from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import grouped_names, short_name, usual_unit
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
 
@@ -149,7 +149,7 @@ def _displacements_section(data: Deflections, found: Identification) -> Section:
 
 def _record_sections(found: Identification) -> list[Section]:
     """A section for each record in time."""
-    records = [each for each in found.data if isinstance(each, MotorForce | SensorLog)]
+    records = [each for each in found.data if isinstance(each, Record)]
     return [
         Section(
             f"{'Motor' if isinstance(each, MotorForce) else 'Sensors'}: {each.name}",
@@ -161,7 +161,7 @@ def _record_sections(found: Identification) -> list[Section]:
     ]
 
 
-def _record_numbers(found: Identification, data: MotorForce | SensorLog) -> Table:
+def _record_numbers(found: Identification, data: Record) -> Table:
     rows: list[tuple[str, ...]] = []
     for one in found.nuisance_estimates(data):
         unit, scale = ("ms", 1e3) if one.parameter.unit == "s" else usual_unit(one.parameter.unit)
@@ -175,7 +175,7 @@ def _record_numbers(found: Identification, data: MotorForce | SensorLog) -> Tabl
     )
 
 
-def _record_differences(found: Identification, data: MotorForce | SensorLog) -> list[str]:
+def _record_differences(found: Identification, data: Record) -> list[str]:
     """How far prediction and measurement differ, in words."""
     length = float(np.median(np.diff(data.window_time)))
     words = []
@@ -190,22 +190,15 @@ def _record_differences(found: Identification, data: MotorForce | SensorLog) -> 
     return words
 
 
-def record_channels(
-    found: Identification, data: MotorForce | SensorLog
-) -> list[tuple[str, str, Array, Array]]:
+def record_channels(found: Identification, data: Record) -> list[tuple[str, str, Array, Array]]:
     """Name, unit, measured and computed values of each channel of a record in time."""
     predicted = data.predicted(found.model, found.nuisance_values(data))
-    names = (
-        [(data.name, "N m" if data.torque else "N")]
-        if isinstance(data, MotorForce)
-        else [(one.name, one.unit) for one in data.channels]
-    )
-    histories = zip(names, np.atleast_2d(data.measured), np.atleast_2d(predicted), strict=True)
+    histories = zip(data.titles, data.measured, predicted, strict=True)
     return [(*name, measured, computed) for name, measured, computed in histories]
 
 
 def _differences_table(found: Identification) -> Table:
-    in_time = [each.instants is not None for each in found.data for _ in each.noise]
+    in_time = [isinstance(each, Record) for each in found.data for _ in each.noise]
     noises = [
         "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
         for test, is_record in zip(found.residuals, in_time, strict=True)
