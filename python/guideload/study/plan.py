@@ -121,8 +121,8 @@ class Plan:
             "changes": [change for change in self.changes if change[0][0] != "center"],  # of carriages
         }
         measures = list(product(("Fx", "Fy", "Fz"), range(len(points)), ("min", "max")))
-        given = {"measures": measures, "rules": None, "method": method, "rtol": rtol, "at_samples": True}
-        return self._batch_with(self.motion, links, factor, **given)
+        given: dict[str, Any] = {"measures": measures, "rules": None, "method": method, "rtol": rtol}
+        return self._batch_with(self.motion, links, factor, **given, at_samples=True)
 
     def _batch_with(
         self, motion: Motion, scene: Mapping[str, Any] | None = None, factor: float = 1.0, **given: Any
@@ -130,8 +130,13 @@ class Plan:
         """The batch of a motion times a factor, with other arguments of the scene and of the batch."""
         machine, metadata = self.metadata.machine, self.metadata
         of_scene = arguments_of(machine) | {"changes": self.changes} | dict(scene or {})
-        settings = {"measures": metadata.measures, "rules": self._rules(), "method": metadata.method}
-        settings |= {"rtol": metadata.rtol, "start": metadata.start, "exponent": metadata.exponent}
+        settings: dict[str, Any] = {"measures": metadata.measures, "rules": self._rules()}
+        settings |= {
+            "method": metadata.method,
+            "rtol": metadata.rtol,
+            "start": metadata.start,
+            "exponent": metadata.exponent,
+        }
         if self.draw_seed is not None:
             settings["draws"] = self._draws(motion.time, factor), len(self.factors)
         return Batch(
