@@ -20,8 +20,7 @@ from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import start_of
-from guideload.study.estimated import estimated_entries
-from guideload.study.factors import build_copula, drawn_factors, read_cases
+from guideload.study.factors import build_copula, drawn_factors, estimated_entries, read_cases
 from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
 from guideload.study.options import REPLICATES, StudyFile, StudyOptions, read_study, with_hint_on_place
 from guideload.study.plan import Plan, digest, pair_correlations, with_fingerprint
