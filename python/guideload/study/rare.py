@@ -217,10 +217,8 @@ def _recording(plan: Plan, name: str) -> Plan:
     needed = set(QUANTITIES[name.partition("[")[0]].sources)
     if needed & {MEAN_LOAD, PEAK_LOAD}:
         needed |= {MEAN_LOAD, PEAK_LOAD}  # together they say that carriages have ratings
-    metadata = plan.metadata
-    kept = [i for i, (load, _, statistic) in enumerate(metadata.measures) if (load, statistic) in needed]
-    measures, columns = (tuple(of[i] for i in kept) for of in (metadata.measures, metadata.columns))
-    return replace(plan, metadata=metadata.model_copy(update={"measures": measures, "columns": columns}))
+    measures = tuple(one for one in plan.metadata.measures if (one[0], one[2]) in needed)
+    return replace(plan, metadata=plan.metadata.model_copy(update={"measures": measures}))
 
 
 # ---- the probability

@@ -154,7 +154,7 @@ class Study(StudyOptions):
         rated = RatedStudy()
         if self.quantities is None or "load" in self.quantities:
             rated = rated_study(self.machine, motion, factors, cases)
-        measures, columns = recorded_measures(
+        measures = recorded_measures(
             self.machine, motion, self.quantities, self.statistics, bool(rated.criteria)
         )
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
@@ -177,7 +177,6 @@ class Study(StudyOptions):
             ),
             correlations=pair_correlations(factors, None if design is None else design.copula),
             measures=measures,
-            columns=columns,
             exponent=rated.exponent,
             life_notes=rated.notes,
             motion_warnings=tuple(map(str, motion_warnings(motion, self.machine))),
