@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference as ref
 from machines import carriage_ends
-from reference import core_batch
+from samples import assert_samples_are_runs
 
-from guideload._core import Batch, Law, Scene
+from guideload import Machine, Motion, Study
+from guideload._core import Batch, Law
 from guideload.base.errors import ArgumentError, SceneError, TraceError
 
 LINKS = 8
@@ -60,7 +62,7 @@ def batch(
         "rtol": 1e-6,
         **other,
     }
-    return core_batch(**arguments)
+    return ref.core_batch(**arguments)
 
 
 def stiffness_of_carriages() -> list[Any]:
@@ -69,31 +71,18 @@ def stiffness_of_carriages() -> list[Any]:
     return changes + [(("law", link, "stiffness"), 0.0, [(1 + link // 4, 6e7)]) for link in range(LINKS)]
 
 
-@pytest.mark.parametrize("clearance", [0.0, 5e-6])
-def test_rows_are_those_of_single_scenes(clearance: float) -> None:
-    law = Law.sided(6e7, 6e7, clearance)
-    values = np.random.default_rng(1).uniform(0.8, 1.2, (5, 3)) * [1250.0, 1.0, 1.0]
-    table, failures = batch(law, stiffness_of_carriages(), at_samples=True).run(values, 2)
-    histories, none = batch(law, stiffness_of_carriages()).histories(values)
-    assert failures == [] == none
-    assert table.shape == (5, len(MEASURES))
-    for row, history, (mass, *factors) in zip(table, histories, values, strict=True):
-        laws = [law.scaled(factors[link // 4]) for link in range(LINKS)]
-        solution = Scene(**{**scene(law), "mass": mass, "laws": laws}).solve(
-            TIME, ACCELERATION, None, method="exact", rtol=1e-6
-        )
-        loads = solution.group_loads(GROUPS, CENTERS, "total")
-        np.testing.assert_allclose(history, loads, rtol=0.0, atol=1e-12 * np.abs(loads).max())
-        found = dict(zip(MEASURES, row, strict=True))
-        for g in (0, 1):
-            load = loads[:, g]
-            resultant = np.hypot(load[:, 1], load[:, 2])
-            for name, values_of in (("Fy", load[:, 1]), ("Mz", load[:, 5]), ("resultant", resultant)):
-                ends = values_of[1:] ** 2 + values_of[:-1] ** 2
-                square = 0.5 * np.sum(ends * np.diff(TIME)) / (TIME[-1] - TIME[0])
-                want = values_of.min(), values_of.max(), np.sqrt(square), values_of[0]
-                got = [found[name, g, statistic] for statistic in ("min", "max", "rms", "start")]
-                np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-9)
+@pytest.mark.parametrize("machine", [ref.cart(), ref.cart_clear()], ids=["linear", "clear"])
+def test_rows_are_those_of_single_runs(machine: Machine) -> None:
+    mass = {"path": "body.mass", "distribution": "uniform", "plus_minus": "20 %"}
+    stiffness = {
+        "path": "carriages.*.stiffness",
+        "each": "carriage",
+        "distribution": "lognormal",
+        "sigma": 0.1,
+    }
+    motion = Motion(TIME, ACCELERATION, velocity=0.5 + 0.0 * ACCELERATION)
+    study = Study(machine=machine, motion=motion, vary=(mass, stiffness), samples=5, seed=1)
+    assert_samples_are_runs(study, range(5), 1e-12)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 from lives import moved
 from machines import machine
 from moves import GENTLE
+from samples import sample_machine
 
 from guideload import Machine, Study, peak_loads, run_study
 from guideload.base.errors import ConfigError
@@ -54,14 +55,8 @@ def test_one_draw_scatters_all_carriages_by_the_interval_of_the_estimate() -> No
     assert factor.marginal is not None and factor.form == "factor"
     ends = factor.marginal.values(np.array([0.05, 0.5, 0.95]))
     assert ends == pytest.approx([1 / 1.3, 1, 1.3], rel=1e-4)
-    mass, times = found.plan().values(0, 64)[5]
     result = run_study(found)
-    run = cart().model_copy(update={"body": cart().body.model_copy(update={"mass": mass})})
-    scaled = [
-        one.model_copy(update={key: times * getattr(one, key) for key in ("stiffness_y", "stiffness_z")})
-        for one in run.carriages
-    ]
-    peaks = peak_loads(run.model_copy(update={"carriages": scaled}), MOTION).largest[:, 6]
+    peaks = peak_loads(sample_machine(found, 5), MOTION).largest[:, 6]
     drawn = result.table().filter(regex="^max_resultant_N").iloc[5].to_numpy(dtype=np.float64)
     assert drawn == pytest.approx(peaks, rel=1e-9)  # the methods agree to rounding
     assert TITLE in study_report(result).text()

@@ -81,8 +81,7 @@ class StudyColumns:
         """(samples,) the replicate of each sample, in the order of `column`; None for a design without replicates."""
         if self.metadata.replicates == 1:
             return None
-        rows = self.runs // (len(self.metadata.parameters) + 2) if self.metadata.sensitivity else self.runs
-        replicate = np.arange(rows) % self.metadata.replicates
+        replicate = np.arange(self.runs // self.metadata.matrices) % self.metadata.replicates
         return np.repeat(replicate, 2) if self.metadata.sensitivity else replicate
 
     # ---- columns
@@ -109,9 +108,7 @@ class StudyColumns:
 
     def _samples(self, runs: Array) -> Array:
         """The samples among all runs: for a Saltelli design the rows of A and B."""
-        if not self.metadata.sensitivity:
-            return runs
-        return runs.reshape(-1, len(self.metadata.parameters) + 2)[:, :2].ravel()
+        return runs.reshape(-1, self.metadata.matrices)[:, :2].ravel()
 
     def of_all_runs(self, name: str) -> Array:
         stem, _, label = name.partition("[")

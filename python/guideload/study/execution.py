@@ -32,9 +32,7 @@ Progress = Callable[[int, int], None]  # takes the number of finished samples an
 
 CHUNK = 8192  # samples: some megabytes of results, 0.1 s on one core for the fastest scenes
 EXECUTOR_CHUNKS = 64  # least number of chunks for an executor, unless they have under 16 samples
-CLUSTER_CHUNK = (
-    65536  # samples of a file that a worker writes: 80 MB with all measures, so that files are few
-)
+CLUSTER_CHUNK = 65536  # samples of a file that a worker writes: 80 MB with all measures, few files
 LEAST_IN_FLIGHT = 64
 PER_THREAD = 3  # of a cluster: one chunk runs, one waits on the worker, one is on the way
 SLICE_TIME = 0.2  # s between checks for Ctrl-C

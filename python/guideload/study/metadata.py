@@ -189,6 +189,11 @@ class StudyMetadata(BaseModel, frozen=True):
         return [*self.motion_warnings, *machine_warnings(self.machine)]
 
     @property
+    def matrices(self) -> int:
+        """Runs for each row of the design: those of the Saltelli design, or 1."""
+        return len(self.parameters) + 2 if self.sensitivity else 1
+
+    @property
     def draws_motion(self) -> bool:
         """Whether each sample has a motion of its own, drawn from the posterior of the trace."""
         return any(one.is_draw for one in self.parameters)
@@ -253,7 +258,12 @@ class StudyMetadata(BaseModel, frozen=True):
             metadata = cls.model_validate(values)
             if list(metadata.columns) != values.get("columns"):
                 raise ValueError("measures that do not belong to its columns")
-        except (ValueError, GuideloadError, KeyError, IndexError) as error:  # the last two: an unknown measure
+        except (
+            ValueError,
+            GuideloadError,
+            KeyError,
+            IndexError,
+        ) as error:  # the last two: an unknown measure
             raise ReadError(f"{path}: expected the metadata of a study, got {error}") from error
         return metadata
 

@@ -36,9 +36,7 @@ from guideload.study.study import Study
 
 Margin = Callable[[Array], Array]  # (n, factors) normal scores to (n,) margins, positive beyond the limit
 
-SAMPLES = (
-    2000  # of a population at a level: the bias of the product falls with their number, here to 1 or 2 %
-)
+SAMPLES = 2000  # of a population at a level: the bias of the product falls with them, here to 1 or 2 %
 SHARE = 0.1  # of the samples that start chains: the usual value; work is nearly the same from 0.1 to 0.3
 ACCEPTED = 0.44  # share of accepted candidates at which chains forget fastest (Papaioannou et al. 2015)
 FIRST_STEP = 0.6

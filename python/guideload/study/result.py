@@ -221,12 +221,8 @@ class StudyResult(StudyColumns):
             lives = statistics.known(column)
             failed = failure_probability(distance, column, self.metadata.machine.life.reliability)
             estimate = statistics.mean_share(failed, confidence, self.replicate)
-            rows[owner] = (
-                distance,
-                lives.size,
-                *estimate,
-                float(np.mean(lives < distance)) if lives.size else np.nan,
-            )
+            shorter = float(np.mean(lives < distance)) if lives.size else np.nan
+            rows[owner] = (distance, lives.size, *estimate, shorter)
         columns = ["travel_km", "samples", "probability", "low", "high", "standard_error", "shorter"]
         return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="carriage"), columns)
 
@@ -267,7 +263,7 @@ class StudyResult(StudyColumns):
                 "sensitivity: expected a Saltelli design, got samples that are drawn once; set sensitivity = true in "
                 "the study, or use rank_correlation()"
             )
-        matrices = self.of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
+        matrices = self.of_all_runs(name or self.leading).reshape(-1, self.metadata.matrices)
         replicate = None if self.replicate is None else self.replicate[::2]  # of the rows
         indices = statistics.sobol_indices(
             matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence, replicate

@@ -60,9 +60,7 @@ class SobolIndices(NamedTuple):
 
 def known(values: ArrayLike) -> Array:
     """The values that are not NaN, in their order."""
-    column = np.asarray(values, dtype=np.float64)
-    missing = np.isnan(column)
-    return column[~missing] if missing.any() else column
+    return _known_by_replicate(values, None)[0]
 
 
 def mean_and_deviation(values: ArrayLike) -> tuple[float, float]:
