@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import reference as ref
-from machines import carriage_ends
 from samples import assert_samples_are_runs
 
 from guideload import Machine, Motion, Study
 from guideload._core import Batch, Law
 from guideload.base.errors import ArgumentError, SceneError, TraceError
 
+MACHINE = ref.on_rails((0.0,), 0.6, ("y", "z", "rx", "ry", "rz"), 5e4)  # the paper's two carriages
 LINKS = 8
-GROUPS = [np.arange(4, dtype=np.int64), np.arange(4, 8, dtype=np.int64)]
-CENTERS = np.array([[0.0, 0.05, -0.35], [0.0, 0.05, 0.35]])
 TIME = np.concatenate([np.linspace(0.0, 0.1, 60), np.linspace(0.1, 0.13, 40)])
 ACCELERATION = np.column_stack([2.0 * np.sin(80.0 * TIME), np.cos(50.0 * TIME), 0.0 * TIME])
 MEASURES = [
@@ -26,31 +24,11 @@ MEASURES = [
 ]
 
 
-def scene(law: Law) -> dict[str, Any]:
-    """The paper's two carriages, all but x free, as arguments of `Scene`."""
-    ends = [carriage_ends(center, 0.6) for center in CENTERS]
-    return {
-        "mass": 1250.0,
-        "center_of_mass": (0.12, -0.65, 0.18),
-        "inertia": [[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]],
-        "gravity": (0.0, -9.80665, 0.0),
-        "free": ["y", "z", "rx", "ry", "rz"],
-        "points": np.concatenate([points for points, _ in ends]),
-        "directions": np.concatenate([directions for _, directions in ends]),
-        "laws": [law] * LINKS,
-        "damping": np.full(LINKS, 5e4),
-        "damping_in_contact": np.zeros(LINKS, dtype=np.bool_),
-    }
-
-
 def batch(
     law: Law, changes: Sequence[Any], measures: Sequence[tuple[str, int, str]] = MEASURES, **other: Any
 ) -> Batch:
     arguments: dict[str, Any] = {
-        **scene(law),
-        "inertia_about_reference": False,
-        "groups": GROUPS,
-        "centers": CENTERS,
+        "laws": [law] * LINKS,
         "time": TIME,
         "acceleration": ACCELERATION,
         "wrench": None,
@@ -60,9 +38,8 @@ def batch(
         "measures": measures,
         "method": "auto",
         "rtol": 1e-6,
-        **other,
     }
-    return ref.core_batch(**arguments)
+    return ref.core_batch(MACHINE, **arguments | other)
 
 
 def stiffness_of_carriages() -> list[Any]:
@@ -106,7 +83,7 @@ def test_a_payload_that_stays_is_part_of_the_body(law: Law, exponent: float) -> 
             *(("drive", 0, s) for s in ("min", "max", "time_of_min", "rms")),
         ],
     }
-    half = (625.0, (0.12, -0.65, 0.18), (0.5 * np.array(scene(law)["inertia"])).tolist(), False)
+    half = (625.0, (0.12, -0.65, 0.18), (0.5 * np.array(MACHINE.body.inertia)).tolist(), False)
     halves = {"mass": half[0], "inertia": half[2]}
     changes = [(("payload_mass", 0, 0), 25.0, [(0, 0.5)])]
     values = np.array([[1200.0], [1300.0]])
@@ -118,7 +95,7 @@ def test_a_payload_that_stays_is_part_of_the_body(law: Law, exponent: float) -> 
 
 
 def test_stays_of_payloads_and_their_values_are_checked() -> None:
-    part = (90.0, (0.3, 0.2, -0.1), scene(Law.linear(6e7))["inertia"], False)
+    part = (90.0, (0.3, 0.2, -0.1), MACHINE.body.inertia, False)
     for stay in ((0, 101), (50, 50), (0, 50)):
         with pytest.raises(
             ArgumentError, match=r"payloads\[0\]: expected stays within the 100 samples, and two"
@@ -194,7 +171,7 @@ def test_empty_tables_are_tables() -> None:
         (ValueError, "changes", {"changes": [(("colour", 0, 0), 1.0, [])]}),
         (ValueError, "changes", {"changes": [(("law", 0, "weight"), 1.0, [])]}),
         (ValueError, "method", {"method": "euler"}),
-        (IndexError, "there is no link 8", {"groups": [GROUPS[0], np.array([8])]}),
+        (IndexError, "there is no link 8", {"groups": [np.arange(4), np.array([8])]}),
     ],
 )
 def test_errors_name_what_is_wrong(error: type[Exception], match: str, changed: dict[str, Any]) -> None:

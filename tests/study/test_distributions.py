@@ -199,7 +199,7 @@ def test_measured_values_come_from_a_list_or_a_table_in_their_unit(tmp_path: Any
         (dict(distribution="sample", values=[]), "values: expected at least one entry"),
         (dict(distribution="uniform", plus_minus=[1]), "plus_minus: expected a number, or text with a unit"),
         (dict(distribution="lognormal", sigma="2 N/m"), r"vary\[0\].sigma: .*a plain number"),
-        (dict(distribution="uniform", plus_minus=1, width=2), "width: expected a known key"),
+        (dict(distribution="lognormal", sigma="15 %"), "that of the logarithm, a plain number: 0.15"),
     ],
 )
 def test_incomplete_and_unknown_keys_are_refused(keys: dict[str, Any], words: str) -> None:

@@ -282,9 +282,3 @@ def test_the_report_has_the_figures_of_life() -> None:
     summary = result.summary()
     assert f"median {kilometres(1e3 * summary.loc[('life_km', ''), 'q50'])} km" in text
     assert f"1 % quantile {summary.loc[('static_safety', ''), 'q01']:.2f}" in text
-
-
-@pytest.mark.parametrize("key", ["life", "exponent"])
-def test_keys_of_earlier_versions_are_refused_with_their_new_place(key: str) -> None:
-    with pytest.raises(ConfigError, match="product"):
-        studied(cart(), **{key: 3})

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
-from guideload.base.errors import ArgumentError, ArgumentTypeError, GuideloadError, RunError, SceneError
+from guideload.base.errors import ArgumentError, GuideloadError, RunError, SceneError
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
@@ -25,7 +25,7 @@ from guideload.study.plan import Plan
 from guideload.study.result import StudyResult
 from guideload.study.second_look import second_look
 from guideload.study.storage import Chunk, FolderStore, Range, SampleStore, open_store
-from guideload.study.study import Study
+from guideload.study.study import Study, plan_of
 from guideload.study.tasks import Client, connected, run_chunk, write_chunk
 
 Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
@@ -99,12 +99,7 @@ def run_study(
 
     For a file also what `Study.from_toml` raises.
     """
-    if isinstance(study, str | PathLike):
-        study = Study.from_toml(study)
-    if not isinstance(study, Study | Plan):
-        expected = "a Study, as of Study.from_toml(file), its plan or a file"
-        raise ArgumentTypeError(f"study: expected {expected}, got {type(study).__name__}")
-    plan = study.plan() if isinstance(study, Study) else study
+    plan = plan_of(study)
     if cluster is not None and (executor is not None or output is None):
         raise ArgumentError(
             "cluster: expected an output folder that its workers see, and no executor beside it"

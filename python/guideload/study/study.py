@@ -223,6 +223,13 @@ class Study(StudyOptions):
             raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)
 
 
+def plan_of(study: Study | Plan | str | PathLike[str]) -> Plan:
+    """The plan of a study, or of the study in a file."""
+    if isinstance(study, str | PathLike):
+        study = Study.from_toml(study)
+    return study.plan() if isinstance(study, Study) else study
+
+
 def _missing(key: str, hint: str) -> ConfigError:
     words = StudyOptions.model_fields[key].description or ""
     return ConfigError([Problem((key,), None, words, f"add {hint}", None, ABSENT)])
