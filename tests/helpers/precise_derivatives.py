@@ -6,7 +6,7 @@ With 70 digits the difference loses 20 of them, and its error is 1e-40 of the th
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mpmath
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from reference import DIGITS, precise
 
 from guideload import Machine, Motion
-from guideload.sensitivity import RunDerivatives
+from guideload.sensitivity import RunDerivatives, VariedMachine
 
 Compute = Callable[[Machine, Motion], dict[str, Any]]
 STEP = mpmath.mpf(10) ** -20
@@ -48,6 +48,27 @@ def histories_of(run: RunDerivatives) -> dict[str, NDArray[np.float64]]:
         "velocity": run.history("velocity"),
         "acceleration": run.history("acceleration"),
     }
+
+
+def central_differences(
+    varied: VariedMachine, compute: Callable[[NDArray[np.float64]], Sequence[Any]], relative: float
+) -> list[NDArray[np.float64]]:
+    """Derivatives (p, ...) of arrays that `compute` gives at values of the columns, by steps relative to each."""
+    found = []
+    for k, value in enumerate(varied.values):
+        step = relative * (abs(value) or 1.0)
+        change = step * np.eye(varied.values.size)[k]
+        high, low = (compute(varied.values + side * change) for side in (1.0, -1.0))
+        found.append([(a - b) / (2.0 * step) for a, b in zip(high, low, strict=True)])
+    return [np.array(of) for of in zip(*found, strict=True)]
+
+
+def assert_near(
+    mine: NDArray[np.float64], wanted: NDArray[np.float64], rtol: float, atol: float = 0.0
+) -> None:
+    """Whether derivatives (p, ...) agree to a share of the largest one by each column."""
+    for one, other in zip(mine, wanted, strict=True):
+        assert np.abs(one - other).max() <= rtol * max(np.abs(other).max(), atol)
 
 
 def _unchecked(part: Any, key: str, value: Any) -> Any:

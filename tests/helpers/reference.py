@@ -544,7 +544,6 @@ def _minus(a: Numbers, b: Numbers) -> Numbers:
 def core_batch(machine: Machine | None = None, **arguments: Any) -> Batch:
     """A batch of the core, of the carriages of a machine or of the scene that the arguments give."""
     if machine is not None:
-        groups = {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
-        arguments = arguments_of(machine) | groups | arguments
+        arguments = arguments_of(machine) | arguments
     own = {name: arguments.pop(name) for name in OF_BATCH if name in arguments}
     return Batch(VariedScene(**arguments), **own)

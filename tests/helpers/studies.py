@@ -155,7 +155,6 @@ def study(
         sensitivity=sensitivity,
         parameters=parameters,
         measures=list(results),
-        columns=names,
         exponent=3.0,
         limits=limits or {},
     )
@@ -192,7 +191,7 @@ def recording(result: StudyResult, recorded: Iterable[tuple[str, str]], **change
     known = result.store.data
     data = {column: known.get(column, known[f"max_resultant_N[{carriages[0]}]"]) for column in columns}
     store = replace(result.store, data={**known, **data})
-    return changed(StudyResult(store, result.metadata), measures=measures, columns=columns, **changes)
+    return changed(StudyResult(store, result.metadata), measures=measures, **changes)
 
 
 def chosen(result: StudyResult) -> StudyResult:

@@ -1,11 +1,11 @@
 """Paths: what they mean in a machine, and that the core is told what a machine with these values would be."""
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
+from samples import with_value
 
 from guideload._core import Law
 from guideload.base.errors import ValueRefused
@@ -117,25 +117,6 @@ def assert_same(one: dict[str, Any], other: dict[str, Any]) -> None:
         assert a.kind == b.kind
         assert np.allclose(a.edges, b.edges, rtol=1e-13, atol=0.0)
         assert np.allclose(a.force(d), b.force(d), rtol=1e-12, atol=1e-9)
-
-
-def with_value(of: Machine, path: str, value: float) -> Machine:
-    """The machine built with another value of one parameter, by the keys of its file."""
-    values = of.model_dump(mode="json")
-    *keys, last = (key.strip('"') for key in re.split(r"\]\.|[.\[]", path))
-    part: Any = values
-    for key in keys:
-        part = part[key] if isinstance(part, dict) else next(one for one in part if one["name"] == key)
-    if isinstance(part, dict):
-        part[last] = value
-    elif last == "scale":
-        part[:] = [(d, value * force) for d, force in part]
-    elif len(last) == 2:
-        i, j = map("xyz".index, last)
-        part[i][j] = part[j][i] = value
-    else:
-        part[("yz" if len(part) == 2 else "xyz").index(last)] = value
-    return Machine(**values)
 
 
 def changes(of: Machine, *columns: tuple[Form, str]) -> tuple[Change, ...]:

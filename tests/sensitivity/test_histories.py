@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from lives import PRODUCT, on_lines
 from numpy.typing import NDArray
-from precise_derivatives import differences, histories_of
+from precise_derivatives import assert_near, central_differences, differences, histories_of
 from reference import (
     all_modes_critical,
     cart,
     cart_stiff,
     example,
+    on_rails,
     paper,
     piece,
     pulse,
@@ -27,6 +28,14 @@ from guideload.sensitivity import VariedMachine
 from guideload.sensitivity.figures import CarriageQuantities
 
 Array = NDArray[Any]
+
+
+def stronger(factor: float) -> Motion:
+    """A random motion times a factor, of a cart at a constant speed."""
+    motion = random_motion(1, count=20)
+    return Motion(motion.time, factor * motion.acceleration, velocity=0.5 + 0.0 * motion.acceleration)
+
+
 DIGITS_ASKED = 1e-12  # relative to the largest entry of each history; 1.2e-14 are found
 
 
@@ -86,14 +95,7 @@ def test_gradient_backwards_is_the_sum_of_the_histories() -> None:
         values = varied.values * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, varied.values.size))
         for start in ("rest", "quasi-static"):
             run = varied.run(motion, values, start=start)
-            for quantity in (
-                "carriage_loads",
-                "link_loads",
-                "displacement",
-                "velocity",
-                "acceleration",
-                "reaction",
-            ):
+            for quantity in QUANTITIES:
                 forward = run.history(quantity)
                 weights = rng.normal(size=forward.shape[1:])
                 ahead = (forward * weights).reshape(len(values), -1).sum(axis=1)
@@ -101,25 +103,62 @@ def test_gradient_backwards_is_the_sum_of_the_histories() -> None:
                 assert (np.abs(run.gradient(weights, quantity) - ahead) <= 1e-10 * size + 1e-300).all()
 
 
-def test_quasi_static_start_and_factors_by_differences() -> None:
-    machine, motion = cart(), random_motion(7, count=50, wrench=True)
-    to = ["body.mass", "carriages[1a].stiffness_y", "carriages[2a].x", "motion.scale", "motion.force_scale"]
+HELD = {"gravity": (0.0, -9.3, -3.1)}
+PRELOADED = {"preload_y": 900.0, "rolling": "ball"}
+
+
+def two_carriages(**laws: Any) -> Machine:
+    """Held to one side by gravity along y and z."""
+    bare = on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws)
+    return Machine(**bare.model_dump() | HELD)
+
+
+QUANTITIES = ("carriage_loads", "link_loads", "displacement", "velocity", "acceleration", "reaction")
+LINEAR = ["body.mass", "carriages[1a].stiffness_y", "carriages[1a].x", "motion.scale", "motion.force_scale"]
+CLEAR = [
+    "body.mass",
+    "body.center_of_mass.z",
+    "carriages[1a].x",
+    "carriages[1a].preload_y",
+    "carriages[2a].clearance_z",
+    "carriages[2a].damping_z",
+    "motion.scale",
+]
+
+
+@pytest.mark.parametrize(
+    ("machine", "motion", "to", "start", "rtol"),
+    [
+        (cart(), random_motion(7, count=50, wrench=True), LINEAR, "quasi-static", 1e-6),
+        (two_carriages(**PRELOADED, clearance_z=2e-6), stronger(12.0), CLEAR, "rest", 1e-5),
+        (two_carriages(**PRELOADED, clearance_z=2e-6), stronger(12.0), CLEAR, "quasi-static", 1e-5),
+    ],
+    ids=["linear under way", "preload and clearance", "preload and clearance under way"],
+)
+def test_all_quantities_by_differences(
+    machine: Machine, motion: Motion, to: list[str], start: Any, rtol: float
+) -> None:
     varied = VariedMachine(machine, to, motion)
-    run = varied.run(motion, start="quasi-static")
-    loads, reaction = run.history("carriage_loads"), run.history("reaction")
-    groups = machine.links_of_carriages, machine.carriage_places
-    for k, column in enumerate(varied.columns):
-        step = 1e-5 * (abs(column.value) or 1.0) * np.eye(len(to))[k]
-        moved = machine.carriage_places.copy()
-        ends = []
-        for side in (1.0, -1.0):
-            there = varied.run(motion, varied.values + side * step, start="quasi-static")
-            if column.name.endswith(".x"):
-                moved[2, 0] = column.value + side * step[k]
-            ends.append((there.solution.group_loads(groups[0], moved, "total"), there.solution.reaction()))
-        for mine, high, low in zip((loads[k], reaction[k]), *ends, strict=True):
-            difference = (high - low) / (2.0 * step[k])
-            assert np.abs(mine - difference).max() <= 1e-6 * max(np.abs(difference).max(), 1e-9)
+
+    def quantities(values: Array) -> list[Array]:
+        solution, places = varied.run(motion, values, start=start).solution, machine.carriage_places.copy()
+        places[0, 0] = values[to.index("carriages[1a].x")]
+        loads = (
+            solution.group_loads(machine.links_of_carriages, places, "total"),
+            solution.link_loads("total"),
+        )
+        return [
+            *loads,
+            solution.position(),
+            solution.velocity(),
+            solution.acceleration(),
+            solution.reaction(),
+        ]
+
+    run = varied.run(motion, start=start)
+    assert (run.solution.contact_changes > 0) == (to is CLEAR)
+    for name, wanted in zip(QUANTITIES, central_differences(varied, quantities, 1e-5), strict=True):
+        assert_near(run.history(name), wanted, rtol, 1e-9)
 
 
 @pytest.mark.parametrize("every", [1, 10], ids=["1 kHz", "100 Hz"])
@@ -161,28 +200,54 @@ def test_two_equal_peaks_have_no_derivative_if_the_load_changes_differently() ->
     assert same.attrs["notes"] == ""
 
 
-def test_mean_load_and_life_follow_the_loads() -> None:
-    machine, motion = example()
-    machine = Machine(**machine.model_dump() | {"products": [PRODUCT], "carriages": rated(machine)})
-    to = ["body.mass", "carriages[1a].stiffness_y", "body.center_of_mass.z"]
+def rated(machine: Machine, **first: Any) -> Machine:
+    """The machine with a product of its carriages; first: keys of the first one."""
+    carriages = [carriage.model_dump() | {"product": "20"} for carriage in machine.carriages]
+    carriages[0] |= first
+    return Machine(**machine.model_dump() | {"products": [PRODUCT], "carriages": carriages})
+
+
+PRELOADS = "carriages[1a].preload_y", "carriages[2a].preload_y", "carriages[1a].preload_z"
+
+
+@pytest.mark.parametrize(
+    ("machine", "motion", "to", "step", "rtol", "atol"),
+    [
+        (*example(), ["body.mass", "carriages[1a].stiffness_y", "body.center_of_mass.z"], 1e-5, 2e-6, 0.0),
+        (
+            two_carriages(**PRELOADED, preload_z=600.0),
+            stronger(12.0),
+            {"mass": "body.mass", "y": PRELOADS[:2], "z": PRELOADS[2]},
+            1e-4,
+            1e-5,
+            1e-7,
+        ),
+    ],
+    ids=["linear", "preloaded"],
+)
+def test_mean_load_and_life_follow_the_loads(
+    machine: Machine, motion: Motion, to: Any, step: float, rtol: float, atol: float
+) -> None:
+    """A preload acts on the loads, and on what the loaded row carries under them."""
+    machine = rated(machine, **{"preload_y": 700.0} if isinstance(to, dict) else {})
     varied = VariedMachine(machine, to)
+
+    def computed(values: Array) -> list[Array]:
+        figures = CarriageQuantities(varied.run(motion, values))
+        return [figures.mean_load()[0], figures.life()[0]]
+
     figures = CarriageQuantities(varied.run(motion))
     (mean, d_mean), (life, d_life) = figures.mean_load(), figures.life()
-    for k, column in enumerate(varied.columns):
-        step = 1e-5 * column.value * np.eye(len(to))[k]
-        high, low = (
-            CarriageQuantities(varied.run(motion, varied.values + side * step)) for side in (1.0, -1.0)
-        )
-        for mine, name in ((d_mean, "mean_load"), (d_life, "life")):
-            difference = (getattr(high, name)()[0] - getattr(low, name)()[0]) / (2.0 * step[k])
-            assert np.allclose(mine[k], difference, rtol=2e-6)
-    found = life_of(simulate(machine, motion))
-    assert np.allclose(life, on_lines(found), rtol=1e-12)
-    assert np.allclose(mean, [one.mean_load for one in found.carriages], rtol=1e-3)
-
-
-def rated(machine: Machine) -> list[dict[str, Any]]:
-    return [carriage.model_dump() | {"product": "20"} for carriage in machine.carriages]
+    for mine, wanted in zip((d_mean, d_life), central_differences(varied, computed, step), strict=True):
+        assert np.allclose(mine, wanted, rtol=rtol, atol=atol * np.abs(wanted).max(axis=1, keepdims=True))
+    assert np.isfinite(life).all()
+    if isinstance(to, dict):
+        assert [column.form for column in varied.columns] == ["value", "factor", "value"]
+        assert (mean > 700.0).all()
+    else:
+        found = life_of(simulate(machine, motion))
+        assert np.allclose(life, on_lines(found), rtol=1e-12)
+        assert np.allclose(mean, [one.mean_load for one in found.carriages], rtol=1e-3)
 
 
 def test_what_has_no_derivative_is_refused_with_the_way_out() -> None:

@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from lives import PRODUCT
 from numpy.typing import NDArray
+from precise_derivatives import assert_near, central_differences
 from reference import on_rails, preloaded, random_motion
 from scipy.integrate import solve_ivp
 
 from guideload import Body, Link, Machine, Motion, sensitivities
 from guideload.base.errors import ArgumentError, RunError
-from guideload.catalogue.product import Product
 from guideload.sensitivity import VariedMachine
-from guideload.sensitivity.figures import CarriageQuantities
 
 Array = NDArray[Any]
 
@@ -107,89 +105,6 @@ def test_two_links_by_a_complex_step(size: float, rolling: str) -> None:
                 assert np.abs(mine[k, :, dof] - wanted[:, column + index]).max() <= 1e-9 * size_of
 
 
-# ---- all quantities of a machine by differences
-
-
-@pytest.mark.parametrize("start", ["rest", "quasi-static"])
-def test_all_quantities_by_differences_of_tight_runs(start: Any) -> None:
-    """Preloaded along y, clearance along z."""
-    laws = {"preload_y": 900.0, "rolling": "ball", "clearance_z": 2e-6}
-    machine = Machine(
-        **on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws).model_dump()
-        | {"gravity": (0.0, -9.3, -3.1)}
-    )
-    motion = random_motion(1, count=20)
-    motion = Motion(motion.time, 12.0 * motion.acceleration)
-    to = [
-        "body.mass",
-        "body.center_of_mass.z",
-        "carriages[1a].x",
-        "carriages[1a].preload_y",
-        "carriages[2a].clearance_z",
-        "carriages[2a].damping_z",
-        "motion.scale",
-    ]
-    varied = VariedMachine(machine, to, motion)
-    run = varied.run(motion, start=start)
-    assert run.solution.contact_changes > 0
-    found = [
-        run.history("carriage_loads"),
-        run.history("link_loads"),
-        run.history("displacement"),
-        run.history("velocity"),
-        run.history("acceleration"),
-        run.history("reaction"),
-    ]
-    for k, value in enumerate(varied.values):
-        step = 1e-5 * (abs(value) or 1.0) * np.eye(len(to))[k]
-        places = machine.carriage_places
-        ends = []
-        for side in (1.0, -1.0):
-            there = varied.run(motion, varied.values + side * step, start=start).solution
-            moved = places.copy()
-            moved[0, 0] += side * step[k] if to[k] == "carriages[1a].x" else 0.0
-            ends.append(
-                [
-                    there.group_loads(machine.links_of_carriages, moved, "total"),
-                    there.link_loads("total"),
-                    there.position(),
-                    there.velocity(),
-                    there.acceleration(),
-                    there.reaction(),
-                ]
-            )
-        for mine, high, low in zip(found, *ends, strict=True):
-            wanted = (high - low) / (2.0 * step[k])
-            assert np.abs(mine[k] - wanted).max() <= 1e-5 * np.abs(wanted).max()
-
-
-def test_mean_load_and_life_by_differences_of_tight_runs() -> None:
-    """The preload acts on the loads, and on what the loaded row carries under them."""
-    laws = {"preload_y": 900.0, "preload_z": 600.0, "rolling": "ball"}
-    bare = on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws).model_dump()
-    bare["carriages"][0]["preload_y"] = 700.0
-    for one in bare["carriages"]:
-        one["product"] = "20"
-    machine = Machine(**bare | {"products": [Product(**PRODUCT)], "gravity": (0.0, -9.3, -3.1)})
-    motion = random_motion(1, count=20)
-    motion = Motion(motion.time, 12.0 * motion.acceleration, velocity=0.5 + 0.0 * motion.acceleration)
-    preloads = "carriages[1a].preload_y", "carriages[2a].preload_y", "carriages[1a].preload_z"
-    to = {"mass": "body.mass", "y": list(preloads[:2]), "z": preloads[2]}
-    varied = VariedMachine(machine, to)
-    assert [column.form for column in varied.columns] == ["value", "factor", "value"]
-    figures = CarriageQuantities(varied.run(motion))
-    (mean, d_mean), (life, d_life) = figures.mean_load(), figures.life()
-    assert (mean > 700.0).all() and np.isfinite(life).all()
-    for k, value in enumerate(varied.values):
-        step = 1e-4 * value * np.eye(len(to))[k]
-        high, low = (
-            CarriageQuantities(varied.run(motion, varied.values + side * step)) for side in (1.0, -1.0)
-        )
-        for mine, name in ((d_mean, "mean_load"), (d_life, "life")):
-            difference = (getattr(high, name)()[0] - getattr(low, name)()[0]) / (2.0 * step[k])
-            assert np.allclose(mine[k], difference, rtol=1e-5, atol=1e-7 * np.abs(difference).max())
-
-
 @pytest.mark.parametrize("gravity", [0.0, 1e-3])
 def test_a_preload_that_no_load_bends_at_rest(gravity: float) -> None:
     """Near the middle of the law the terms of its derivative cancel; their rounding shortened the steps without end."""
@@ -198,14 +113,11 @@ def test_a_preload_that_no_load_bends_at_rest(gravity: float) -> None:
     acceleration[3:, 1] = pushes(3.0)[3:]
     varied = VariedMachine(machine, ["links[a].preload"])
     motion = Motion(TIME, acceleration)
-    found = varied.run(motion, start="rest").history("displacement")[0]
-    high, low = (
-        varied.run(motion, varied.values * f, start="rest").solution.position() for f in (1.001, 0.999)
+    found = varied.run(motion, start="rest").history("displacement")
+    (wanted,) = central_differences(
+        varied, lambda values: [varied.run(motion, values, start="rest").solution.position()], 1e-3
     )
-    wanted = (high - low) / (0.002 * varied.values[0])
-    assert (
-        np.abs(found - wanted).max() <= 1e-4 * np.abs(wanted).max()
-    )  # the square of a step of 1e-3, and rounding
+    assert_near(found, wanted, 1e-4)  # the square of a step of 1e-3, and rounding
 
 
 def test_an_interval_too_long_for_the_fastest_mode_is_refused_at_once() -> None:

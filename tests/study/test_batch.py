@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from machines import carriage_ends
-from reference import core_batch
+import reference as ref
+from samples import assert_samples_are_runs
 
-from guideload._core import Batch, Law, Scene
+from guideload import Machine, Motion, Study
+from guideload._core import Batch, Law
 from guideload.base.errors import ArgumentError, SceneError, TraceError
 
+MACHINE = ref.on_rails((0.0,), 0.6, ("y", "z", "rx", "ry", "rz"), 5e4)  # the paper's two carriages
 LINKS = 8
-GROUPS = [np.arange(4, dtype=np.int64), np.arange(4, 8, dtype=np.int64)]
-CENTERS = np.array([[0.0, 0.05, -0.35], [0.0, 0.05, 0.35]])
 TIME = np.concatenate([np.linspace(0.0, 0.1, 60), np.linspace(0.1, 0.13, 40)])
 ACCELERATION = np.column_stack([2.0 * np.sin(80.0 * TIME), np.cos(50.0 * TIME), 0.0 * TIME])
 MEASURES = [
@@ -24,31 +24,11 @@ MEASURES = [
 ]
 
 
-def scene(law: Law) -> dict[str, Any]:
-    """The paper's two carriages, all but x free, as arguments of `Scene`."""
-    ends = [carriage_ends(center, 0.6) for center in CENTERS]
-    return {
-        "mass": 1250.0,
-        "center_of_mass": (0.12, -0.65, 0.18),
-        "inertia": [[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]],
-        "gravity": (0.0, -9.80665, 0.0),
-        "free": ["y", "z", "rx", "ry", "rz"],
-        "points": np.concatenate([points for points, _ in ends]),
-        "directions": np.concatenate([directions for _, directions in ends]),
-        "laws": [law] * LINKS,
-        "damping": np.full(LINKS, 5e4),
-        "damping_in_contact": np.zeros(LINKS, dtype=np.bool_),
-    }
-
-
 def batch(
     law: Law, changes: Sequence[Any], measures: Sequence[tuple[str, int, str]] = MEASURES, **other: Any
 ) -> Batch:
     arguments: dict[str, Any] = {
-        **scene(law),
-        "inertia_about_reference": False,
-        "groups": GROUPS,
-        "centers": CENTERS,
+        "laws": [law] * LINKS,
         "time": TIME,
         "acceleration": ACCELERATION,
         "wrench": None,
@@ -58,9 +38,8 @@ def batch(
         "measures": measures,
         "method": "auto",
         "rtol": 1e-6,
-        **other,
     }
-    return core_batch(**arguments)
+    return ref.core_batch(MACHINE, **arguments | other)
 
 
 def stiffness_of_carriages() -> list[Any]:
@@ -69,31 +48,18 @@ def stiffness_of_carriages() -> list[Any]:
     return changes + [(("law", link, "stiffness"), 0.0, [(1 + link // 4, 6e7)]) for link in range(LINKS)]
 
 
-@pytest.mark.parametrize("clearance", [0.0, 5e-6])
-def test_rows_are_those_of_single_scenes(clearance: float) -> None:
-    law = Law.sided(6e7, 6e7, clearance)
-    values = np.random.default_rng(1).uniform(0.8, 1.2, (5, 3)) * [1250.0, 1.0, 1.0]
-    table, failures = batch(law, stiffness_of_carriages(), at_samples=True).run(values, 2)
-    histories, none = batch(law, stiffness_of_carriages()).histories(values)
-    assert failures == [] == none
-    assert table.shape == (5, len(MEASURES))
-    for row, history, (mass, *factors) in zip(table, histories, values, strict=True):
-        laws = [law.scaled(factors[link // 4]) for link in range(LINKS)]
-        solution = Scene(**{**scene(law), "mass": mass, "laws": laws}).solve(
-            TIME, ACCELERATION, None, method="exact", rtol=1e-6
-        )
-        loads = solution.group_loads(GROUPS, CENTERS, "total")
-        np.testing.assert_allclose(history, loads, rtol=0.0, atol=1e-12 * np.abs(loads).max())
-        found = dict(zip(MEASURES, row, strict=True))
-        for g in (0, 1):
-            load = loads[:, g]
-            resultant = np.hypot(load[:, 1], load[:, 2])
-            for name, values_of in (("Fy", load[:, 1]), ("Mz", load[:, 5]), ("resultant", resultant)):
-                ends = values_of[1:] ** 2 + values_of[:-1] ** 2
-                square = 0.5 * np.sum(ends * np.diff(TIME)) / (TIME[-1] - TIME[0])
-                want = values_of.min(), values_of.max(), np.sqrt(square), values_of[0]
-                got = [found[name, g, statistic] for statistic in ("min", "max", "rms", "start")]
-                np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-9)
+@pytest.mark.parametrize("machine", [ref.cart(), ref.cart_clear()], ids=["linear", "clear"])
+def test_rows_are_those_of_single_runs(machine: Machine) -> None:
+    mass = {"path": "body.mass", "distribution": "uniform", "plus_minus": "20 %"}
+    stiffness = {
+        "path": "carriages.*.stiffness",
+        "each": "carriage",
+        "distribution": "lognormal",
+        "sigma": 0.1,
+    }
+    motion = Motion(TIME, ACCELERATION, velocity=0.5 + 0.0 * ACCELERATION)
+    study = Study(machine=machine, motion=motion, vary=(mass, stiffness), samples=5, seed=1)
+    assert_samples_are_runs(study, range(5), 1e-12)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +83,7 @@ def test_a_payload_that_stays_is_part_of_the_body(law: Law, exponent: float) -> 
             *(("drive", 0, s) for s in ("min", "max", "time_of_min", "rms")),
         ],
     }
-    half = (625.0, (0.12, -0.65, 0.18), (0.5 * np.array(scene(law)["inertia"])).tolist(), False)
+    half = (625.0, (0.12, -0.65, 0.18), (0.5 * np.array(MACHINE.body.inertia)).tolist(), False)
     halves = {"mass": half[0], "inertia": half[2]}
     changes = [(("payload_mass", 0, 0), 25.0, [(0, 0.5)])]
     values = np.array([[1200.0], [1300.0]])
@@ -129,7 +95,7 @@ def test_a_payload_that_stays_is_part_of_the_body(law: Law, exponent: float) -> 
 
 
 def test_stays_of_payloads_and_their_values_are_checked() -> None:
-    part = (90.0, (0.3, 0.2, -0.1), scene(Law.linear(6e7))["inertia"], False)
+    part = (90.0, (0.3, 0.2, -0.1), MACHINE.body.inertia, False)
     for stay in ((0, 101), (50, 50), (0, 50)):
         with pytest.raises(
             ArgumentError, match=r"payloads\[0\]: expected stays within the 100 samples, and two"
@@ -205,7 +171,7 @@ def test_empty_tables_are_tables() -> None:
         (ValueError, "changes", {"changes": [(("colour", 0, 0), 1.0, [])]}),
         (ValueError, "changes", {"changes": [(("law", 0, "weight"), 1.0, [])]}),
         (ValueError, "method", {"method": "euler"}),
-        (IndexError, "there is no link 8", {"groups": [GROUPS[0], np.array([8])]}),
+        (IndexError, "there is no link 8", {"groups": [np.arange(4), np.array([8])]}),
     ],
 )
 def test_errors_name_what_is_wrong(error: type[Exception], match: str, changed: dict[str, Any]) -> None:

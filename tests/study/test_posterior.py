@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 import reference as ref
+from samples import assert_samples_are_runs
 from scipy.stats import ks_2samp
 from texts import one_line
 
-from guideload import Machine, Motion, Study, _core, exceedance_probability, peak_loads, run_study, simulate
+from guideload import Machine, Motion, Study, _core, exceedance_probability, run_study, simulate
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.machine.payloads import Payload
 from guideload.motion.uncertainty import Uncertainty
@@ -80,41 +81,8 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
     machine: Machine, motion: Motion, options: dict[str, Any], tolerance: float
 ) -> None:
     study = study_of(machine, motion, **options)
-    plan = study.plan()
-    values = plan.values(0, 11)
-    rows, failures = plan.batch_at_stamps().run(values, 1)
-    histories, _ = plan.batch_at_stamps().histories(values[-2:])
-    at_any_time, _ = plan.batch().run(values, 1)
-    assert not failures and plan.metadata.parameters[-1].name == DRAWN_MOTION
-    for i in (0, 4, 10):
-        body = machine.body.model_copy(update={"mass": values[i, 0]})
-        options = {"method": plan.metadata.method, "rtol": 1e-9, "start": plan.metadata.start}
-        given = machine.model_copy(update={"body": body}), study.sample_motion(i)
-        result, peaks = simulate(*given, times=plan.motion.time, **options), peak_loads(*given, **options)
-        loads = {
-            name: result.data[kind].values[:, :, axis]
-            for kind, names in (("force", ("Fx", "Fy", "Fz")), ("moment", ("Mx", "My", "Mz")))
-            for axis, name in enumerate(names)
-        } | {"resultant": result.data["resultant"].values}
-        scale = loads["resultant"].max()
-        time = result.data["time"].values
-        weights = np.convolve(np.diff(time), [0.5, 0.5]) / (time[-1] - time[0])
-        for (load, carriage, statistic), found in zip(plan.metadata.measures, rows[i], strict=True):
-            if load not in loads:
-                continue
-            history = loads[load][:, carriage]
-            expected = {
-                "min": history.min(),
-                "max": history.max(),
-                "start": history[0],
-                "rms": np.sqrt(weights @ history**2),
-            }.get(statistic)
-            assert expected is None or abs(found - expected) <= tolerance * scale, (load, carriage, statistic)
-        for (load, carriage, statistic), found in zip(plan.metadata.measures, at_any_time[i], strict=True):
-            if (load, statistic) == ("resultant", "max"):
-                assert abs(found - peaks.largest[carriage, 6]) <= 1e2 * tolerance * scale
-        if i == 10:
-            assert np.abs(histories[-1, :, :, :3] - result.data["force"]).max() <= tolerance * scale
+    assert study.plan().metadata.parameters[-1].name == DRAWN_MOTION
+    assert_samples_are_runs(study, (0, 4, 10), tolerance)
     assert not np.array_equal(study.sample_motion(0).acceleration, study.sample_motion(1).acceleration)
 
 

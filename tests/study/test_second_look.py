@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference as ref
+from samples import sample_machine
 
 from guideload import (
     DoubtfulResult,
@@ -80,10 +81,10 @@ def test_right_samples_are_not_doubted(machine: Any, method: str) -> None:
 @pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear, ref.preloaded])
 def test_wrong_samples_are_doubted_by_the_error_of_their_worst_peak(machine: Any, loose: None) -> None:
     """The error is that of a single run with the same loose tolerance, for the sample that is named."""
-    result = run_study(study(machine(), method="implicit", rtol=1e-8))
+    of = study(machine(), method="implicit", rtol=1e-8)
+    result = run_study(of)
     look = looks_of(result)
-    body = machine().body.model_copy(update={"mass": result.column("body.mass")[look.difference_in]})
-    named = machine().model_copy(update={"body": body})
+    named = sample_machine(of, look.difference_in)
     wrong, right = (
         simulate(named, MOTION, "implicit", rtol=rtol, times=MOTION.time).data["link_load"].values
         for rtol in (0.1, 1e-11)
@@ -98,15 +99,12 @@ def test_wrong_samples_are_doubted_by_the_error_of_their_worst_peak(machine: Any
 @pytest.mark.parametrize("method", ["auto", "rk45", "implicit"])
 def test_samples_that_impacts_make_unpredictable_are_told_on_every_method(method: str) -> None:
     """The figure is what a motion larger by 1e-9 really changes."""
-    result = run_study(study(rattling(), 20, SHAKEN, method=method, rtol=1e-8))
+    of = study(rattling(), 20, SHAKEN, method=method, rtol=1e-8)
+    result = run_study(of)
     look = looks_of(result)
     assert look.unpredictable > 10 and look.doubtful == 0
     assert "impacts amplify small differences" in result.doubts[0]
-    body = rattling().body.model_copy(update={"mass": result.column("body.mass")[look.sensitivity_in]})
-    named, larger = (
-        rattling().model_copy(update={"body": body}),
-        (1.0 + look.perturbation) * SHAKEN.acceleration,
-    )
+    named, larger = sample_machine(of, look.sensitivity_in), (1.0 + look.perturbation) * SHAKEN.acceleration
     one, other = (
         simulate(named, motion, times=motion.time).data["link_load"].values
         for motion in (SHAKEN, replace(SHAKEN, acceleration=larger))

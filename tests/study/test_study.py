@@ -285,10 +285,6 @@ def test_refusals_say_nothing_twice() -> None:
     assert "vary[0].distribution: expected" in refused({"path": "body.mass"})
 
 
-def test_sigma_of_a_lognormal_distribution_is_explained() -> None:
-    assert "that of the logarithm, a plain number: 0.15" in refused(STIFFNESS | {"sigma": "15 %"})
-
-
 # ---- draws
 
 

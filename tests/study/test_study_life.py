@@ -10,9 +10,10 @@ import pytest
 import studies
 from lives import PRODUCT, cart, moved, on_lines
 from moves import GENTLE
+from samples import sample_machine
 from scipy import integrate
 
-from guideload import LifeConditions, Machine, Study, life_of, run_study, simulate
+from guideload import Life, LifeConditions, Machine, Study, life_of, run_study, simulate
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.base.number_text import kilometres
 from guideload.catalogue.product import Product
@@ -29,7 +30,6 @@ from guideload.study.result import StudyResult
 MOTION = moved(GENTLE, 500.0)
 CONDITIONS = {"reliability": 0.95, "hardness_factor": 0.9, "life": "20000 km", "application": "strong shock"}
 PRELOADED = {"preload_y": 8e3, "preload_z": 8e3, "rolling": "ball"}
-VARIED = ("body.mass", "carriages[1a].x", "carriages[2b].stiffness_y")
 DENSE = 3e-5  # of the largest load between instants, sixteen times as dense as those of a study
 CASES = [[1.1, -0.31, 1.2e8], [0.7, -0.25, 0.8e8]]
 
@@ -38,10 +38,15 @@ def with_product(machine: Machine, **keys: Any) -> Machine:
     return machine.model_copy(update={"products": [Product(**PRODUCT | keys)]})
 
 
+def study_of(machine: Machine, motion: Motion = MOTION, **keys: Any) -> Study:
+    mass, x, stiffness = zip(*CASES, strict=True)
+    masses = [factor * machine.body.mass for factor in mass]
+    cases = {"body.mass": masses, "carriages[1a].x": x, "carriages[2b].stiffness_y": stiffness}
+    return Study(machine=machine, motion=motion, **{"cases": cases} | keys)
+
+
 def studied(machine: Machine, motion: Motion = MOTION, **keys: Any) -> StudyResult:
-    table = {path: [row[i] for row in CASES] for i, path in enumerate(VARIED)}
-    table["body.mass"] = [row[0] * machine.body.mass for row in CASES]
-    return run_study(Study(machine=machine, motion=motion, cases=table, **keys))
+    return run_study(study_of(machine, motion, **keys))
 
 
 def with_carriages(machine: Machine, changes: Callable[[Carriage], dict[str, Any]]) -> Machine:
@@ -49,19 +54,12 @@ def with_carriages(machine: Machine, changes: Callable[[Carriage], dict[str, Any
     return machine.model_copy(update={"carriages": carriages})
 
 
-def sample(machine: Machine, row: list[float]) -> Machine:
-    """The machine of a case."""
-    mass, x, stiffness = row
-    changes = {"1a": {"x": x}, "2b": {"stiffness_y": stiffness}}
-    body = machine.body.model_copy(update={"mass": mass * machine.body.mass})
-    machine = with_carriages(machine, lambda one: changes.get(one.name, {}))
-    return machine.model_copy(update={"body": body})
-
-
-def motions_of(machine: Machine) -> tuple[Motion, Motion]:
-    """The motion with the instants of a study, and with 16 in each of their intervals."""
-    motion = with_enough_instants(machine, MOTION)[0]
-    return motion, refined(motion, np.full(motion.time.size - 1, 16))
+def lives_of(study: Study, sample: int) -> tuple[Life, Life]:
+    """The life of a single run with the instants of a study, and with 16 in each of their intervals."""
+    motion = with_enough_instants(study.machine, MOTION)[0]
+    dense, machine = refined(motion, np.full(motion.time.size - 1, 16)), sample_machine(study, sample)
+    one, other = (life_of(simulate(machine, each, study.method, rtol=study.rtol)) for each in (motion, dense))
+    return one, other
 
 
 @pytest.mark.parametrize(
@@ -86,15 +84,13 @@ def test_life_and_safety_of_samples_are_those_of_single_runs(
         lift_factor=1.1,
     )
     machine = with_carriages(machine, lambda one: laws)
-    result = studied(machine, method="implicit" if laws is PRELOADED else "auto", rtol=1e-9)
+    study = study_of(machine, method="implicit" if laws is PRELOADED else "auto", rtol=1e-9)
+    result = run_study(study)
     assert result.metadata.exponent == (3.0 if kind == "ball" else 10 / 3)
     # Step sizes on smooth laws depend on estimated errors, which change with rounding.
     rel = 1e-7 if laws is PRELOADED else 1e-12
-    for i, row in enumerate(CASES):
-        life, dense = (
-            life_of(simulate(sample(machine, row), motion, result.metadata.method, rtol=1e-9))
-            for motion in motions_of(machine)
-        )
+    for i in range(len(CASES)):
+        life, dense = lives_of(study, i)
         safety = []
         for one, near, own in zip(life.carriages, dense.carriages, on_lines(life), strict=True):
             assert result.column(f"life_km[{one.name}]")[i] == pytest.approx(1e-3 * own, rel=rel)
@@ -116,14 +112,12 @@ def test_a_preload_of_a_class_is_said_not_to_scatter(counts: bool) -> None:
     plain = with_product(cart(life=LifeConditions(preload_in_life=counts)), preload_classes=classes)
     own = with_carriages(plain, lambda one: PRELOADED if one.name in ("1a", "1b") else {})
     cases = {"carriages[1a].preload_y": [5e3, 8e3], "carriages[1a].preload_z": [5e3, 8e3]}
-    study = Study(machine=own, motion=MOTION, cases=cases, method="implicit")
-    for notes, words in (
-        (studied(plain).metadata.life_notes, "has 900 N (carriage 1a, 1b, 2a and 2b), the upper end"),
-        (
-            run_study(study).metadata.life_notes,
-            "has 8 kN (carriage 1b) and 900 N (carriage 2a and 2b), the upper",
-        ),
+    several = "has 8 kN (carriage 1b) and 900 N (carriage 2a and 2b), the upper"
+    for study, words in (
+        (study_of(plain), "has 900 N (carriage 1a, 1b, 2a and 2b), the upper end"),
+        (study_of(own, cases=cases, method="implicit"), several),
     ):
+        notes = study.plan().metadata.life_notes
         said = [note for note in notes if "the preload does not scatter" in note]
         assert len(said) == counts and all(words in note for note in said)
 
@@ -132,14 +126,10 @@ def test_a_preload_that_varies_counts_with_its_value() -> None:
     machine = with_product(cart())
     machine = with_carriages(machine, lambda one: PRELOADED)
     cases = {"carriages.*.preload_y": [5e3, 8e3, 9e3], "carriages[1b].preload_z": [4e3, 8.5e3, 3e3]}
-    result = run_study(Study(machine=machine, motion=MOTION, cases=cases, method="implicit", rtol=1e-9))
+    study = study_of(machine, cases=cases, method="implicit", rtol=1e-9)
+    result = run_study(study)
     for i, (y, z) in enumerate(zip(*cases.values(), strict=True)):
-        values = {one.name: {"preload_y": y} for one in machine.carriages}
-        values["1b"]["preload_z"] = z
-        drawn = with_carriages(machine, lambda one, at=values: at[one.name])
-        life, dense = (
-            life_of(simulate(drawn, motion, "implicit", rtol=1e-9)) for motion in motions_of(machine)
-        )
+        life, dense = lives_of(study, i)
         for one, near, own in zip(life.carriages, dense.carriages, on_lines(life), strict=True):
             assert one.mean_load > max(y, z if one.name == "1b" else PRELOADED["preload_z"])
             assert result.column(f"life_km[{one.name}]")[i] == pytest.approx(1e-3 * own, rel=1e-7)
@@ -149,11 +139,11 @@ def test_a_preload_that_varies_counts_with_its_value() -> None:
 
 def test_carriages_side_by_side_keep_their_contact_factor() -> None:
     machine = with_product(cart(life={"rule": "thk"}), carriage_length="600 mm")
-    result = studied(machine)
+    study = study_of(machine)
+    result = run_study(study)
     assert [one.contact_factor for one in result.rated.values()] == [0.81] * 4
-    for i, row in enumerate(CASES):
-        life = life_of(simulate(sample(machine, row), motions_of(machine)[0]))
-        expected = 1e-3 * float(system_life(on_lines(life)))
+    for i in range(len(CASES)):
+        expected = 1e-3 * float(system_life(on_lines(lives_of(study, i)[0])))
         assert result.column("life_km")[i] == pytest.approx(expected, rel=1e-12)
 
 
@@ -296,9 +286,3 @@ def test_the_report_has_the_figures_of_life() -> None:
     summary = result.summary()
     assert f"median {kilometres(1e3 * summary.loc[('life_km', ''), 'q50'])} km" in text
     assert f"1 % quantile {summary.loc[('static_safety', ''), 'q01']:.2f}" in text
-
-
-@pytest.mark.parametrize("key", ["life", "exponent"])
-def test_keys_of_earlier_versions_are_refused_with_their_new_place(key: str) -> None:
-    with pytest.raises(ConfigError, match="product"):
-        studied(cart(), **{key: 3})

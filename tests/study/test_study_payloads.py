@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 import reference as ref
+from samples import assert_samples_are_runs
 
-from guideload import Machine, Motion, Study, peak_loads, run_study, simulate
+from guideload import Machine, Motion, Study, run_study, simulate
 from guideload.base.errors import ConfigError
 from guideload.machine.payloads import Payload
 
@@ -39,18 +40,6 @@ def loaded(machine: Machine, *parts: dict[str, Any]) -> Machine:
     return machine.model_copy(update={"payloads": payloads})
 
 
-def sample_of(machine: Machine, values: list[float]) -> Machine:
-    """The machine with the values of `VARY`."""
-    mass, y, part_mass, box_mass, x, z = values
-    part, box = machine.payloads
-    center = machine.body.center_of_mass
-    body = machine.body.model_copy(update={"mass": mass, "center_of_mass": (center[0], y, center[2])})
-    at, other = part.center_of_mass, box.center_of_mass
-    part = part.model_copy(update={"mass": part_mass, "center_of_mass": (x, at[1], at[2])})
-    box = box.model_copy(update={"mass": box_mass, "center_of_mass": (other[0], other[1], z)})
-    return machine.model_copy(update={"body": body, "payloads": (part, box)})
-
-
 @pytest.mark.parametrize(
     ("machine", "method", "tolerance"),
     [
@@ -63,43 +52,10 @@ def sample_of(machine: Machine, values: list[float]) -> Machine:
     ids=["linear", "clearance", "linear rk45", "preloaded rk45", "preloaded implicit"],
 )
 def test_every_sample_is_the_run_of_its_machine(machine: Machine, method: Any, tolerance: float) -> None:
-    machine = loaded(machine)
-    study = Study(
-        machine=machine, motion=MOTION, vary=VARY, samples=3, seed=1, method=method, histories=2, rtol=1e-9
-    )
-    result = run_study(study)
-    plan = study.plan()
-    columns = {column: i for i, column in enumerate(plan.metadata.columns)}
-    rows, failures = plan.batch_at_stamps().run(plan.values(0, 3), 1)
-    histories, _ = plan.batch_at_stamps().histories(plan.values(0, 1))
-    at_any_time, _ = plan.batch().run(plan.values(0, 3), 1)
-    assert not failures and not result.doubts
-    for row, found, values in zip(rows, at_any_time, plan.values(0, 3).tolist(), strict=True):
-        own = sample_of(machine, values)
-        single = simulate(own, MOTION, method, rtol=1e-9, times=plan.motion.time)
-        data, time = single.quantities, single.quantities["time"]
-        loads = {"Fy": data["force"][:, :, 1], "Fz": data["force"][:, :, 2], "resultant": data["resultant"]}
-        size = data["resultant"].max()
-        weights = np.concatenate([[0.0], np.diff(time)]) + np.concatenate([np.diff(time), [0.0]])
-        rms = np.sqrt(np.einsum("t,tc->c", weights, data["resultant"] ** 2) / weights.sum())
-        drive = data["reaction"][:, 0]
-        peaks = peak_loads(own, MOTION, method, rtol=1e-9).largest[:, 6]
-        for i, name in enumerate(data["carriage"]):
-            peak = found[columns[f"max_resultant_N[{name}]"]]
-            assert peak == pytest.approx(peaks[i], rel=0.0, abs=1e2 * tolerance * size)
-            for load, history in loads.items():
-                for statistic, of in (("min", history[:, i].min()), ("max", history[:, i].max())):
-                    got = row[columns[f"{statistic}_{load}_N[{name}]"]]
-                    assert got == pytest.approx(of, rel=0.0, abs=tolerance * size)
-            at = row[columns[f"time_of_max_resultant_s[{name}]"]]
-            largest = data["resultant"][:, i].max()
-            assert np.interp(at, time, data["resultant"][:, i]) == pytest.approx(largest, rel=1e-9)
-            assert row[columns[f"rms_resultant_N[{name}]"]] == pytest.approx(rms[i], rel=tolerance)
-        for statistic, value in (("min", drive.min()), ("max", drive.max()), ("start", drive[0])):
-            got = row[columns[f"{statistic}_drive_N"]]
-            assert got == pytest.approx(value, rel=0.0, abs=tolerance * np.abs(drive).max())
-        if values == plan.values(0, 1)[0].tolist():
-            np.testing.assert_allclose(histories[0, :, :, :3], data["force"], rtol=0.0, atol=tolerance * size)
+    keys: dict[str, Any] = {"samples": 3, "seed": 1, "method": method, "rtol": 1e-9}
+    study = Study(machine=loaded(machine), motion=MOTION, vary=VARY, **keys)
+    assert not run_study(study).doubts
+    assert_samples_are_runs(study, range(3), tolerance)
 
 
 def test_peaks_alone_are_those_beside_other_measures() -> None:

@@ -205,9 +205,6 @@ def test_the_report_has_the_figures_of_the_summary() -> None:
     np.testing.assert_allclose([*numbers[:2], *numbers[2::2]], expected, atol=0.51)
     errors = [row[f"{name}_standard_error"] for name in ("q05", "q50", "q95", "q99")]
     np.testing.assert_allclose(numbers[3::2], errors, rtol=0.05)
-    for said in ("Gantry", "cycle.csv", "seed 0", "random", "2000 samples", "body.mass", "95 %", "7000 N"):
-        assert said in one_line(text)
-    assert "Warnings" not in text
 
 
 def test_the_report_warns_of_few_samples_failures_and_wide_intervals() -> None:
@@ -219,13 +216,15 @@ def test_the_report_warns_of_few_samples_failures_and_wide_intervals() -> None:
     assert "Sobol indices" in wide and "wide" in wide
 
 
-@pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (8, 40)])
+@pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
 def test_the_report_fits_its_width_and_encoding(carriages: int, factors: int, encoding: str) -> None:
-    text = study_report(studies.study(30, carriages, factors, limits={"life_km": 1000.0})).text(80, encoding)
-    assert max(map(len, text.splitlines())) <= 80
-    assert "..." in text  # 30 samples bound no outer quantile
-    text.encode(encoding)
+    result = studies.study(30, carriages, factors, limits={"life_km": 1000.0})
+    for each in (result, studies.chosen(result)):
+        text = study_report(each).text(80, encoding)
+        assert max(map(len, text.splitlines())) <= 80 and "…" not in text
+        assert ("..." in text) == (each is result)  # 30 samples bound no outer quantile
+        text.encode(encoding)
 
 
 def test_a_study_without_any_result_has_a_report() -> None:
@@ -307,14 +306,6 @@ def test_given_cases_are_listed_one_by_one_without_statistics(tmp_path: Path) ->
     assert len(content["cases"]) == 60 and "driving" not in content
 
 
-@pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
-def test_the_table_of_cases_fits_its_width(carriages: int, factors: int) -> None:
-    text = study_report(
-        studies.chosen(studies.study(30, carriages, factors, limits={"life_km": 1000.0}))
-    ).text()
-    assert max(map(len, text.splitlines())) <= 80 and "…" not in text
-
-
 def test_lost_contact_of_a_preloaded_machine_is_a_row_open() -> None:
     result = studies.study(100)
     assert "contact lost" in study_report(result).text() and "a row open" not in study_report(result).text()
@@ -341,6 +332,6 @@ def test_limits_take_text_with_a_unit_and_levels_are_refused_with_the_way_out() 
     assert result.probability_below("life_km", "4e6 m") == result.probability_below("life_km", 4000.0)
     with pytest.raises(ValueRefused, match="a force in N"):
         result.probability_above("peak_resultant_N", "7 mm")
-    for levels in (95, [95], [0.5, 1.0], 0.95):
+    for levels in (95, [95], [0.5, 1.0], 0.95, [0.0], [-0.1], []):
         with pytest.raises(ArgumentError, match=r"between 0 and 1, got .*\[0\.95\] is for the 95 % quantile"):
             result.quantiles("peak_resultant_N", levels)

@@ -72,9 +72,7 @@ class Parameter:
 
     def require(self, low: float, high: float, form: Form = "value") -> None:
         """Raise ValueRefused if values of this form from `low` to `high` leave the range or go below the floor."""
-        factor = self.value if form == "factor" else 1.0
-        shift = self.value if form == "shift" else 0.0
-        low, high = sorted((factor * low + shift, factor * high + shift))
+        low, high = sorted(changed(self.value, form, end) for end in (low, high))
         unit = "" if self.unit == "1" else f" {self.unit}"
         reach = f"values from {low:.4g} to {high:.4g}{unit}"
         if (self.floor == "> 0" and not low > 0.0) or (self.floor == ">= 0" and not low >= 0.0):
@@ -83,6 +81,16 @@ class Parameter:
         least = self.within.least if self.floor == "> 0" else -self.within.most
         if not (least <= low and high <= self.within.most):
             raise ValueRefused(f"{self.path}: {self.within.words}{unit}", reach, "narrow the distribution")
+
+
+def changed(value: float, form: Form, number: float) -> float:
+    """A value of the machine that a number of this form sets."""
+    return {"value": number, "factor": value * number, "shift": value + number}[form]
+
+
+def part_path(kind: str, name: str) -> str:
+    """The path of a part: "carriages[1a]", or with quotes where an index might be meant."""
+    return f'{kind}["{name}"]' if name.isdecimal() else f"{kind}[{name}]"
 
 
 # ---- the numbers that can vary
@@ -144,7 +152,7 @@ class Parameters:
             self._add("payloads", payload.name, {"payload": payload.name}, of_payload(i, payload))
 
     def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
-        part = f'{kind}["{name}"].' if name.isdecimal() else f"{kind}[{name}]." if kind else ""
+        part = f"{part_path(kind, name)}." if kind else ""
         self.of_part[kind, name] = {
             row.key: row.need
             if row.value is None

@@ -48,6 +48,8 @@ def arguments_of(machine: Machine) -> dict[str, Any]:
         "damping": table.damping,
         "damping_in_contact": table.damping_in_contact,
         "offsets": machine.offsets,
+        "groups": machine.links_of_carriages,
+        "centers": machine.carriage_places,
         "base_compliance": None if machine.base is None else machine.base.compliance,
     }
 

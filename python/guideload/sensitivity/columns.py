@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from guideload.base.errors import ArgumentError, ValueRefused
@@ -35,11 +35,12 @@ def resolve_columns(parameters: Parameters, to: To) -> tuple[Column, ...]:
     The numbers of a group are equal and stay so or, if they differ, have a common factor. Raises ArgumentError for an
     unknown path and for numbers in two columns.
     """
-    try:
-        columns = tuple(_columns(parameters, to))
-    except ValueRefused as refused:
-        hint = f"; {refused.hint}" if refused.hint else ""
-        raise ArgumentError(f"to: expected {refused.expected}, got {refused.value!r}{hint}") from None
+    if isinstance(to, Mapping):
+        columns = [_together(name, _found(parameters, paths)) for name, paths in to.items()]
+    else:
+        columns = [
+            Column(one.path, one.unit, one.value, (one.path,), "value") for one in _found(parameters, to)
+        ]
     owners: dict[str, str] = {}
     for column in columns:
         for path in column.paths:
@@ -50,27 +51,24 @@ def resolve_columns(parameters: Parameters, to: To) -> tuple[Column, ...]:
             owners[path] = column.name
     if not columns:
         raise ArgumentError('to: expected paths such as ["carriages.*.stiffness_y", "body.mass"], got none')
-    return columns
+    return tuple(columns)
 
 
-def _columns(parameters: Parameters, to: To) -> Iterator[Column]:
-    if isinstance(to, Mapping):
-        for name, paths in to.items():
-            listed = [paths] if isinstance(paths, str) else paths
-            found = [parameter for path in listed for parameter in parameters.at(path)]
-            if not found:
-                raise ArgumentError(f"to: {name}: expected paths, got none")
-            yield _together(name, list({parameter.path: parameter for parameter in found}.values()))
-        return
-    found = [parameter for path in ([to] if isinstance(to, str) else to) for parameter in parameters.at(path)]
-    for one in {parameter.path: parameter for parameter in found}.values():
-        yield Column(one.path, one.unit, one.value, (one.path,), "value")
+def _found(parameters: Parameters, paths: str | Sequence[str]) -> list[Parameter]:
+    """The parameters of paths, each once."""
+    try:
+        listed = [paths] if isinstance(paths, str) else paths
+        return list({one.path: one for path in listed for one in parameters.at(path)}.values())
+    except ValueRefused as refused:
+        hint = f"; {refused.hint}" if refused.hint else ""
+        raise ArgumentError(f"to: expected {refused.expected}, got {refused.value!r}{hint}") from None
 
 
 def _together(name: str, parameters: Sequence[Parameter]) -> Column:
     """The column of several numbers that vary together."""
-    paths = tuple(parameter.path for parameter in parameters)
-    first = parameters[0]
+    if not parameters:
+        raise ArgumentError(f"to: {name}: expected paths, got none")
+    first, paths = parameters[0], tuple(parameter.path for parameter in parameters)
     if all((one.value, one.unit) == (first.value, first.unit) for one in parameters):
         return Column(name, first.unit, first.value, paths, "value")
     return Column(name, "1", 1.0, paths, "factor")

@@ -13,6 +13,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import LifeError
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.mean_load import Travel, integrals, mean_load
+from guideload.parameters.parameters import part_path
 from guideload.sensitivity.run import RunDerivatives
 
 UNITS = {"peak_resultant": "N", "mean_load": "N", "life": "m"}
@@ -168,9 +169,8 @@ class CarriageQuantities:
         found = one.rule.preload, np.zeros(self.columns)
         for key in ("preload_y", "preload_z") if one.rule.preload else ():
             own, by = getattr(carriage, key) or 0.0, np.zeros(self.columns)
-            paths = {f"carriages[{carriage.name}].{key}", f'carriages["{carriage.name}"].{key}'}
             for i, column in enumerate(at_rest.columns):
-                if paths & set(column.paths):
+                if f"{part_path('carriages', carriage.name)}.{key}" in column.paths:
                     by[i] = own if column.form == "factor" else 1.0
                     own = float(by[i] * at_rest.values[i])
             if own and (key == "preload_y" or own > found[0]):

@@ -69,8 +69,9 @@ class Linearised:
     @cached_property
     def modal(self) -> Modal:
         """The equations in the undamped modes."""
-        frequency, _, shapes, _ = self.scene.modes()
-        return Modal.of(frequency, shapes, self.damping, (self.d_mass, self.d_damping, self.d_stiffness))
+        omega, _, x, _ = self.scene.modes()
+        matrices = self.damping, self.d_mass, self.d_damping, self.d_stiffness
+        return Modal(omega, x, *(x @ one @ x.T for one in matrices))
 
     def modes(self) -> ModeDerivatives:
         """The modes and their derivatives. A nonlinear link without contact counts with its nominal stiffness."""

@@ -59,13 +59,6 @@ class Modal:
     d_damping: Array
     d_stiffness: Array
 
-    @classmethod
-    def of(cls, omega: Array, shapes: Array, damping: Array, derivatives: Sequence[Array]) -> Modal:
-        """From matrices of all dofs: damping (6, 6) and derivatives (p, 6, 6) of mass, damping and stiffness."""
-        return cls(
-            omega, shapes, shapes @ damping @ shapes.T, *(shapes @ one @ shapes.T for one in derivatives)
-        )
-
     # ---- frequency response
 
     def response(self, omega: Array, force: Array, d_force: Array) -> tuple[Complex, Complex]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
 from guideload.sensitivity.columns import To
 from guideload.sensitivity.figures import UNITS, CarriageQuantities
+from guideload.sensitivity.modes import ModeDerivatives
 from guideload.sensitivity.run import RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 from guideload.simulation.point_motion import moved
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 LOADS, POSITIONS = "N, N, N, N m, N m, N m", "m, m, m, rad, rad, rad"
-PER = " per unit of the parameter"
+SPEEDS, ACCELERATIONS = "m/s, m/s, m/s, rad/s, rad/s, rad/s", "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
 Of = str | Sequence[str]
 
 
@@ -42,8 +43,12 @@ class _Derivatives:
         return RunDerivatives(self.varied.machine, self.at_rest, self.motion, self.start)
 
     @cached_property
-    def by_carriage(self) -> CarriageQuantities:
+    def of_carriages(self) -> CarriageQuantities:
         return CarriageQuantities(self.run)
+
+    @cached_property
+    def of_modes(self) -> ModeDerivatives:
+        return self.at_rest.modes()
 
     def resultant(self) -> Array:
         """Derivatives of the y-z resultant (p, time, carriage): along the load; nan where it is zero."""
@@ -63,10 +68,6 @@ class _Derivatives:
         return moved(self.varied.machine, self.run.history(quantity))
 
 
-RATES = {
-    "velocity": "m/s, m/s, m/s, rad/s, rad/s, rad/s",
-    "acceleration": "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2",
-}
 OF_CARRIAGE, OF_POINT = ("time", "carriage", "axis"), ("time", "point", "axis")
 # By quantity: its derivatives (p, ...), unit, dimensions after the parameter.
 ARRAYS: dict[str, tuple[Callable[[_Derivatives], Array], str, tuple[str, ...]]] = {
@@ -76,8 +77,8 @@ ARRAYS: dict[str, tuple[Callable[[_Derivatives], Array], str, tuple[str, ...]]] 
     "link_load": (lambda d: d.run.history("link_loads"), "N", ("time", "link")),
     "reaction": (lambda d: d.run.history("reaction"), LOADS, ("time", "dof")),
     "displacement": (lambda d: d.run.history("displacement"), POSITIONS, ("time", "dof")),
-    "velocity": (lambda d: d.run.history("velocity"), RATES["velocity"], ("time", "dof")),
-    "acceleration": (lambda d: d.run.history("acceleration"), RATES["acceleration"], ("time", "dof")),
+    "velocity": (lambda d: d.run.history("velocity"), SPEEDS, ("time", "dof")),
+    "acceleration": (lambda d: d.run.history("acceleration"), ACCELERATIONS, ("time", "dof")),
     "point_displacement": (lambda d: d.points("displacement"), "m", OF_POINT),
     "point_velocity": (lambda d: d.points("velocity"), "m/s", OF_POINT),
     "point_acceleration": (lambda d: d.points("acceleration"), "m/s2", OF_POINT),
@@ -125,53 +126,40 @@ def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: St
         if name not in NAMES:
             raise ArgumentError(f"of: expected names out of {joined(NAMES)}, got {name!r}")
     wanted = _Derivatives(VariedMachine(machine, to, motion), motion, start)
-    data, notes = {}, list[str]()
-    for name, values, unit, dims in _values(wanted, names, notes):
-        derivative = name.startswith("d_")
-        data[name] = xr.Variable(
-            ("parameter", *dims) if derivative else dims,
-            values,
-            {"units": unit + PER if derivative else unit},
-        )
+    data, notes = {}, dict[str, None]()
+    dims: tuple[str, ...]
+    for name in names:
+        values = None
+        if name in UNITS:
+            unit, dims = UNITS[name], ("carriage",)
+            values, derivatives = getattr(wanted.of_carriages, name)()
+            notes |= dict.fromkeys(wanted.of_carriages.notes)
+        elif name in MODES:
+            unit, dims = MODES[name], ("mode",)
+            values, derivatives = (getattr(wanted.of_modes, each) for each in (name, f"d_{name}"))
+            notes |= dict.fromkeys(wanted.of_modes.reasons)
+        else:
+            compute, unit, dims = ARRAYS[name]
+            derivatives = compute(wanted)
+        if values is not None:
+            data[name] = xr.Variable(dims, values, {"units": unit})
+        units = {"units": f"{unit} per unit of the parameter"}
+        data[f"d_{name}"] = xr.Variable(("parameter", *dims), derivatives, units)
     columns = wanted.at_rest.columns
-    table = machine.link_table()
     labels = {
         "parameter": [column.name for column in columns],
         "time": motion.time,
         "carriage": [carriage.name for carriage in machine.carriages],
-        "link": list(table.names),
+        "link": list(machine.link_table().names),
         "point": [point.name for point in machine.points],
         "axis": list(AXES),
         "dof": list(DOFS),
     }
-    used = {dim for variable in data.values() for dim in variable.dims}
-    out = xr.Dataset(
-        data, {name: label for name, label in labels.items() if name in used or name == "parameter"}
-    )
+    used = {"parameter", *(dim for variable in data.values() for dim in variable.dims)}
+    out = xr.Dataset(data, {name: label for name, label in labels.items() if name in used})
     out = out.assign_coords(
         value=("parameter", [column.value for column in columns]),
         unit=("parameter", [column.unit for column in columns]),
     )
     out.attrs = {"machine": machine.name, "notes": "\n".join(notes)}
     return out
-
-
-def _values(
-    wanted: _Derivatives, names: Sequence[str], notes: list[str]
-) -> Iterator[tuple[str, Array, str, tuple[str, ...]]]:
-    """Name, values, unit and dimensions of every variable."""
-    for name in names:
-        if name in UNITS:
-            values, derivatives = getattr(wanted.by_carriage, name)()
-            yield name, values, UNITS[name], ("carriage",)
-            yield f"d_{name}", derivatives, UNITS[name], ("carriage",)
-        elif name in MODES:
-            modes = wanted.at_rest.modes()
-            yield name, getattr(modes, name), MODES[name], ("mode",)
-            yield f"d_{name}", getattr(modes, f"d_{name}"), MODES[name], ("mode",)
-            notes.extend(reason for reason in modes.reasons if reason not in notes)
-        else:
-            compute, unit, dims = ARRAYS[name]
-            yield f"d_{name}", compute(wanted), unit, dims
-    if UNITS.keys() & set(names):
-        notes.extend(wanted.by_carriage.notes)

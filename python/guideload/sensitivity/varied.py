@@ -46,8 +46,6 @@ class VariedMachine:
         self._scene = VariedScene(
             **arguments_of(machine),
             payloads=[(one.mass, one.center_of_mass, one.inertia, False, []) for one in riders],
-            groups=machine.links_of_carriages,
-            centers=machine.carriage_places,
             changes=parameters.changes((column.form, column.paths) for column in self.columns),
             columns=len(self.columns),
         )

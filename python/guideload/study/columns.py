@@ -14,7 +14,16 @@ from guideload.base.errors import ValueRefused
 from guideload.life.criteria import Criteria
 from guideload.study import statistics
 from guideload.study.metadata import StudyMetadata
-from guideload.study.quantities import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, RECORDED, SAFETY
+from guideload.study.quantities import (
+    CONTACT,
+    LIFE,
+    PEAK,
+    PEAK_LOAD,
+    QUANTITIES,
+    RECORDED,
+    SAFETY,
+    column_name,
+)
 from guideload.study.storage import SampleStore
 
 
@@ -72,8 +81,7 @@ class StudyColumns:
         """(samples,) the replicate of each sample, in the order of `column`; None for a design without replicates."""
         if self.metadata.replicates == 1:
             return None
-        rows = self.runs // (len(self.metadata.parameters) + 2) if self.metadata.sensitivity else self.runs
-        replicate = np.arange(rows) % self.metadata.replicates
+        replicate = np.arange(self.runs // self.metadata.matrices) % self.metadata.replicates
         return np.repeat(replicate, 2) if self.metadata.sensitivity else replicate
 
     # ---- columns
@@ -100,19 +108,16 @@ class StudyColumns:
 
     def _samples(self, runs: Array) -> Array:
         """The samples among all runs: for a Saltelli design the rows of A and B."""
-        if not self.metadata.sensitivity:
-            return runs
-        return runs.reshape(-1, len(self.metadata.parameters) + 2)[:, :2].ravel()
+        return runs.reshape(-1, self.metadata.matrices)[:, :2].ravel()
 
     def of_all_runs(self, name: str) -> Array:
         stem, _, label = name.partition("[")
-        quantity, owner = QUANTITIES.get(stem), label.removesuffix("]")
-        if stem in self.quantities and quantity is not None:
-            owners = self.owners(stem)
-            if owner in owners:
+        if stem in self.quantities:
+            owner, worse = label.removesuffix("]"), QUANTITIES[stem].worse
+            if owner in self.owners(stem):
                 return self._quantity(stem, owner)
-            if not label and quantity.worse is not None:
-                return reduce(quantity.worse, (self._quantity(stem, owner) for owner in owners))
+            if not label and worse is not None:
+                return reduce(worse, (self._quantity(stem, one) for one in self.owners(stem)))
         if name in self.store.columns:
             return self.store.column(name)
         names = [*self.names(), *self.store.columns]
@@ -121,11 +126,8 @@ class StudyColumns:
 
     def _quantity(self, name: str, owner: str) -> Array:
         """(runs,) a quantity of a carriage, or with the name "" of the machine."""
-        metadata = self.metadata
-        columns = dict(zip(metadata.measures, metadata.columns, strict=True))
-        index = metadata.carriages.index(owner) if owner else 0
-        sources = QUANTITIES[name].sources
-        first, *rest = (self.store.column(columns[load, index, statistic]) for load, statistic in sources)
+        names = (column_name(*source) for source in QUANTITIES[name].sources)
+        first, *rest = (self.store.column(f"{one}[{owner}]" if owner else one) for one in names)
         for other in rest:
             first = np.maximum(np.abs(first), np.abs(other))
         if name == LIFE:
@@ -166,7 +168,7 @@ def available(metadata: StudyMetadata) -> tuple[str, ...]:
     A recorded column is among them only if no other quantity contains it, as "max_Fy_N" without "min_Fy_N".
     """
     recorded = {(load, statistic) for load, _, statistic in metadata.measures}
-    columns = dict.fromkeys(column.partition("[")[0] for column in metadata.columns)
+    columns = dict.fromkeys(column_name(load, statistic) for load, _, statistic in metadata.measures)
     made = [
         name
         for name, quantity in QUANTITIES.items()

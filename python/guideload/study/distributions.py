@@ -23,10 +23,6 @@ class Distribution(ABC):
     def ppf(self, u: Array) -> Array:
         """Quantiles at the probabilities u."""
 
-    @abstractmethod
-    def cdf(self, x: float) -> float:
-        """Probability of a value up to x."""
-
     @property
     def reach(self) -> tuple[float, float]:
         """The smallest and the largest value that can be drawn."""
@@ -117,15 +113,15 @@ class Sample(Distribution):
         place = (u * self.values.size).astype(np.intp)
         return self.values[np.minimum(place, self.values.size - 1)]
 
-    def cdf(self, x: float) -> float:
-        return float(np.searchsorted(self.values, x, side="right") / self.values.size)
+
+Untruncated = Normal | Lognormal | Uniform | Triangular  # `cdf`: the probability of a value up to x
 
 
 @dataclass(frozen=True)
 class Truncated(Distribution):
     """A distribution truncated to low and high, one of which may be infinite."""
 
-    base: Normal | Lognormal | Uniform | Triangular
+    base: Untruncated
     low: float
     high: float
 
@@ -133,10 +129,6 @@ class Truncated(Distribution):
         below = self.base.cdf(self.low)
         inside = below + (self.base.cdf(self.high) - below) * u
         return np.clip(self.base.ppf(np.clip(inside, LOWEST, HIGHEST)), self.low, self.high)
-
-    def cdf(self, x: float) -> float:
-        below, to_high = self.base.cdf(self.low), self.base.cdf(self.high)
-        return min(max((self.base.cdf(x) - below) / (to_high - below), 0.0), 1.0)
 
     @property
     def reach(self) -> tuple[float, float]:

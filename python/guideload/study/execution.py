@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
+from numpy.typing import NDArray
 
 from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
-from guideload.base.errors import ArgumentError, ArgumentTypeError, GuideloadError, RunError, SceneError
+from guideload.base.errors import ArgumentError, GuideloadError, RunError, SceneError
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
@@ -25,24 +25,16 @@ from guideload.study.plan import Plan
 from guideload.study.result import StudyResult
 from guideload.study.second_look import second_look
 from guideload.study.storage import Chunk, FolderStore, Range, SampleStore, open_store
-from guideload.study.study import Study
-from guideload.study.tasks import (
-    LEAST_IN_FLIGHT,
-    Client,
-    connected,
-    default_in_flight,
-    run_chunk,
-    shared,
-    write_chunk,
-)
+from guideload.study.study import Study, plan_of
+from guideload.study.tasks import Client, connected, run_chunk, write_chunk
 
 Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
 
 CHUNK = 8192  # samples: some megabytes of results, 0.1 s on one core for the fastest scenes
 EXECUTOR_CHUNKS = 64  # least number of chunks for an executor, unless they have under 16 samples
-CLUSTER_CHUNK = (
-    65536  # samples of a file that a worker writes: 80 MB with all measures, so that files are few
-)
+CLUSTER_CHUNK = 65536  # samples of a file that a worker writes: 80 MB with all measures, few files
+LEAST_IN_FLIGHT = 64
+PER_THREAD = 3  # of a cluster: one chunk runs, one waits on the worker, one is on the way
 SLICE_TIME = 0.2  # s between checks for Ctrl-C
 STORE_TIME = 10.0  # s, longest time between writes
 
@@ -107,12 +99,7 @@ def run_study(
 
     For a file also what `Study.from_toml` raises.
     """
-    if isinstance(study, str | PathLike):
-        study = Study.from_toml(study)
-    if not isinstance(study, Study | Plan):
-        expected = "a Study, as of Study.from_toml(file), its plan or a file"
-        raise ArgumentTypeError(f"study: expected {expected}, got {type(study).__name__}")
-    plan = study.plan() if isinstance(study, Study) else study
+    plan = plan_of(study)
     if cluster is not None and (executor is not None or output is None):
         raise ArgumentError(
             "cluster: expected an output folder that its workers see, and no executor beside it"
@@ -126,7 +113,8 @@ def run_study(
     place = None if output is None else Path(output)
     with connected(cluster) as client, open_store(plan.metadata, place, resume) as store:
         try:
-            if plan.histories and not holds_histories(store.histories(), plan):
+            kept = store.histories() if plan.histories else None
+            if plan.histories and (kept is None or tuple(kept["sample"].values.tolist()) != plan.histories):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
             _run(plan, store, chunk, threads, executor, client, flying, progress)
             looks = second_look(plan, StudyResult(store, plan.metadata), threads if here else cores())
@@ -160,10 +148,11 @@ def _run(
             task: tuple[Any, ...] = run_chunk, pickle.dumps(plan), threads
             _run_on(executor, task, missing, in_flight or LEAST_IN_FLIGHT, writer)
         elif client is not None and isinstance(store, FolderStore):
-            task = write_chunk, shared(client, pickle.dumps(plan)), str(store.folder.resolve()), threads
-            _run_on(
-                client.get_executor(pure=False), task, missing, in_flight or default_in_flight(client), writer
-            )
+            # On all workers, as an argument of tasks, which then do not carry the plan through the scheduler.
+            packed = client.scatter(pickle.dumps(plan), broadcast=True, hash=False)
+            task = write_chunk, packed, str(store.folder.resolve()), threads
+            in_flight = in_flight or max(LEAST_IN_FLIGHT, PER_THREAD * sum(client.nthreads().values()))
+            _run_on(client.get_executor(pure=False), task, missing, in_flight, writer)
         else:
             _run_here(plan, missing, threads, writer)
         writer.finish()
@@ -319,6 +308,7 @@ def _executor_error(error: Exception) -> GuideloadError:
 # ---- histories of the requested samples, with the labels of a single run
 
 
+Row = tuple[str, tuple[str, ...], NDArray[Any], str, str]  # name, dimensions, values, unit, meaning
 TOGETHER = 16  # samples whose loads are computed at a time
 COPIES = 4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs for it
 
@@ -336,31 +326,27 @@ def histories(plan: Plan) -> Quantities:
         loads[start : start + TOGETHER], failed = batch.histories(values[start : start + TOGETHER])
         for i, reason in failed:
             reasons[start + i] = reason
-    variables = _loads(("sample",), loads, "", "load of the carriage")
+    rows = _rows(("sample", "time", "carriage"), loads, "", "load of the carriage")
+    given: dict[str, Any] = {"rtol": metadata.rtol, "times": plan.motion.time, "start": metadata.start}
     try:
-        nominal = simulate(
-            metadata.machine,
-            plan.motion,
-            metadata.method,
-            rtol=metadata.rtol,
-            times=plan.motion.time,
-            start=metadata.start,
-        ).carriage_loads
-        variables |= _loads((), nominal, "nominal_", "load of the carriage, nominal machine")
+        nominal = simulate(metadata.machine, plan.motion, metadata.method, **given).carriage_loads
+        rows += _rows(("time", "carriage"), nominal, "nominal_", "load of the carriage, nominal machine")
     except (RunError, SceneError):  # perhaps only the drawn machines have a solution
         pass
-    words = {"long_name": "values of the factors, in their units"}
-    variables["value"] = Quantity(("sample", "factor"), values, words)
-    words = {"long_name": "reason why the sample failed, or empty"}
-    variables["reason"] = Quantity(("sample",), np.array(reasons, dtype=object), words)
-    variables["sample"] = Quantity(("sample",), np.array(samples), {"long_name": "index of the sample"})
-    variables["time"] = Quantity(("time",), plan.motion.time, {"units": "s", "long_name": "time"})
-    labels = {
-        "carriage": metadata.carriages,
-        "axis": AXES,
-        "factor": [one.name for one in metadata.parameters],
+    rows.append(("time", ("time",), plan.motion.time, "s", "time"))
+    factors = np.array([one.name for one in metadata.parameters])
+    # Without units: dimensions, values, meaning.
+    others: dict[str, tuple[tuple[str, ...], NDArray[Any], str]] = {
+        "value": (("sample", "factor"), values, "values of the factors, in their units"),
+        "reason": (("sample",), np.array(reasons, dtype=object), "reason why the sample failed, or empty"),
+        "sample": (("sample",), np.array(samples), "index of the sample"),
+        "carriage": (("carriage",), np.array(metadata.carriages), ""),
+        "axis": (("axis",), np.array(AXES), ""),
+        "factor": (("factor",), factors, ""),
     }
-    variables |= {name: Quantity((name,), np.array(list(each)), {}) for name, each in labels.items()}
+    variables = quantities(rows)
+    for name, (dims, array, text) in others.items():
+        variables[name] = Quantity(dims, array, {"long_name": text} if text else {})
     return Quantities(variables, {"fingerprint": metadata.fingerprint})
 
 
@@ -377,17 +363,11 @@ def _room(samples: int, times: int, carriages: int) -> Array:
         ) from None
 
 
-def _loads(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> dict[str, Quantity]:
-    """Labelled loads (..., time, carriage, 6)."""
-    dims, resultant = (*dims, "time", "carriage"), np.hypot(loads[..., 1], loads[..., 2])
-    rows = [
-        ("force", (*dims, "axis"), loads[..., :3], "N", text),
-        ("moment", (*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
-        ("resultant", dims, resultant, "N", f"{text}, resultant in y and z"),
+def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[Row]:
+    """Rows of `quantities` for loads (..., time, carriage, 6)."""
+    resultant = np.hypot(loads[..., 1], loads[..., 2])
+    return [
+        (f"{prefix}force", (*dims, "axis"), loads[..., :3], "N", text),
+        (f"{prefix}moment", (*dims, "axis"), loads[..., 3:], "N m", f"{text}, about its centre"),
+        (f"{prefix}resultant", dims, resultant, "N", f"{text}, resultant in y and z"),
     ]
-    return {f"{prefix}{name}": quantity for name, quantity in quantities(rows).items()}
-
-
-def holds_histories(data: xr.Dataset | None, plan: Plan) -> bool:
-    """Whether the dataset has exactly the histories that the plan requests."""
-    return data is not None and tuple(data["sample"].values.tolist()) == plan.histories

@@ -7,6 +7,7 @@ each path and a row for each case. The tables [[correlation]] correlate drawn fa
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING
@@ -25,12 +26,14 @@ from guideload.base.errors import (
     ValueRefused,
     problem_at,
 )
+from guideload.machine.products import stiffness_estimates
 from guideload.parameters.parameters import Form, Parameter, Parameters
 from guideload.study.distributions import Marginal, in_words
 from guideload.study.metadata import ParameterMetadata
 from guideload.study.sampling import Copula, cholesky
 from guideload.study.varied_parameters import (
     Coefficient,
+    LognormalSpec,
     ParameterPaths,
     VariedParameter,
     column_numbers,
@@ -153,6 +156,32 @@ def _factor(i: int, entry: VariedParameter, owner: str, group: Sequence[Paramete
     targets = tuple(parameter.path for parameter in group)
     unit = "1" if marginal.form == "factor" else unit
     return Factor(entry.draw_title(owner), unit, targets, marginal.form, marginal, i, owner)
+
+
+def estimated_entries(entries: Sequence[VariedParameter], parameters: Parameters) -> Iterator[LognormalSpec]:
+    """A lognormal factor on each estimated stiffness, one draw for all carriages with the same product and class.
+
+    Its interval is that of the estimate. Stiffnesses that `entries` vary are left out, and those that cannot vary,
+    because the carriage has a compliance in series or states its stiffness against rotations.
+    """
+    machine, taken = parameters.machine, set[str]()
+    for entry in entries:
+        with suppress(ValueRefused):  # `drawn_factors` tells it
+            draws = parameters_by_draw(entry, parameters)
+            taken |= {parameter.path for group in draws.values() for parameter in group}
+    found: dict[str, tuple[float, list[str]]] = {}
+    estimates = stiffness_estimates(machine.carriages, machine.product_of_carriage)
+    for carriage, estimate in zip(machine.carriages, estimates, strict=True):
+        if estimate is None:
+            continue
+        title = " ".join(filter(None, ("estimated stiffness of", carriage.product, carriage.preload_class)))
+        for key in ("stiffness_y", "stiffness_z"):
+            parameter = parameters.of_part["carriages", carriage.name][key]
+            if isinstance(parameter, Parameter) and parameter.path not in taken:
+                if parameter.value == estimate.stiffness:
+                    found.setdefault(title, (estimate.sigma, []))[1].append(parameter.path)
+    for title, (sigma, paths) in found.items():
+        yield LognormalSpec(path=tuple(paths), name=title, distribution="lognormal", sigma=sigma)
 
 
 # ---- given cases

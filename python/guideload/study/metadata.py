@@ -10,9 +10,9 @@ import json
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, ValidationError, model_validator
+from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, computed_field
 
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.atomic import atomic_write
@@ -24,11 +24,8 @@ from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
 from guideload.simulation.start import StartState
-from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, column_names, contact_words
+from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, column_name, contact_words
 from guideload.traces.format.table import listed
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
 
 FILE = "study.json"
 CONTENT = "samples of a guideload study"
@@ -133,7 +130,7 @@ class StudyMetadata(BaseModel, frozen=True):
     sensitivity     run i is row i // (d + 2) of matrix i % (d + 2): A, B, A with column j of B
     parameters      the d columns of drawn values, in their order; the last may be the number of the draw of the motion
     correlations    of normal scores, by the names of both parameters: "body.mass and k[1a]"
-    measures        recorded load, carriage and statistic of each column of results; columns: their names
+    measures        recorded load, carriage and statistic of each column of results
     start           of all runs: rest or quasi-static
     exponent        p of the mean load
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
@@ -166,26 +163,20 @@ class StudyMetadata(BaseModel, frozen=True):
     parameters: tuple[ParameterMetadata, ...]
     correlations: dict[str, float] = {}
     measures: tuple[Measure, ...]
-    columns: tuple[str, ...]
     exponent: float
     limits: dict[str, float]
     life_notes: tuple[str, ...] = ()
     motion_warnings: tuple[str, ...] = ()
     second_look: SecondLooks | str | None = None
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        """Check what a damaged file breaks: columns must be those of the measures, which all carriages must have."""
-        try:
-            columns = column_names(self.measures, self.carriages)
-        except (KeyError, IndexError):  # of an unknown load or carriage
-            columns = ()
-        kinds = {(load, statistic) for load, _, statistic in self.measures}
-        places = {load: range(1 if load == "drive" else len(self.carriages)) for load, _ in kinds}
-        complete = {(load, i, statistic) for load, statistic in kinds for i in places[load]}
-        if self.columns != columns or len(columns) != len(complete) or set(self.measures) != complete:
-            raise ValueError("measures that do not belong to its columns")
-        return self
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns of results: "max_Fy_N[1a]", "contact_lost[1a]", "max_drive_N"."""
+        return tuple(
+            column_name(load, statistic) + ("" if load == "drive" else f"[{self.carriages[i]}]")
+            for load, i, statistic in self.measures
+        )
 
     @property
     def repetition(self) -> Repetition | None:
@@ -196,6 +187,11 @@ class StudyMetadata(BaseModel, frozen=True):
     def warnings(self) -> list[str]:
         """The warnings of motion and machine."""
         return [*self.motion_warnings, *machine_warnings(self.machine)]
+
+    @property
+    def matrices(self) -> int:
+        """Runs for each row of the design: those of the Saltelli design, or 1."""
+        return len(self.parameters) + 2 if self.sensitivity else 1
 
     @property
     def draws_motion(self) -> bool:
@@ -259,9 +255,17 @@ class StudyMetadata(BaseModel, frozen=True):
                 "Read it with that version, give another folder, or replace it (--overwrite)"
             )
         try:
-            return cls.model_validate(values)
-        except (ValidationError, GuideloadError) as error:
+            metadata = cls.model_validate(values)
+            if list(metadata.columns) != values.get("columns"):
+                raise ValueError("measures that do not belong to its columns")
+        except (
+            ValueError,
+            GuideloadError,
+            KeyError,
+            IndexError,
+        ) as error:  # the last two: an unknown measure
             raise ReadError(f"{path}: expected the metadata of a study, got {error}") from error
+        return metadata
 
     def require_resumable(self, folder: Path) -> None:
         """Raise ArgumentError with the differences if the folder holds another study, or one with more runs."""

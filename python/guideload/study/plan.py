@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,17 +74,12 @@ class Plan:
 
     def deviation(self, run: int) -> Array:
         """(n,) m/s2, drawn deviation of the acceleration of a run from the estimate, at the stamps of the motion."""
-        draws = self._draws(self.motion.time, 1.0)
-        if draws is None:
-            return np.zeros(self.motion.time.size)
-        return draws.deviation(int(self.values(run, run + 1)[0, -1]))
+        return self._draws(self.motion.time, 1.0).deviation(int(self.values(run, run + 1)[0, -1]))
 
-    def _draws(self, time: Array, factor: float) -> MotionDraws | None:
-        """The draws of the motion at instants, times a factor; None without draws."""
-        if self.draw_seed is None:
-            return None
+    def _draws(self, time: Array, factor: float) -> MotionDraws:
+        """The draws of the motion at instants, times a factor."""
         uncertainty = self.motion.uncertainty
-        assert uncertainty is not None
+        assert uncertainty is not None and self.draw_seed is not None
         stamps = self.motion.time if uncertainty.time is None else uncertainty.time
         unit = factor * uncertainty.unit
         return MotionDraws(uncertainty.model, uncertainty.derivative, unit, stamps, time, self.draw_seed)
@@ -107,21 +103,11 @@ class Plan:
 
     @cached_property
     def _batch(self) -> Batch:
-        return self._batch_of_carriages(with_enough_instants(self.metadata.machine, self.motion)[0])
+        return self._batch_with(with_enough_instants(self.metadata.machine, self.motion)[0])
 
     def batch_at_stamps(self) -> Batch:
         """The same with the stamps of the motion alone, for histories; its extremes are those at the stamps."""
-        return self._batch_of_carriages(self.motion, at_samples=True)
-
-    def _batch_of_carriages(self, motion: Motion, **keys: Any) -> Batch:
-        measures, rules = self.metadata.measures, self._rules()
-        return self._batch_with(self._scene(motion), motion, measures=measures, rules=rules, **keys)
-
-    def _rules(self) -> list[tuple[Rule, Rule]] | None:
-        """Rules of the equivalent loads of each carriage; None if no carriage has a rating."""
-        rated = {one.index: (one.rule.of_core, one.static_rule.of_core) for one in self.metadata.rated()}
-        plain = (PLAIN_SUM.of_core, PLAIN_SUM.of_core)
-        return [rated.get(i, plain) for i in range(len(self.metadata.carriages))] if rated else None
+        return self._batch_with(self.motion, at_samples=True)
 
     def batch_of_links(self, method: str, rtol: float, factor: float) -> Batch:
         """A batch by a method under the excitation times a factor.
@@ -129,61 +115,44 @@ class Plan:
         Its measures are the smallest and largest load of each link along x, y and z.
         """
         points = self.metadata.machine.link_table().points
-        return self._batch_with(
-            self._scene(
-                self.motion,
-                groups=list(np.arange(len(points))[:, None]),
-                centers=points,
-                changes=[change for change in self.changes if change[0][0] != "center"],  # of carriages
-            ),
-            self.motion,
-            measures=[
-                (load, i, end)
-                for i in range(len(points))
-                for load in ("Fx", "Fy", "Fz")
-                for end in ("min", "max")
-            ],
-            method=method,
-            rtol=rtol,
-            factor=factor,
-            at_samples=True,
-        )
-
-    def _scene(self, motion: Motion, **other: Any) -> VariedScene:
-        """The machine, with `other` arguments in place of its groups, their centers or the changes."""
-        machine = self.metadata.machine
-        arguments: dict[str, Any] = {
-            "groups": machine.links_of_carriages,
-            "centers": machine.carriage_places,
-            "changes": self.changes,
+        links = {
+            "groups": list(np.arange(len(points))[:, None]),
+            "centers": points,
+            "changes": [change for change in self.changes if change[0][0] != "center"],  # of carriages
         }
-        payloads = _payloads(machine, motion)
-        return VariedScene(**arguments_of(machine), payloads=payloads, **arguments | other)
+        measures = list(product(("Fx", "Fy", "Fz"), range(len(points)), ("min", "max")))
+        given: dict[str, Any] = {"measures": measures, "rules": None, "method": method, "rtol": rtol}
+        return self._batch_with(self.motion, links, factor, **given, at_samples=True)
 
     def _batch_with(
-        self,
-        scene: VariedScene,
-        motion: Motion,
-        *,
-        method: str | None = None,
-        rtol: float | None = None,
-        factor: float = 1.0,
-        **keys: Any,
+        self, motion: Motion, scene: Mapping[str, Any] | None = None, factor: float = 1.0, **given: Any
     ) -> Batch:
-        metadata, draws = self.metadata, self._draws(motion.time, factor)
+        """The batch of a motion times a factor, with other arguments of the scene and of the batch."""
+        machine, metadata = self.metadata.machine, self.metadata
+        of_scene = arguments_of(machine) | {"changes": self.changes} | dict(scene or {})
+        settings: dict[str, Any] = {"measures": metadata.measures, "rules": self._rules()}
+        settings |= {
+            "method": metadata.method,
+            "rtol": metadata.rtol,
+            "start": metadata.start,
+            "exponent": metadata.exponent,
+        }
+        if self.draw_seed is not None:
+            settings["draws"] = self._draws(motion.time, factor), len(self.factors)
         return Batch(
-            scene,
+            VariedScene(**of_scene, payloads=_payloads(machine, motion)),
             time=motion.time,
             acceleration=factor * motion.acceleration,
             wrench=None if motion.wrench is None else factor * motion.wrench,
             speed=None if motion.velocity is None else np.ascontiguousarray(motion.velocity[:, 0]),
-            exponent=metadata.exponent,
-            method=method or metadata.method,
-            rtol=rtol or metadata.rtol,
-            start=metadata.start,
-            draws=None if draws is None else (draws, len(self.factors)),
-            **keys,
+            **settings | given,
         )
+
+    def _rules(self) -> list[tuple[Rule, Rule]] | None:
+        """Rules of the equivalent loads of each carriage; None if no carriage has a rating."""
+        rated = {one.index: (one.rule.of_core, one.static_rule.of_core) for one in self.metadata.rated()}
+        plain = (PLAIN_SUM.of_core, PLAIN_SUM.of_core)
+        return [rated.get(i, plain) for i in range(len(self.metadata.carriages))] if rated else None
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
@@ -196,14 +165,9 @@ def _payloads(machine: Machine, motion: Motion) -> list[PayloadOfBatch]:
         return []
     ends = (*stretches.first[1:], motion.time.size)
     parts = list(zip(stretches.payloads, zip(stretches.first, ends, strict=True), strict=True))
+    stays = {one.name: [part for names, part in parts if one.name in names] for one in machine.payloads}
     return [
-        (
-            one.mass,
-            one.center_of_mass,
-            one.inertia,
-            one.inertia_about == "L",
-            [part for names, part in parts if one.name in names],
-        )
+        (one.mass, one.center_of_mass, one.inertia, one.inertia_about == "L", stays[one.name])
         for one in machine.payloads
     ]
 
@@ -215,17 +179,8 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     conditions of life only what the recorded loads depend on: the rules. It contains the number of samples for a Latin
     hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
-    names = [
-        "motion",
-        "motion_exact",
-        "duration",
-        "instants",
-        "travel",
-        "limits",
-        "life_notes",
-        "motion_warnings",
-        "second_look",
-    ]
+    names = ["motion", "motion_exact", "duration", "instants", "travel", "limits", "life_notes"]
+    names += ["motion_warnings", "second_look"]
     if design is not None and design.sampling != "latin hypercube":
         names.append("runs")
     free: dict[str, Any] = dict.fromkeys(names, True)

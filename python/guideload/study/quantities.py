@@ -155,8 +155,8 @@ def recorded_measures(
     loads: Sequence[Recorded] | None,
     statistics: Sequence[Statistic],
     rated: bool = False,
-) -> tuple[tuple[Measure, ...], tuple[str, ...]]:
-    """The measures, and the names of their columns: "max_Fy_N[1a]", "contact_lost[1a]", "max_drive_N".
+) -> tuple[Measure, ...]:
+    """The measures.
 
     loads: None for all of `USUAL` that the scene has. rated: whether the largest equivalent load is recorded for the
     static safety. Raises ConfigError for a load that the scene does not have.
@@ -182,16 +182,7 @@ def recorded_measures(
     ]
     if "drive" in recorded:
         measures += [("drive", 0, statistic) for statistic in statistics]
-    measures = list(dict.fromkeys(measures))  # a load or statistic may be given twice
-    return tuple(measures), column_names(measures, [carriage.name for carriage in machine.carriages])
-
-
-def column_names(measures: Sequence[Measure], carriages: Sequence[str]) -> tuple[str, ...]:
-    """The names of the columns of measures; carriages: their names. Raises IndexError for another carriage."""
-    return tuple(
-        column_name(load, statistic) + ("" if load == "drive" else f"[{carriages[i]}]")
-        for load, i, statistic in measures
-    )
+    return tuple(dict.fromkeys(measures))  # a load or statistic may be given twice
 
 
 def checked_limits(

@@ -29,16 +29,14 @@ from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
 from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES
 from guideload.study.storage import Chunk, SampleStore
-from guideload.study.study import Study
+from guideload.study.study import Study, plan_of
 
 # ---- subset simulation
 
 
 Margin = Callable[[Array], Array]  # (n, factors) normal scores to (n,) margins, positive beyond the limit
 
-SAMPLES = (
-    2000  # of a population at a level: the bias of the product falls with their number, here to 1 or 2 %
-)
+SAMPLES = 2000  # of a population at a level: the bias of the product falls with them, here to 1 or 2 %
 SHARE = 0.1  # of the samples that start chains: the usual value; work is nearly the same from 0.1 to 0.3
 ACCEPTED = 0.44  # share of accepted candidates at which chains forget fastest (Papaioannou et al. 2015)
 FIRST_STEP = 0.6
@@ -217,10 +215,8 @@ def _recording(plan: Plan, name: str) -> Plan:
     needed = set(QUANTITIES[name.partition("[")[0]].sources)
     if needed & {MEAN_LOAD, PEAK_LOAD}:
         needed |= {MEAN_LOAD, PEAK_LOAD}  # together they say that carriages have ratings
-    metadata = plan.metadata
-    kept = [i for i, (load, _, statistic) in enumerate(metadata.measures) if (load, statistic) in needed]
-    measures, columns = (tuple(of[i] for i in kept) for of in (metadata.measures, metadata.columns))
-    return replace(plan, metadata=metadata.model_copy(update={"measures": measures, "columns": columns}))
+    measures = tuple(one for one in plan.metadata.measures if (one[0], one[2]) in needed)
+    return replace(plan, metadata=plan.metadata.model_copy(update={"measures": measures}))
 
 
 # ---- the probability
@@ -300,9 +296,7 @@ def exceedance_probability(
 
     For a file also what `Study.from_toml` raises.
     """
-    if isinstance(study, str | PathLike):
-        study = Study.from_toml(study)
-    plan = study.plan() if isinstance(study, Study) else study
+    plan = plan_of(study)
     if not 1e-6 <= coefficient_of_variation < 1.0:
         expected = "expected a number from 1e-6 to 1, e.g. 0.1"
         raise ArgumentError(f"coefficient_of_variation: {expected}, got {coefficient_of_variation!r}")

@@ -18,6 +18,7 @@ from guideload.life.limits import limit_notes
 from guideload.life.mean_load import Travel, integrals
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.parameters.parameters import changed, part_path
 from guideload.study.factors import Factor
 
 EXPONENT = 3.0  # of the mean load where no carriage has a rating
@@ -70,7 +71,7 @@ def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> I
     varied = [target for factor in factors for target in factor.targets if ".preload_" in target]
     same: dict[float, list[str]] = {}
     for one in criteria:
-        own = f"carriages[{one.name}].", f'carriages["{one.name}"].'
+        own = part_path("carriages", one.name)
         if one.rule.preload and not any(target.startswith(own) for target in varied):
             same.setdefault(one.rule.preload, []).append(one.name)
     if same:
@@ -113,21 +114,16 @@ def _places(
     machine: Machine, factors: Sequence[Factor], cases: Array | None
 ) -> Iterator[tuple[int, tuple[float, float]]]:
     """Index of each carriage whose x varies, and the smallest and largest x of the samples."""
-    index = {f"carriages[{carriage.name}].x": i for i, carriage in enumerate(machine.carriages)}
-    index |= {f'carriages["{carriage.name}"].x': i for i, carriage in enumerate(machine.carriages)}
+    index = {f"{part_path('carriages', one.name)}.x": i for i, one in enumerate(machine.carriages)}
     for column, factor in enumerate(factors):
-        for target in factor.targets:
-            if target in index:
-                i = index[target]
-                if factor.marginal is not None:
-                    low, high = factor.marginal.reach
-                else:
-                    assert cases is not None
-                    low, high = float(cases[:, column].min()), float(cases[:, column].max())
-                x = machine.carriages[i].x
-                scale, shift = {"value": (1.0, 0.0), "factor": (x, 0.0), "shift": (1.0, x)}[factor.form]
-                ends = sorted((scale * low + shift, scale * high + shift))
-                yield i, (ends[0], ends[1])
+        if factor.marginal is not None:
+            reach = factor.marginal.reach
+        else:
+            assert cases is not None
+            reach = float(cases[:, column].min()), float(cases[:, column].max())
+        for target in index.keys() & set(factor.targets):
+            low, high = sorted(changed(machine.carriages[index[target]].x, factor.form, end) for end in reach)
+            yield index[target], (low, high)
 
 
 def _require_arrangement(machine: Machine, one: Array, other: Array, i: int, j: int) -> None:

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pyarrow.parquet import ParquetWriter
 
-from guideload.base.arguments import checked, real_array, require_type
+from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
@@ -115,14 +115,13 @@ class StudyResult(StudyColumns):
             if (row := _described(values, self.replicate))["samples"]
         }
 
+    @checked
     def quantiles(
-        self, name: str, levels: Sequence[float] = LEVELS, confidence: float = statistics.CONFIDENCE
+        self, name: str, levels: ArrayLike = LEVELS, confidence: float = statistics.CONFIDENCE
     ) -> pd.DataFrame:
         """Quantiles of a column: a row per level with value, low, high and standard_error.
 
-        See `statistics.quantiles`.
-
-        Raises ArgumentError for levels that do not lie between 0 and 1.
+        See `statistics.quantiles`. Raises ArgumentError for levels that do not lie between 0 and 1.
         """
         shares = real_array("levels", levels)
         if shares.ndim != 1 or not shares.size or not np.all((shares > 0) & (shares < 1)):
@@ -130,11 +129,9 @@ class StudyResult(StudyColumns):
                 f"levels: expected a list of levels between 0 and 1, got {shown(levels)}; "
                 "[0.95] is for the 95 % quantile"
             )
-        require_type("name", name, str)
-        require_type("confidence", confidence, float)
-        estimates = statistics.quantiles(self.column(name), levels, confidence, self.replicate)
+        estimates = statistics.quantiles(self.column(name), shares, confidence, self.replicate)
         columns = ("value", "low", "high", "standard_error")
-        return pd.DataFrame(np.transpose(estimates), pd.Index(levels, name="level"), columns)
+        return pd.DataFrame(np.transpose(estimates), pd.Index(shares, name="level"), columns)
 
     @checked
     def exceedance(self, name: str, confidence: float = statistics.CONFIDENCE) -> Exceedance:
@@ -221,12 +218,8 @@ class StudyResult(StudyColumns):
             lives = statistics.known(column)
             failed = failure_probability(distance, column, self.metadata.machine.life.reliability)
             estimate = statistics.mean_share(failed, confidence, self.replicate)
-            rows[owner] = (
-                distance,
-                lives.size,
-                *estimate,
-                float(np.mean(lives < distance)) if lives.size else np.nan,
-            )
+            shorter = float(np.mean(lives < distance)) if lives.size else np.nan
+            rows[owner] = (distance, lives.size, *estimate, shorter)
         columns = ["travel_km", "samples", "probability", "low", "high", "standard_error", "shorter"]
         return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="carriage"), columns)
 
@@ -267,7 +260,7 @@ class StudyResult(StudyColumns):
                 "sensitivity: expected a Saltelli design, got samples that are drawn once; set sensitivity = true in "
                 "the study, or use rank_correlation()"
             )
-        matrices = self.of_all_runs(name or self.leading).reshape(-1, len(self.metadata.parameters) + 2)
+        matrices = self.of_all_runs(name or self.leading).reshape(-1, self.metadata.matrices)
         replicate = None if self.replicate is None else self.replicate[::2]  # of the rows
         indices = statistics.sobol_indices(
             matrices[:, 0], matrices[:, 1], matrices[:, 2:], confidence, replicate

@@ -118,43 +118,6 @@ class LatinHypercube:
         return high * side + low
 
 
-Single = Sobol | Random | LatinHypercube
-
-
-@dataclass(frozen=True)
-class Replicated:
-    """Several independent sequences that take turns: sample i is number i // R of sequence i % R."""
-
-    sequences: tuple[Single, ...]
-    dimensions: int
-
-    def columns(self, start: int, stop: int) -> Array:
-        columns, turns = np.empty((self.dimensions, stop - start)), len(self.sequences)
-        for i, sequence in enumerate(self.sequences):
-            first, last = (-((i - end) // turns) for end in (start, stop))
-            if first < last:
-                columns[:, i + turns * first - start :: turns] = sequence.columns(first, last)
-        return columns
-
-
-def make_sequence(
-    sampling: Sampling, dimensions: int, seed: int, samples: int, replicates: int
-) -> Single | Replicated:
-    """The sequence of a sampling, or with several replicates independent ones of the same kind, which take turns."""
-    if replicates == 1:
-        return _single(sampling, dimensions, seed, samples)
-    seeds = np.random.SeedSequence(seed, spawn_key=(3,)).generate_state(replicates, np.uint64).tolist()
-    counts = (len(range(i, samples, replicates)) for i in range(replicates))
-    each = (_single(sampling, dimensions, *one) for one in zip(seeds, counts, strict=True))
-    return Replicated(tuple(each), dimensions)
-
-
-def _single(sampling: Sampling, dimensions: int, seed: int, samples: int) -> Single:
-    if sampling == "sobol":
-        return Sobol(dimensions, seed)
-    return Random(dimensions, seed) if sampling == "random" else LatinHypercube(dimensions, seed, samples)
-
-
 ROUNDS = 6  # of the Feistel network
 
 
@@ -217,37 +180,51 @@ class Design:
 
     def draw_numbers(self, start: int, stop: int) -> Array:
         """(stop - start,) numbers of the draws: that of the run; in a Saltelli design one for each row of A and B."""
-        numbers: Array = np.arange(start, stop, dtype=np.float64)
         if not self.sensitivity:
-            return numbers
-        row, matrix = np.divmod(numbers, self._matrices)
-        from_b = (matrix == 1) | (matrix == 2 + self.dimensions)
-        numbers = 2.0 * row + from_b
-        return numbers
+            return np.arange(start, stop, dtype=np.float64)
+        row, from_b = self._of_runs(start, stop, self.dimensions)
+        return np.asarray(2.0 * row + from_b)
+
+    def _of_runs(self, start: int, stop: int, column: Any) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Rows of runs in a Saltelli design, and whether they have the column, or columns (n, 1), of B."""
+        row, matrix = np.divmod(np.arange(start, stop), self._matrices)
+        return row, (matrix == 1) | (matrix == 2 + column)
 
     @cached_property
-    def _sequence(self) -> Single | Replicated:
-        columns = 2 * self.dimensions if self.sensitivity else self.dimensions
-        return make_sequence(self.sampling, columns, self.seed, self.samples, self.replicates)
+    def _sequences(self) -> list[Sobol | Random | LatinHypercube]:
+        """One for each replicate."""
+        columns, turns = 2 * self.dimensions if self.sensitivity else self.dimensions, self.replicates
+        seeds = [self.seed]
+        if turns > 1:
+            keys = np.random.SeedSequence(self.seed, spawn_key=(3,))
+            seeds = keys.generate_state(turns, np.uint64).tolist()
+        if self.sampling == "latin hypercube":
+            counts = [len(range(i, self.samples, turns)) for i in range(turns)]
+            return [LatinHypercube(columns, *one) for one in zip(seeds, counts, strict=True)]
+        kind = Sobol if self.sampling == "sobol" else Random
+        return [kind(columns, seed) for seed in seeds]
+
+    def _base(self, start: int, stop: int) -> Array:
+        """The sequences in turns: sample i is number i // R of sequence i % R."""
+        turns = self.replicates
+        columns = np.empty((self._sequences[0].dimensions, stop - start))
+        for i, sequence in enumerate(self._sequences):
+            first, last = (-((i - end) // turns) for end in (start, stop))
+            if first < last:
+                columns[:, i + turns * first - start :: turns] = sequence.columns(first, last)
+        return columns
 
     def uniforms(self, start: int, stop: int) -> Array:
         """(dimensions, stop - start) of the runs start to stop - 1."""
-        if self.sensitivity:
-            return self._saltelli(start, stop)
-        uniforms = self._sequence.columns(start, stop)
-        if self.copula is not None:
-            self.copula.apply(uniforms)
-        return uniforms
-
-    def _saltelli(self, start: int, stop: int) -> Array:
-        block = self._matrices
-        first, last = start // block, -(-stop // block)
-        base = self._sequence.columns(first, last)
-        row, matrix = np.divmod(np.arange(start, stop), block)
-        row -= first
-        columns = np.arange(self.dimensions)[:, None]
-        from_b = (matrix == 1) | (matrix == 2 + columns)
-        return np.where(from_b, base[self.dimensions :, row], base[: self.dimensions, row])
+        if not self.sensitivity:
+            uniforms = self._base(start, stop)
+            if self.copula is not None:
+                self.copula.apply(uniforms)
+            return uniforms
+        first, last = start // self._matrices, -(-stop // self._matrices)
+        base = self._base(first, last)
+        row, from_b = self._of_runs(start, stop, np.arange(self.dimensions)[:, None])
+        return np.where(from_b, base[self.dimensions :, row - first], base[: self.dimensions, row - first])
 
 
 def cholesky(matrix: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...] | None:

@@ -19,10 +19,8 @@ from guideload.study.quantities import QUANTITIES
 from guideload.study.result import StudyResult
 
 SHARE = 400  # one of so many samples is solved again; a second solution may cost ten times the first
-FEWEST, MOST = (
-    20,
-    200,
-)  # samples: 20 find with 95 % what happens in one of seven, 200 what happens in one of 67
+# Samples: 20 find with 95 % what happens in one of seven, 200 what happens in one of 67.
+FEWEST, MOST = 20, 200
 # Exact where no contact is preloaded.
 EXACT_IF_LINEAR = ("auto", *(name for name, of in METHODS.items() if of.exact_if_linear))
 

@@ -8,7 +8,7 @@ variance of a mean is at most n/(n - 1) times that of n independent samples: Owe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,9 +60,7 @@ class SobolIndices(NamedTuple):
 
 def known(values: ArrayLike) -> Array:
     """The values that are not NaN, in their order."""
-    column = np.asarray(values, dtype=np.float64)
-    missing = np.isnan(column)
-    return column[~missing] if missing.any() else column
+    return _known_by_replicate(values, None)[0]
 
 
 def mean_and_deviation(values: ArrayLike) -> tuple[float, float]:
@@ -85,7 +83,7 @@ def mean(values: ArrayLike, confidence: float = CONFIDENCE, replicate: Replicate
 
 def quantiles(
     values: ArrayLike,
-    levels: Sequence[float],
+    levels: ArrayLike,
     confidence: float = CONFIDENCE,
     replicate: Replicate = None,
 ) -> Estimates:
@@ -98,11 +96,9 @@ def quantiles(
     its median is unbiased (Hyndman and Fan 1996, definition 8). The standard error is half the distance of the
     quantiles at the levels one standard error lower and higher; infinite beyond the samples.
 
-    levels : (m,) between 0 and 1. Returns arrays (m,); NaN without samples. Raises ValueRefused.
+    levels : (m,) between 0 and 1. Returns arrays (m,); NaN without samples.
     """
     parts = np.asarray(levels, dtype=np.float64)
-    if not np.all((parts > 0) & (parts < 1)):
-        raise ValueRefused("levels between 0 and 1", list(levels), "e.g. 0.99 for the 99 % quantile")
     tail = (1 - _confidence(confidence)) / 2
     column, replicate = _known_by_replicate(values, replicate)
     ordered = np.sort(column)

@@ -168,13 +168,8 @@ class FolderStore(SampleStore):
         self, folder: Path, metadata: StudyMetadata, *, read_all: bool = False, scan: bool = True
     ) -> None:
         super().__init__(metadata)
-        self.folder = folder
-        if scan:
-            self._find_chunks(read_all)
-
-    def _find_chunks(self, read_all: bool) -> None:
-        folder, reached = self.folder, 0
-        for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder)):
+        self.folder, reached = folder, 0
+        for (start, stop), path in sorted((_range(path), path) for path in chunks_in(folder) if scan):
             try:
                 if not reached <= start < stop <= self.runs:
                     raise ValueError(f"samples {start} to {stop - 1} are in another chunk or study")
@@ -241,13 +236,10 @@ class FolderStore(SampleStore):
         super().describe(metadata)
 
     def histories(self) -> xr.Dataset | None:
-        path = self.folder / HISTORIES
         try:
-            if not path.exists():
-                return None
-            return read_netcdf(path)
+            return read_netcdf(self.folder / HISTORIES)
         except (OSError, ValueError, KeyError, RuntimeError):
-            return None  # damaged: they are computed again when the study is resumed
+            return None  # missing, or damaged: then they are computed again when the study is resumed
 
     def add_histories(self, data: Quantities) -> None:
         with atomic_write(self.folder / HISTORIES, durable=True) as draft:

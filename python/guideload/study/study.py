@@ -20,8 +20,7 @@ from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import start_of
-from guideload.study.estimated import estimated_entries
-from guideload.study.factors import build_copula, drawn_factors, read_cases
+from guideload.study.factors import build_copula, drawn_factors, estimated_entries, read_cases
 from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
 from guideload.study.options import REPLICATES, StudyFile, StudyOptions, read_study, with_hint_on_place
 from guideload.study.plan import Plan, digest, pair_correlations, with_fingerprint
@@ -155,7 +154,7 @@ class Study(StudyOptions):
         rated = RatedStudy()
         if self.quantities is None or "load" in self.quantities:
             rated = rated_study(self.machine, motion, factors, cases)
-        measures, columns = recorded_measures(
+        measures = recorded_measures(
             self.machine, motion, self.quantities, self.statistics, bool(rated.criteria)
         )
         changes = parameters.changes((factor.form, factor.targets) for factor in factors)
@@ -178,7 +177,6 @@ class Study(StudyOptions):
             ),
             correlations=pair_correlations(factors, None if design is None else design.copula),
             measures=measures,
-            columns=columns,
             exponent=rated.exponent,
             life_notes=rated.notes,
             motion_warnings=tuple(map(str, motion_warnings(motion, self.machine))),
@@ -223,6 +221,13 @@ class Study(StudyOptions):
         if self.sampling == "sobol" and factors > most:
             hint = f'these entries have {factors}; "random" takes any number'
             raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)
+
+
+def plan_of(study: Study | Plan | str | PathLike[str]) -> Plan:
+    """The plan of a study, or of the study in a file."""
+    if isinstance(study, str | PathLike):
+        study = Study.from_toml(study)
+    return study.plan() if isinstance(study, Study) else study
 
 
 def _missing(key: str, hint: str) -> ConfigError:

@@ -79,17 +79,5 @@ def connected(cluster: Client | str | None) -> Iterator[Client]:
         yield client
 
 
-def default_in_flight(client: Client) -> int:
-    """Chunks that a cluster gets at once."""
-    return max(LEAST_IN_FLIGHT, PER_THREAD * int(sum(client.nthreads().values())))
-
-
-def shared(client: Client, packed: bytes) -> Any:
-    """The pickled plan on all workers, as an argument of tasks, which then do not carry it through the scheduler."""
-    return client.scatter(packed, broadcast=True, hash=False)
-
-
 CONNECT_TIME = 10  # s
 WRITE_TRIES = 5  # a second apart: a file takes less to write
-LEAST_IN_FLIGHT = 64
-PER_THREAD = 3  # one runs, one waits on the worker, one is on the way
