@@ -11,7 +11,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import errors_name
 from guideload.base.errors import TraceError, ValueRefused
 from guideload.base.units import factor
-from guideload.motion.forces import Forces
+from guideload.motion.motion import Forces
 from guideload.traces.channels import FROM_FIRST, numbers_of, stamps_of_columns
 from guideload.traces.format.headers import Header
 from guideload.traces.format.sources import load_table
