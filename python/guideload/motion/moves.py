@@ -279,25 +279,13 @@ def _limit(move: Move, name: LimitName) -> float | None:
 def _planned(i: int, length: float, move: Move) -> Pieces:
     """A complete move over a length [m]; i: its index."""
     assert move.profile is not None
+    free = Limits(move.profile, math.inf, math.inf, math.inf, math.inf)
+    if move.time is not None:
+        free = limits_of_time(length, move.time, move.profile, move.speed or math.inf)
+    given: dict[str, Any] = {name: value for name in get_args(LimitName) if (value := _limit(move, name))}
+    fastest = fastest_move(length, replace(free, **given))
     if move.time is None:
-        speed, acceleration, deceleration = (
-            _limit(move, n) for n in ("speed", "acceleration", "deceleration")
-        )
-        assert speed and acceleration and deceleration
-        return fastest_move(
-            length, Limits(move.profile, speed, acceleration, deceleration, move.jerk or math.inf)
-        )
-    free = limits_of_time(length, move.time, move.profile, move.speed or math.inf)
-    fastest = fastest_move(
-        length,
-        Limits(
-            move.profile,
-            move.speed or free.speed,
-            move.acceleration or free.acceleration,
-            _limit(move, "deceleration") or free.deceleration,
-            move.jerk or free.jerk,
-        ),
-    )
+        return fastest
     if fastest.time > move.time * (1.0 + 1e-12):
         expected = f"at least {fastest.time:.4g} s, the shortest time under its limits"
         hint = "raise its limits, or leave them out: they then follow"
