@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.errors import TraceError, ValueRefused
-from guideload.base.units import factor
+from guideload.base.errors import TraceError
 from guideload.traces.content.counters import unwrap
-from guideload.traces.format.headers import known_unit
+from guideload.traces.format.headers import Header, known_unit
 from guideload.traces.format.table import Table
 
 DAY = 86_400_000_000_000  # ns
@@ -73,10 +72,7 @@ def stamps_of(
         raise TraceError(
             f"{table.source}: column {name}: a clock that counts needs its counts per second: rate=... (--rate)"
         )
-    try:
-        scale = factor(unit or "s", "s")
-    except ValueRefused as error:
-        raise TraceError(f"{table.source}: column {name}: {error}") from None
+    scale = table.factor(name, "s", Header((), unit or "s"))
     start = abs(float(_first(values)))
     for low, high, step, epoch in EPOCHS:
         # TwinCAT Scope exports FILETIME with the unit "ms".
