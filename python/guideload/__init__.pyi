@@ -65,9 +65,9 @@ from .study import StudyInterrupted as StudyInterrupted
 from .study import StudyResult as StudyResult
 from .study import exceedance_probability as exceedance_probability
 from .study import run_study as run_study
-from .traces import Inspection as Inspection
-from .traces import Trace as Trace
-from .traces import motion_from_trace as motion_from_trace
-from .traces import read_forces as read_forces
-from .traces import read_trace as read_trace
+from .traces.forces import read_forces as read_forces
+from .traces.inspection import Inspection as Inspection
+from .traces.reading import Trace as Trace
+from .traces.reading import motion_from_trace as motion_from_trace
+from .traces.reading import read_trace as read_trace
 from .watch import WatchState as WatchState

@@ -48,7 +48,7 @@ def test_ctrl_c_ends_the_reading_of_a_text(trace: Path) -> None:
     source = f"""
 import os, signal, threading, time
 from pyarrow import csv
-from guideload.traces import read_trace
+from guideload.traces.reading import read_trace
 
 def read_csv(content, **_):
     assert threading.current_thread() is not threading.main_thread()

@@ -28,7 +28,7 @@ from guideload import (
 )
 from guideload.drive import DriveRequirements, drive_requirements
 from guideload.drive.requirements import rms, share_of_push
-from guideload.motion.refinement import with_instants
+from guideload.motion.motion import with_instants
 from guideload.reports.run import result_report
 from guideload.study import Study
 

@@ -11,7 +11,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.monitor import Monitor, MonitorSettings
 from guideload.monitor.description import monitor_text
 from guideload.monitor.estimator import taps_of
-from guideload.watch.inputs import Break
+from guideload.watch.inputs import Break, Input
 from guideload.watch.lines import Lines
 from guideload.watch.session import Session
 
@@ -51,7 +51,7 @@ def text_of(stamps: Any, counts: Any) -> bytes:
     return b"".join(b"%d,%d\n" % sample for sample in zip(stamps.tolist(), counts.tolist(), strict=True))
 
 
-class Pieces:
+class Pieces(Input):
     """An input whose bytes come in pieces, as given; `Break` among them."""
 
     name = "pieces"
@@ -61,15 +61,6 @@ class Pieces:
 
     def read(self, timeout: float) -> bytes | Break | None:
         return self.pieces.pop(0) if self.pieces else None
-
-    def place(self, position: int) -> dict[str, Any]:
-        return {}
-
-    def find(self, place: dict[str, Any]) -> bool:
-        return False
-
-    def close(self) -> None:
-        pass
 
 
 def run(session: Session) -> Session:

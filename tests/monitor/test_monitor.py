@@ -99,14 +99,14 @@ def test_the_chosen_smoother_is_no_worse_than_another(
     for time_constant in (1.0, 2.0, 4.0):
         other = taps_of(3, time_constant, SETTINGS.lag)
         monitors = ((Monitor(machine, SETTINGS, other), phase) for phase in PHASES)
-        assert max(path.errors(each, SETTINGS, phase)[0] for each, phase in monitors) >= design.peak_error
+        assert max(path.errors(each, phase)[0] for each, phase in monitors) >= design.peak_error
 
 
 def test_the_stated_error_holds_where_the_encoder_rounds_otherwise(
     machine: Machine, motion: Motion, design: Design
 ) -> None:
     path = SampledPath.of(machine, motion, SETTINGS)
-    errors = [path.errors(design.monitor(), SETTINGS, phase) for phase in (0.05, 0.37, 0.83)]
+    errors = [path.errors(design.monitor(), phase) for phase in (0.05, 0.37, 0.83)]
     for peak, load in errors:
         assert peak < 1.2 * design.peak_error
         assert load < 1.05 * design.load_error

@@ -17,7 +17,6 @@ from scipy.optimize import linprog
 from guideload import ConfigError, Motion, Move, MoveLimits, Moves, simulate
 from guideload.motion.moves import MOST_STAMPS
 from guideload.motion.profiles import DEVIATION, Limits, Pieces, fastest_move
-from guideload.motion.resolution import usable_bandwidth_of
 
 PROFILES = ("jerk limited", "trapezoid", "sine squared", "polynomial 5")
 EXACT = PROFILES[:2]
@@ -207,7 +206,7 @@ def test_velocity_and_position_are_the_integrals_of_the_acceleration(profile: st
     assert motion.velocity[-1, 0] == 0.0 and motion.position[-1, 0] == -0.1
     paused = (motion.position[:, 0] == 1.25) & (motion.velocity[:, 0] == 0.0)
     assert np.ptp(time[paused]) == pytest.approx(0.3, rel=1e-9)
-    assert motion.uncertainty is None and motion.exact and usable_bandwidth_of(motion) == np.inf
+    assert motion.uncertainty is None and motion.exact and motion.usable_bandwidth == np.inf
 
 
 @pytest.mark.parametrize("profile", PROFILES)

@@ -15,7 +15,7 @@ from reference import on_rails, random_motion
 
 from guideload import Body, Link, Machine, Motion, peak_loads, sensitivities, simulate
 from guideload.base.errors import ArgumentError
-from guideload.motion.refinement import with_instants
+from guideload.motion.motion import with_instants
 from guideload.sensitivity import VariedMachine, rank_influences
 
 Array = NDArray[Any]

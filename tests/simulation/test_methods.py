@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from reference import DOFS
 
 from guideload import ArgumentError, GuideloadError, Machine, Motion, RunError, peak_loads, simulate
-from guideload.motion.refinement import refined
+from guideload.motion.motion import refined
 
 Array = NDArray[np.float64]
 

@@ -29,7 +29,7 @@ from guideload.audit.histories import Histories
 from guideload.life.load_parts import load_parts
 from guideload.machine.straightness import Waviness
 from guideload.method_comparison import work_precision
-from guideload.motion.refinement import refined
+from guideload.motion.motion import refined
 from guideload.reports.machine import machine_report
 
 Array = NDArray[np.float64]

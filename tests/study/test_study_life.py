@@ -19,8 +19,7 @@ from guideload.base.number_text import kilometres
 from guideload.catalogue.product import Product
 from guideload.life.rating_life import system_life
 from guideload.machine.components import Carriage
-from guideload.motion.motion import Motion
-from guideload.motion.refinement import refined
+from guideload.motion.motion import Motion, refined
 from guideload.reports.study import study_report
 from guideload.simulation.instants import with_enough_instants
 from guideload.study.metadata import StudyMetadata

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -189,23 +190,24 @@ def test_the_state_is_read_as_it_was_written_and_refused_if_damaged(tmp_path: Pa
     )
 
     def damaged(word: str, *path: str | int, value: object = None) -> None:
-        text = json.dumps(whole)
-        content = json.loads(text)
+        content: Any = json.loads(json.dumps(whole))
         node = content
         for key in path[:-1]:
             node = node[key]
         node[path[-1]] = value
         (tmp_path / WatchState.FILE).write_text(json.dumps(content))
-        with pytest.raises(ReadError, match=word):
+        with pytest.raises(ReadError, match=f"expected the state of a watch .*{word}"):
             WatchState.read(tmp_path)
 
-    damaged("with a valid status", "status", value=[])
-    damaged("with a valid carriage", "status", "carriages", 0, value={"name": "1a"})
-    damaged("with a valid carriage", "status", "carriages", value=5)
-    damaged("with a valid life_used", "status", "carriages", 0, "life_used", value="much")
-    damaged("with a valid input", "status", "input", value={})
-    damaged("with a valid points", "points", 3, value=[0.1])
-    damaged("unexpected keyword argument", "more", value=1)
+    damaged("status: .*object", "status", value=[])
+    damaged("Fy_N", "status", "carriages", 0, value={"name": "1a"})
+    damaged("carriages", "status", "carriages", value=5)
+    damaged("carriages", "status", "carriages", value=[])
+    damaged("life_used", "status", "carriages", 0, "life_used", value="much")
+    damaged("samples", "status", "input", value={})
+    damaged("points: expected 5 numbers", "points", 3, value=[0.1])
+    damaged("points.3.2: .*number", "points", 3, value=[0.1, 1.0, "2", 3.0, 4.0])
+    damaged("ended: .*boolean", "ended", value=1)
     (tmp_path / WatchState.FILE).write_text("{")
     with pytest.raises(ReadError, match="expected the state of a watch"):
         WatchState.read(tmp_path)

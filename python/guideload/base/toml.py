@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from bisect import bisect
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from os import PathLike
@@ -17,7 +18,9 @@ from guideload.base.errors import (
     KeyPath,
     Problem,
     UnreadableConfig,
+    ValueRefused,
     no_file,
+    problem_at,
     shortened,
     shown,
 )
@@ -115,7 +118,12 @@ def _unreadable(
 
 
 def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> ConfigError:
-    """`error` with the file, and with the row and the text of each value; problems in the order of rows."""
+    """`error` with the file, and with the row and the text of each value; problems in the order of rows.
+
+    An error that names its file already, such as that of a machine file in a study, stays as it is.
+    """
+    if error.file is not None:
+        return error
     problems = []
     for problem in error.problems:
         prefixes = (problem.path[:n] for n in range(len(problem.path), 0, -1))
@@ -127,6 +135,15 @@ def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> Conf
             problem = replace(problem, row=places[path].row, written=written)
         problems.append(problem)
     return ConfigError(sorted(problems, key=lambda problem: problem.row or 0), file, error.others)
+
+
+def missing_files(folder: Path, names: Mapping[KeyPath, str | None]) -> list[Problem]:
+    """The problems of the files that do not exist, by their keys; None stands for no file."""
+    missing = {key: name for key, name in names.items() if name is not None and not (folder / name).is_file()}
+    return [
+        problem_at(key, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
+        for key, name in missing.items()
+    ]
 
 
 # A string that does not end reaches to the end of its row or, with three quotes, of the text: so each character is

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, PlainValidator, StrictStr, field_validator
+from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, field_validator
 
 from guideload.base.config import ConfigModel, number
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.base.file_model import FileModel
 from guideload.base.ranges import CYCLES, PERIOD
-from guideload.base.toml import located, read_toml
+from guideload.base.toml import missing_files, read_toml
 from guideload.catalogue.life_target import HOUR
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
@@ -45,8 +45,11 @@ class CaseFile(ConfigModel):
     )
 
 
-class DutyFile(ConfigModel):
+class DutyFile(FileModel):
     """A duty file. Raises ConfigError with all problems at once."""
+
+    FILE: ClassVar = "duty.toml"
+    WRITTEN_BY: ClassVar = "`guideload schema duty` lists its keys"
 
     machine: FileName | None = Field(
         default=None, description='machine file of all cases that have none, e.g. "machine.toml"'
@@ -55,6 +58,7 @@ class DutyFile(ConfigModel):
         default=HOUR, description='time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"'
     )
     cases: tuple[CaseFile, ...] = Field(min_length=1, description="one [[cases]] table for each load case")
+    _machines: tuple[Machine, ...] = PrivateAttr(())
 
     @field_validator("cases")
     @classmethod
@@ -64,43 +68,31 @@ class DutyFile(ConfigModel):
             raise ValueRefused("a unique name of each case", names)
         return cases
 
-
-def read_duty(file: str | PathLike[str]) -> tuple[DutyFile, tuple[Machine, ...]]:
-    """The description of a duty file and the machine of each case. Raises ConfigError naming file, row and key."""
-    values, places = read_toml(file, "`guideload schema duty` lists its keys")
-    folder = Path(file).parent
-    try:
-        described = DutyFile(**values)
-        files = [
-            folder / name if name else None
-            for name in (c.machine or described.machine for c in described.cases)
+    @classmethod
+    def _of_file(cls, values: dict[str, Any], file: Path) -> DutyFile:
+        described = cls(**values)
+        machine_files = [case.machine or described.machine for case in described.cases]
+        names: dict[KeyPath, str | None] = {}
+        for i, (case, machine_file) in enumerate(zip(described.cases, machine_files, strict=True)):
+            names |= {("cases", i, "machine"): machine_file, ("cases", i, "motion"): case.motion}
+        expected, hint = "a machine file, at the case or above all cases", 'add machine = "machine.toml"'
+        problems = [
+            Problem(("cases", i), None, expected, hint, None, "no machine")
+            for i, machine_file in enumerate(machine_files)
+            if machine_file is None
         ]
-        problems: list[Problem] = []
-        for i, (case, machine_file) in enumerate(zip(described.cases, files, strict=True)):
-            if machine_file is None:
-                words = "a machine file, at the case or above all cases"
-                problems.append(
-                    Problem(("cases", i), None, words, 'add machine = "machine.toml"', None, "no machine")
-                )
-            for key, path in (("machine", machine_file), ("motion", folder / case.motion)):
-                if path is not None and not path.is_file():
-                    place: KeyPath = ("cases", i, key)
-                    hint = f"there is no {path}"
-                    problems.append(
-                        Problem(place, path.name, "a file that exists", hint, None, shown(path.name))
-                    )
-        if problems:
+        if problems := [*problems, *missing_files(file.parent, names)]:
             raise ConfigError(problems)
-        machines = [
-            _machine(path, i, case)
-            for i, (path, case) in enumerate(zip(files, described.cases, strict=True))
-            if path
-        ]
-    except ConfigError as error:
-        if error.file is not None:  # the machine's own file
-            raise
-        raise located(error, str(file), places) from None
-    return described, tuple(machines)
+        described._machines = tuple(
+            _machine(file.parent / str(machine_file), i, case)
+            for i, (machine_file, case) in enumerate(zip(machine_files, described.cases, strict=True))
+        )
+        return described
+
+    @property
+    def machines(self) -> tuple[Machine, ...]:
+        """The machine of each case, of a description that was read from a file."""
+        return self._machines
 
 
 def _machine(file: Path, index: int, case: CaseFile) -> Machine:

@@ -20,7 +20,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import HOUR, Repetition
-from guideload.duty.description import read_duty
+from guideload.duty.description import DutyFile
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.life import Life, life_of
 from guideload.life.rating_life import failure_probability, system_life
@@ -44,11 +44,11 @@ class LoadCase:
 
 def load_cases(file: str | PathLike[str]) -> tuple[tuple[LoadCase, ...], float]:
     """The load cases of a duty file, and its period [s]. Raises ConfigError, TraceError."""
-    described, machines = read_duty(file)
+    described = DutyFile.from_toml(file)
     folder = Path(file).parent
     cases = tuple(
         LoadCase(case.name, machine, case.reading.motion(folder / case.motion, machine), case.cycles)
-        for case, machine in zip(described.cases, machines, strict=True)
+        for case, machine in zip(described.cases, described.machines, strict=True)
     )
     return cases, described.period
 

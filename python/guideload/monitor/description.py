@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from os import PathLike
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, StrictStr
 
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ArgumentError, ConfigError, Problem, shown
+from guideload.base.errors import ArgumentError, ConfigError
+from guideload.base.file_model import FileModel
 from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD, SMOOTHER
-from guideload.base.toml import located, read_toml
-from guideload.machine.machine import Machine
+from guideload.base.toml import missing_files
 from guideload.monitor.settings import MonitorSettings
 
 Load = Annotated[float, in_range(FORCE, above=0.0)]
@@ -29,8 +28,11 @@ class Smoother(ConfigModel):
     time_constant: Annotated[float, in_range(SMOOTHER, above=0.0)] = Field(description="in samples")
 
 
-class MonitorFile(ConfigModel):
+class MonitorFile(FileModel):
     """A monitor file. Raises ConfigError with all problems at once."""
+
+    FILE: ClassVar = "monitor.toml"
+    WRITTEN_BY: ClassVar = "`guideload monitor build` writes one"
 
     machine: Annotated[StrictStr, Field(min_length=1)] = Field(
         description='machine file, from the folder of this file, e.g. "machine.toml"'
@@ -73,33 +75,16 @@ class MonitorFile(ConfigModel):
             bin=self.bin,
         )
 
-
-def read_monitor_file(file: str | PathLike[str]) -> tuple[MonitorFile, Machine]:
-    """The description of a monitor file, and its machine. Raises ConfigError naming file, row and key."""
-    values, places = read_toml(file, "`guideload monitor build` writes one")
-    try:
-        described = MonitorFile(**values)
-        machine_file = Path(file).parent / described.machine
-        if not machine_file.is_file():
-            hint = f"there is no {machine_file}"
-            raise ConfigError(
-                [
-                    Problem(
-                        ("machine",),
-                        described.machine,
-                        "a file that exists",
-                        hint,
-                        None,
-                        shown(described.machine),
-                    )
-                ]
-            )
-        _ = described.settings
-    except ConfigError as error:
-        raise located(error, str(file), places) from None
-    except ArgumentError as error:
-        raise ArgumentError(f"{file}: {error}") from None
-    return described, Machine.from_toml(machine_file)
+    @classmethod
+    def _of_file(cls, values: dict[str, Any], file: Path) -> MonitorFile:
+        described = cls(**values)
+        if problems := missing_files(file.parent, {("machine",): described.machine}):
+            raise ConfigError(problems)
+        try:
+            _ = described.settings
+        except ArgumentError as error:
+            raise ArgumentError(f"{file}: {error}") from None
+        return described
 
 
 def monitor_text(

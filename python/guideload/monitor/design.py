@@ -24,9 +24,8 @@ from guideload.simulation.simulation import simulate
 ORDERS = (3, 5)
 TIME_CONSTANTS = (1.0, 1.5, 2.0, 2.2, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 11.0, 15.0)  # samples
 MOST_SAMPLES = 200_000  # of the motion: the choice of the smoother then takes half a minute
-PHASES = tuple(
-    k / 10.0 for k in range(10)
-)  # counts by which the encoder is shifted, so that it rounds otherwise
+# Counts by which the encoder is shifted, so that it rounds otherwise.
+PHASES = tuple(k / 10.0 for k in range(10))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ def designed(machine: Machine, motion: Motion, settings: MonitorSettings) -> Des
     for order in ORDERS:
         for time_constant in TIME_CONSTANTS:
             taps = taps_of(order, time_constant, settings.lag)
-            errors = [path.errors(Monitor(machine, settings, taps), settings, phase) for phase in PHASES]
+            errors = [path.errors(Monitor(machine, settings, taps), phase) for phase in PHASES]
             peak, load = (max(column) for column in zip(*errors, strict=True))
             if best is None or peak < best.peak_error:
                 best = Design(machine, settings, order, time_constant, taps, peak, load)
@@ -114,9 +113,9 @@ class SampledPath:
         loads = simulate(machine, motion, times=np.minimum(grid, end)).carriage_loads[..., 1:]
         return cls(position, loads)
 
-    def errors(self, monitor: Monitor, settings: MonitorSettings, phase: float) -> tuple[float, float]:
+    def errors(self, monitor: Monitor, phase: float) -> tuple[float, float]:
         """Largest relative error of a peak resultant, and rms error of the loads [N], from the counts of an encoder."""
-        constants = monitor.constants()
+        constants, settings = monitor.constants(), monitor.settings
         before = int(constants["settling"]) + int(constants["tap_count"]) + 4
         steady = np.pad(self.position, (before, settings.lag), mode="edge")
         counts = np.round(steady / settings.quantum + phase).astype(np.int64)

@@ -15,9 +15,8 @@ import numpy as np
 from guideload._core import smooth_motion
 from guideload.base.arrays import Array
 
-PRIOR = (
-    1e6  # times the noise: variance of the state before the first sample, that is almost no knowledge of it
-)
+# Variance of the state before the first sample, over that of the noise: almost no knowledge of it.
+PRIOR = 1e6
 MEMORY = 5.0  # time constants of the past that are kept: the weights before are below 1e-3 of the largest
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from guideload.base.errors import ArgumentError, SceneError
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.equivalent_load import EquivalentLoad
 from guideload.machine.machine import Machine
-from guideload.monitor.description import read_monitor_file
+from guideload.monitor.description import MonitorFile
 from guideload.monitor.estimator import taps_of
 from guideload.monitor.settings import MonitorSettings
 
@@ -62,7 +63,8 @@ class Monitor(CoreMonitor):
     @checked
     def from_toml(cls, file: str | PathLike[str]) -> Self:
         """The monitor of a file by `guideload monitor build`. Raises ConfigError, SceneError or ArgumentError."""
-        described, machine = read_monitor_file(file)
+        described = MonitorFile.from_toml(file)
+        machine = Machine.from_toml(Path(file).parent / described.machine)
         order, time_constant = described.smoother.order, described.smoother.time_constant
         return cls(machine, described.settings, taps_of(order, time_constant, described.lag))
 

@@ -17,12 +17,8 @@ C_PLACES = (12, 8, 128)
 
 def rust_source(design: Design) -> str:
     """A Rust file with the constant PREPARED, for places that fit the machine, in f32."""
-    constants = design.monitor().constants()
-    states, carriages = len(constants["from_start"]), int(constants["carriage_count"])
-    differences = int(constants["tap_count"]) + design.settings.most_missing + 1
-    fields = [
-        f"    {name}: {text}," for name, text in _fields(constants, (states, carriages, differences), _rust)
-    ]
+    constants, (states, carriages, differences) = _constants(design)
+    fields = [f"    {name}: {_rust(name, content)}," for name, content in _fields(constants, differences)]
     lines = [
         *(f"// {line}" for line in [*design.title, "Do not edit."]),
         f"pub const STATES: usize = {states};",
@@ -38,12 +34,7 @@ def rust_source(design: Design) -> str:
 
 def c_source(design: Design) -> str:
     """A C header with the constant guideload_machine. Raises ArgumentError if the C library has too few places."""
-    constants = design.monitor().constants()
-    needed = (
-        len(constants["from_start"]),
-        int(constants["carriage_count"]),
-        int(constants["tap_count"]) + design.settings.most_missing + 1,
-    )
+    constants, needed = _constants(design)
     for name, count, places in zip(
         ("states", "carriages", "second differences"), needed, C_PLACES, strict=True
     ):
@@ -52,7 +43,7 @@ def c_source(design: Design) -> str:
                 f"monitor: the C library has places for {places} {name}, and {count} are needed; "
                 "choose a smaller lag, or write Rust (-o monitor.rs)"
             )
-    fields = [f"    .{name} = {text}," for name, text in _fields(constants, needed, _c)]
+    fields = [f"    .{name} = {_c(name, content)}," for name, content in _fields(constants, needed[2])]
     lines = [
         *(f"/* {line} */" for line in [*design.title, "Do not edit."]),
         "#include <math.h>",
@@ -67,18 +58,22 @@ def c_source(design: Design) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _fields(constants: dict[str, Any], places: tuple[int, int, int], value: Any) -> list[tuple[str, str]]:
-    """Names and texts of the fields of a `Prepared`."""
-    states, carriages, differences = places
+def _constants(design: Design) -> tuple[dict[str, Any], tuple[int, int, int]]:
+    """The constants of a monitor, and the places that they need: states, carriages, second differences."""
+    constants = design.monitor().constants()
+    differences = int(constants["tap_count"]) + design.settings.most_missing + 1
+    return constants, (len(constants["from_start"]), int(constants["carriage_count"]), differences)
+
+
+def _fields(constants: dict[str, Any], differences: int) -> list[tuple[str, Any]]:
+    """Names and contents of the fields of a `Prepared`, in their order."""
     taps = np.zeros((2, differences))
     taps[:, : int(constants["tap_count"])] = constants["taps"]
-    ordered: list[tuple[str, Any]] = [
-        (name, constants[name])
-        for name in ("id", "carriage_count", "input", "tap_count", "lag", "settling", "exponent", "period")
-    ]
-    ordered += [("speed_of_step", constants["speed_of_step"]), ("taps", taps.tolist())]
-    ordered += [(name, constants[name]) for name in ("change", "from_start", "from_end", "carriages")]
-    return [(name, value(name, content)) for name, content in ordered]
+    names = (
+        *("id", "carriage_count", "input", "tap_count", "lag", "settling", "exponent", "period"),
+        *("speed_of_step", "taps", "change", "from_start", "from_end", "carriages"),
+    )
+    return [(name, taps.tolist() if name == "taps" else constants[name]) for name in names]
 
 
 def _checksum(constants: dict[str, Any]) -> int:

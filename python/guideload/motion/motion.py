@@ -1,22 +1,22 @@
-"""The motion that excites a scene: acceleration of L and process forces, piecewise linear in time."""
+"""The motion that excites a scene: acceleration of L and process forces, linear in time between stamps."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.arrays import Array, check_finite
+from guideload.base.arrays import Array, check_finite, median_step
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
 from guideload.machine.points import PointOfInterest
-from guideload.motion.forces import Forces
 from guideload.motion.uncertainty import Uncertainty
 
+CORNER_STEP = 0.5  # of the median step: a shorter step shows a profile given by its corners, not by samples
 # The histories of a Motion and the shape of one sample of each.
 HISTORIES: dict[str, tuple[int, ...]] = {
     "acceleration": (3,),
@@ -36,6 +36,31 @@ RANGES = {
     "moment": MOMENT,
     "point": POSITION,
 }
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Force and moment that act on the body at a point; linear between their stamps, zero before and after them.
+
+    time        (n,) s, not decreasing; two equal stamps are a jump
+    force       (n, 3) N
+    moment      (n, 3) N m, about the point
+    source      name of the file or data they come from, for reports
+    notes       what was detected when they were read
+    from_first  whether the stamps count from the first one, so that their place in a motion is not known
+    """
+
+    time: Array
+    force: Array
+    moment: Array
+    source: str = "forces"
+    notes: tuple[str, ...] = ()
+    from_first: bool = False
+
+    def __repr__(self) -> str:
+        return (
+            f"<Forces of {self.source}: {self.time.size} stamps from {self.time[0]:g} to {self.time[-1]:g} s>"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +129,11 @@ class Motion:
             if self.uncertainty.variance.size != stamps.size:
                 got = self.uncertainty.variance.size
                 raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
+
+    @property
+    def usable_bandwidth(self) -> float:
+        """Frequency [Hz] up to which the motion shows accelerations; inf if it is known exactly."""
+        return np.inf if self.exact else usable_bandwidth(self.time, self.bandwidth)
 
     @classmethod
     @checked
@@ -216,34 +246,95 @@ class Motion:
 
     def _with_wrench(self, time: Array, wrench: Array) -> Motion:
         """This motion plus a wrench (k, 6) at `time` (k,), zero outside `time`; the result has the stamps of both."""
-        stamps = np.unique(np.concatenate([self.time, time]))
-        stamps = stamps[(stamps >= self.time[0]) & (stamps <= self.time[-1])]
-        histories = {name: getattr(self, name) for name in HISTORIES if getattr(self, name) is not None}
-        histories.setdefault("wrench", np.zeros((self.time.size, 6)))
+        motion = with_instants(self, time)
         added = np.pad(time, 1, mode="edge"), np.pad(wrench, ((1, 1), (0, 0)))
-
-        def sampled(side: Literal["left", "right"]) -> dict[str, Array]:
-            values = {name: _one_side(self.time, each, stamps, side) for name, each in histories.items()}
-            return values | {"wrench": values["wrench"] + _one_side(*added, stamps, side)}
-
-        before, after = sampled("left"), sampled("right")
+        before, after = _sides(*added, motion.time)
         # A jump needs two stamps. At the ends one is enough: the motion starts after a jump at the first stamp and ends
         # before a jump at the last.
-        jump = np.zeros(stamps.size, bool)
-        for name in histories:
-            jump |= np.any((before[name] != after[name]).reshape(stamps.size, -1), axis=1)
-        jump[[0, -1]] = False
-        jump |= np.isin(stamps, self.time[1:][np.diff(self.time) == 0.0])
-        index = np.repeat(np.arange(stamps.size), 1 + jump)
-        late = np.append(not jump[0], index[1:] == index[:-1])
-        united = {
-            name: np.where(late.reshape(-1, *[1] * (sides.ndim - 1)), after[name][index], sides[index])
-            for name, sides in before.items()
-        }
-        uncertainty = self.uncertainty
-        if uncertainty is not None and uncertainty.time is None:
-            uncertainty = replace(uncertainty, time=self.time)
-        return replace(self, time=stamps[index], uncertainty=uncertainty, **united)
+        alone = np.diff(motion.time, prepend=-np.inf) > 0.0
+        alone[:-1] &= alone[1:]
+        jumps = alone & np.any(before != after, axis=1)
+        jumps[[0, -1]] = False
+        index = np.repeat(np.arange(jumps.size), 1 + jumps)
+        stamps = motion.time[index]
+        late = np.append(stamps[0] < stamps[1], np.diff(stamps) == 0.0)
+        histories = {name: getattr(motion, name) for name in HISTORIES}
+        united = {name: values[index] for name, values in histories.items() if values is not None}
+        united["wrench"] = united.get("wrench", 0.0) + np.where(late[:, None], after[index], before[index])
+        return replace(motion, time=stamps, **united)
+
+
+def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
+    """The motion with each interval between stamps in so many equal parts, (n - 1,)."""
+    first = np.repeat(np.arange(parts.size), parts)
+    share = (np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[first]
+    stamps = motion.time
+    return _at(motion, first, share, stamps[first] + share * np.diff(stamps)[first])
+
+
+def with_instants(motion: Motion, times: Array) -> Motion:
+    """The motion with stamps at these times [s] too, as far as it lasts then and has none there."""
+    stamps = motion.time
+    new = np.setdiff1d(times[(times > stamps[0]) & (times < stamps[-1])], stamps)
+    if not new.size:
+        return motion
+    before = np.searchsorted(stamps, new, side="right") - 1
+    share = (new - stamps[before]) / (stamps[before + 1] - stamps[before])
+    first = np.insert(np.arange(stamps.size - 1), before + 1, before)
+    shares = np.insert(np.zeros(stamps.size - 1), before + 1, share)
+    time = np.insert(stamps[:-1], before + 1, new)
+    return _at(motion, first, shares, time)
+
+
+def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) -> Motion:
+    """The motion at `time`, at shares of the intervals that begin with the stamps `first`, and at its end.
+
+    Acceleration and process forces are linear between the stamps anyway. The position is the cubic through positions
+    and velocities at the stamps, which is exact where these are the integrals of the acceleration; a velocity without
+    position is linear.
+    """
+    share = shares[:, None]
+
+    def with_last(values: Array, history: Array) -> Array:
+        return np.append(values, history[-1:], axis=0)
+
+    histories: dict[str, Any] = {}
+    for name in HISTORIES:
+        if (history := getattr(motion, name)) is not None:
+            flat = history.reshape(history.shape[0], -1)
+            values = with_last(flat[first] + share * (flat[first + 1] - flat[first]), flat)
+            histories[name] = values.reshape(-1, *history.shape[1:])
+    if motion.velocity is not None and motion.position is not None:
+        h = np.diff(motion.time)[first, None]
+        (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
+        # Hermite's cubic x + h v s + a s^2 + b s^3.
+        a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
+        histories["position"] = with_last(x + share * (h * v + share * (a + share * b)), motion.position)
+        lasting = np.where(h > 0.0, h, 1.0)
+        slope = np.where(h > 0.0, v + share * (2.0 * a + 3.0 * b * share) / lasting, v)
+        histories["velocity"] = with_last(slope, motion.velocity)
+    uncertainty = motion.uncertainty
+    if uncertainty is not None and uncertainty.time is None:
+        uncertainty = replace(uncertainty, time=motion.time)
+    return replace(
+        motion,
+        time=with_last(time, motion.time),
+        bandwidth=motion.usable_bandwidth,  # the new stamps show nothing more
+        uncertainty=uncertainty,
+        **histories,
+    )
+
+
+def usable_bandwidth(time: Array, bandwidth: float) -> float:
+    """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly.
+
+    time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. It is
+    inf if the bandwidth is unknown and the stamps are the corners of a profile.
+    """
+    step = median_step(time)
+    if step == 0.0 or (np.isinf(bandwidth) and np.diff(time).min() < CORNER_STEP * step):
+        return np.inf
+    return float(min(bandwidth, 0.5 / step))
 
 
 def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -274,12 +365,17 @@ def _samples(name: str, values: ArrayLike, count: int) -> Array:
     return np.broadcast_to(_history(name, values, shape), (count, 3))
 
 
-def _one_side(time: Array, history: Array, stamps: Array, side: Literal["left", "right"]) -> Array:
-    """The history just before ("left") or just after ("right") each stamp, constant beyond its ends."""
-    upper = np.searchsorted(time, stamps, side)
-    lower, upper = (np.clip(index, 0, time.size - 1) for index in (upper - 1, upper))
-    width = time[upper] - time[lower]
-    share = np.divide(stamps - time[lower], width, out=np.zeros(stamps.size), where=width > 0.0)
-    share = share.reshape(-1, *[1] * (history.ndim - 1))
-    # At a sample the history has its value, without rounding.
-    return np.where(share == 1.0, history[upper], history[lower] + share * (history[upper] - history[lower]))
+def _sides(time: Array, history: Array, stamps: Array) -> tuple[Array, Array]:
+    """A history (n, k) just before and just after each stamp, constant beyond its ends."""
+
+    def one_side(side: Literal["left", "right"]) -> Array:
+        upper = np.searchsorted(time, stamps, side)
+        lower, upper = (np.clip(index, 0, time.size - 1) for index in (upper - 1, upper))
+        width = time[upper] - time[lower]
+        share = np.divide(stamps - time[lower], width, out=np.zeros(stamps.size), where=width > 0.0)[:, None]
+        # At a sample the history has its value, without rounding.
+        return np.where(
+            share == 1.0, history[upper], history[lower] + share * (history[upper] - history[lower])
+        )
+
+    return one_side("left"), one_side("right")

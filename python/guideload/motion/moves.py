@@ -14,7 +14,15 @@ from pydantic import Field, PlainValidator, PrivateAttr, model_validator
 
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ABSENT, ArgumentError, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import (
+    ArgumentError,
+    ConfigError,
+    Problem,
+    ValueRefused,
+    problem_at,
+    refused_at,
+    shown,
+)
 from guideload.base.file_model import FileModel
 from guideload.base.number_text import counted, digits
 from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
@@ -127,7 +135,7 @@ class Moves(FileModel):
             hint = "`guideload init --moves` writes a motion file"
             if "body" in values:
                 hint = "this is a machine file: give the motion file after it"
-            raise _refusal(("moves",), "[[moves]] tables, as a motion file has", None, hint)
+            raise refused_at(("moves",), "[[moves]] tables, as a motion file has", None, hint)
         moves = cls(**values)
         moves._source = file.name
         return moves
@@ -143,7 +151,7 @@ class Moves(FileModel):
             if len(moves[i]) < len(pairs) or not all(key and value for key, value in moves[i].items()):
                 expected = "key=value, separated by commas, each key once"
                 point = "numbers have a decimal point, " if re.search(r"\d,\d", text) else ""
-                raise _refusal(("moves", i), expected, text, f'{point}as in "distance=1.2 m, speed=2 m/s"')
+                raise refused_at(("moves", i), expected, text, f'{point}as in "distance=1.2 m, speed=2 m/s"')
         values: dict[str, Any] = {"moves": moves}
         return cls(**values)
 
@@ -210,7 +218,7 @@ class Moves(FileModel):
         if not count <= MOST_STAMPS:
             key, hint = ("repeat", "fewer repetitions") if self.repeat > 1 else ("rate", "fewer per second")
             expected = f"a motion of at most {MOST_STAMPS:.0e} stamps"
-            raise _refusal((key,), expected, f"{count:.2g} stamps", f"{hint}, or shorter moves")
+            raise refused_at((key,), expected, f"{count:.2g} stamps", f"{hint}, or shorter moves")
         return self
 
     def _wrong_limits(self) -> Iterator[Problem]:
@@ -221,11 +229,11 @@ class Moves(FileModel):
                 if needed and move.time is None and getattr(move, key) is None:
                     hint = "here, or in [limits] for all moves"
                     hint += '; or profile = "trapezoid", which has none' if key == "jerk" else ""
-                    yield _refusal(("moves", i, key), f"a largest {key}", None, hint).problems[0]
+                    yield problem_at(("moves", i, key), ValueRefused(f"a largest {key}", None, hint))
             if move.profile == "trapezoid" and own.jerk is not None:
-                yield _refusal(("moves", i, "jerk"), NO_JERK, own.jerk, FASTEST).problems[0]
+                yield problem_at(("moves", i, "jerk"), ValueRefused(NO_JERK, own.jerk, FASTEST))
         if self.limits.jerk is not None and all(move.profile == "trapezoid" for move in self.complete):
-            yield _refusal(("limits", "jerk"), NO_JERK, self.limits.jerk, FASTEST).problems[0]
+            yield problem_at(("limits", "jerk"), ValueRefused(NO_JERK, self.limits.jerk, FASTEST))
 
     @cached_property
     def _legs(self) -> list[Leg]:
@@ -236,7 +244,9 @@ class Moves(FileModel):
                 if not abs(end - place) >= SHORTEST:
                     again = f" in repetition {number + 1}" if number else ""
                     hint = "for a pause alone, lengthen the dwell of the move before"
-                    raise _refusal(("moves", i, "target"), f"another place than the cart's{again}", end, hint)
+                    raise refused_at(
+                        ("moves", i, "target"), f"another place than the cart's{again}", end, hint
+                    )
                 # A distance as given, not as the difference of places, recurs to the bit: it is planned once.
                 length = abs(end - place if move.distance is None else move.distance)
                 pieces = _planned(i, length, move)
@@ -248,7 +258,7 @@ class Moves(FileModel):
                             if force.during == "at rest"
                             else "it never reaches its largest speed"
                         )
-                        raise _refusal(("moves", i, "forces", k, "during"), expected, force.during, hint)
+                        raise refused_at(("moves", i, "forces", k, "during"), expected, force.during, hint)
                 legs.append(Leg(pieces, place, end, move.dwell, move.forces))
                 place = end
         return legs
@@ -269,29 +279,17 @@ def _limit(move: Move, name: LimitName) -> float | None:
 def _planned(i: int, length: float, move: Move) -> Pieces:
     """A complete move over a length [m]; i: its index."""
     assert move.profile is not None
+    free = Limits(move.profile, math.inf, math.inf, math.inf, math.inf)
+    if move.time is not None:
+        free = limits_of_time(length, move.time, move.profile, move.speed or math.inf)
+    given: dict[str, Any] = {name: value for name in get_args(LimitName) if (value := _limit(move, name))}
+    fastest = fastest_move(length, replace(free, **given))
     if move.time is None:
-        speed, acceleration, deceleration = (
-            _limit(move, n) for n in ("speed", "acceleration", "deceleration")
-        )
-        assert speed and acceleration and deceleration
-        return fastest_move(
-            length, Limits(move.profile, speed, acceleration, deceleration, move.jerk or math.inf)
-        )
-    free = limits_of_time(length, move.time, move.profile, move.speed or math.inf)
-    fastest = fastest_move(
-        length,
-        Limits(
-            move.profile,
-            move.speed or free.speed,
-            move.acceleration or free.acceleration,
-            _limit(move, "deceleration") or free.deceleration,
-            move.jerk or free.jerk,
-        ),
-    )
+        return fastest
     if fastest.time > move.time * (1.0 + 1e-12):
         expected = f"at least {fastest.time:.4g} s, the shortest time under its limits"
         hint = "raise its limits, or leave them out: they then follow"
-        raise _refusal(("moves", i, "time"), expected, move.time, hint)
+        raise refused_at(("moves", i, "time"), expected, move.time, hint)
     return slowed(fastest, move.time)
 
 
@@ -305,9 +303,3 @@ def _words(number: int, move: Move, leg: Leg) -> str:
         f"{digits(pieces.speeds().max())} m/s, acceleration {digits(pieces.start.max())} and "
         f"{digits(pieces.start.min())} m/s2, {jerk}{forces}"
     )
-
-
-def _refusal(path: KeyPath, expected: str, value: object, hint: str) -> ConfigError:
-    """The error for a value at its key; None: it is missing."""
-    written = ABSENT if value is None else shown(value)
-    return ConfigError([Problem(path, value, expected, hint, None, written)])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, median_step
+from guideload.base.arrays import Array
 from guideload.base.number_text import digits
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
@@ -30,27 +30,9 @@ SMALL_LOAD = 0.1  # of the largest load: a smaller load is replaced by this in t
 SPREAD = 2.5
 # Ramps shorter than FEW_SAMPLES samples start at `SHIFTS` places between two samples, others at the samples.
 FEW_SAMPLES, SHIFTS = 3.0, 8
-CORNER_STEP = 0.5  # of the median step: a shorter step shows a profile given by its corners, not by samples
 # Instants per period of the fastest mode; periods of the slowest mode that contain the peak.
 INSTANTS_PER_PERIOD, PERIODS = 32, 2
 MOST_INSTANTS = 20_000
-
-
-def usable_bandwidth(time: Array, bandwidth: float) -> float:
-    """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly.
-
-    time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. It is
-    inf if the bandwidth is unknown and the stamps are the corners of a profile.
-    """
-    step = median_step(time)
-    if step == 0.0 or (np.isinf(bandwidth) and np.diff(time).min() < CORNER_STEP * step):
-        return np.inf
-    return float(min(bandwidth, 0.5 / step))
-
-
-def usable_bandwidth_of(motion: Motion) -> float:
-    """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly."""
-    return np.inf if motion.exact else usable_bandwidth(motion.time, motion.bandwidth)
 
 
 def ramp_time(bandwidth: float) -> float:
@@ -146,8 +128,8 @@ class TraceResolution:
     @classmethod
     def of_motion(cls, machine: Machine, motion: Motion) -> TraceResolution:
         """The resolution of a motion on a machine."""
-        bandwidth = usable_bandwidth_of(motion)
         step = float(np.median(np.diff(motion.time)))
+        bandwidth = motion.usable_bandwidth
         return cls.of(machine, Modes.of(machine), motion.time, motion.acceleration[:, 0], bandwidth, step)
 
     @property

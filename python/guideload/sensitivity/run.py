@@ -11,8 +11,7 @@ from guideload._core import Solution, VariedRun
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
-from guideload.motion.refinement import with_instants
+from guideload.motion.motion import Motion, with_instants
 from guideload.sensitivity.instants import Instants, name_in_core
 from guideload.sensitivity.linearised import Linearised
 from guideload.simulation.instants import with_enough_instants

@@ -14,8 +14,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
-from guideload.motion.refinement import refined
+from guideload.motion.motion import Motion, refined
 
 # Stamps in the shortest wavelength. The polygon through them deviates from a wave by (2 pi / 200)^2 / 8 of its
 # amplitude, 1.2e-4.

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
-from guideload.motion.motion import Motion
-from guideload.motion.refinement import refined
+from guideload.motion.motion import Motion, refined
 
 STEP = 1.05  # rad of the fastest vibration, from one instant to the next
 # Parts of the shortest interval: a motion without jumps hardly excites a vibration that is faster still.

@@ -12,7 +12,6 @@ from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.machine.stretches import Stretches
-from guideload.motion.resolution import usable_bandwidth_of
 from guideload.simulation.peaks import peak_rows
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
@@ -173,7 +172,7 @@ def _kind_of_instants(run: Run) -> str:
 
 
 def _attributes(run: Run) -> dict[str, str | float | int]:
-    solution, bandwidth = run.solution, usable_bandwidth_of(run.motion)
+    solution, bandwidth = run.solution, run.motion.usable_bandwidth
     attributes: dict[str, str | float | int] = {
         "title": f"Loads of the linear guides of {run.machine.name}",
         "program": f"guideload {version('guideload')}",

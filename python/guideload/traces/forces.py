@@ -9,13 +9,13 @@ import numpy as np
 
 from guideload.base.arguments import checked
 from guideload.base.arrays import errors_name
-from guideload.base.errors import TraceError, ValueRefused
-from guideload.base.units import factor
-from guideload.motion.forces import Forces
-from guideload.traces.channels import FROM_FIRST, numbers_of, stamps_of_columns
+from guideload.base.errors import TraceError
+from guideload.motion.motion import Forces
+from guideload.traces.channels import FROM_FIRST, scaled_columns
 from guideload.traces.format.headers import Header
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import Table, listed
+from guideload.traces.options import ReadingOptions
 
 if TYPE_CHECKING:
     from guideload.traces.format.sources import TableLike
@@ -46,13 +46,13 @@ def read_forces(
     data = load_table(table)
     with errors_name(data.source):
         columns = _columns(data)
-        stamps, note = stamps_of_columns(data, columns, "the forces", time, rate, date_order)
-        load = np.zeros((stamps.size, 6))
-        for name, (component, scale) in columns.items():
-            load[:, component] = scale * numbers_of(data, name)
-    named = ", ".join(columns)
-    notes = f"forces from the columns {named}", note
-    return Forces(stamps, load[:, :3], load[:, 3:], data.source, notes, FROM_FIRST in note)
+        scales = {name: scale for name, (_, scale) in columns.items()}
+        given = ReadingOptions(time=time, rate=rate, date_order=date_order)
+        read = scaled_columns(data, scales, "the forces", given)
+    load = np.zeros((read.time.size, 6))
+    load[:, [component for component, _ in columns.values()]] = read.values
+    notes = f"forces from the columns {', '.join(columns)}", read.note
+    return Forces(read.time, load[:, :3], load[:, 3:], data.source, notes, FROM_FIRST in read.note)
 
 
 def _columns(table: Table) -> dict[str, tuple[int, float]]:
@@ -66,13 +66,7 @@ def _columns(table: Table) -> dict[str, tuple[int, float]]:
         is_force = match[1] in ("f", "force", "kraft")
         component = "xyz".index(match[2]) + (0 if is_force else 3)
         unit = "N" if is_force else "N m"
-        if not header.unit:
-            hint = f'write it into the header, as in "{COMPONENTS[component]} [{unit}]"'
-            raise TraceError(f"{table.source}: column {name}: the header gives no unit; {hint}")
-        try:
-            scale = factor(header.unit, unit)
-        except ValueRefused as error:
-            raise TraceError(f"{table.source}: column {name}: {error}") from None
+        scale = table.factor(name, unit, header, COMPONENTS[component])
         twin = next((other for other, (same, _) in found.items() if same == component), None)
         if twin is not None:
             raise TraceError(

@@ -13,7 +13,7 @@ import time
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Any
 
 from guideload.base.errors import ArgumentError
 
@@ -29,25 +29,28 @@ class Break:
     text: str
 
 
-class Input(Protocol):
-    """A source of bytes."""
+class Input:
+    """A source of bytes, by default a stream that cannot be read again."""
 
     name: str
 
     def read(self, timeout: float) -> bytes | Break | None:
         """The next bytes."""
+        raise NotImplementedError
 
     def place(self, position: int) -> dict[str, Any]:
         """The place after `position` bytes, for the record; empty for a stream that cannot be read again."""
+        return {}
 
     def find(self, place: dict[str, Any]) -> bool:
         """Go to a place of the record; False if the input is another one."""
+        return False
 
     def close(self) -> None:
         """Release what is open."""
 
 
-class StandardInput:
+class StandardInput(Input):
     """Bytes that another program writes into our standard input, up to its end."""
 
     name = "standard input"
@@ -67,17 +70,8 @@ class StandardInput:
             return b""
         return os.read(self.handle, PIECE) or None
 
-    def place(self, position: int) -> dict[str, Any]:
-        return {}
 
-    def find(self, place: dict[str, Any]) -> bool:
-        return False
-
-    def close(self) -> None:
-        pass
-
-
-class GrowingFile:
+class GrowingFile(Input):
     """A file that another program appends to. When it is replaced or cut, the new content is read from its start."""
 
     def __init__(self, path: Path) -> None:
@@ -109,11 +103,7 @@ class GrowingFile:
             return False
 
     def place(self, position: int) -> dict[str, Any]:
-        return {
-            "file": str(self.path.absolute()),
-            "position": position,
-            "mark": self._mark(position),
-        }
+        return {"file": str(self.path.absolute()), "position": position, "mark": self._mark(position)}
 
     def find(self, place: dict[str, Any]) -> bool:
         position = int(place.get("position", -1))

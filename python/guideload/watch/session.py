@@ -148,7 +148,10 @@ class Session:
     def show(self, ended: bool = False) -> None:
         """Write the state into the folder of the watch, for the page."""
         if self.store is not None:
-            WatchState(time.time(), ended, self.status(), self.curves.points).write(self.store.folder)
+            state = WatchState(
+                written=time.time(), ended=ended, status=self.status(), points=self.curves.points
+            )
+            state.write(self.store.folder)
 
     def close(self) -> None:
         """Keep all that came, and end."""

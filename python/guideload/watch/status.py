@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import deque
 from contextlib import suppress
-from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
@@ -25,32 +24,55 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 RESULTANT, EQUIVALENT = 5, 6  # places in the extremes of `Monitor.totals`
-INPUT = (
-    "samples",
-    "missing",
-    "early",
-    "jittering",
-    "stuck",
-    "jumps",
-    "wraps",
-    "counter_set",
-    "restarts",
-    "lost",
-    "settling",
-)
 BUCKET, SECONDS = 0.1, 60.0  # s: a point of a curve, and the length of a curve
-NUMBER = (int, float, type(None))
-# The keys of the state of a carriage, and of a machine, with their types.
-CARRIAGE = {"name": str} | dict.fromkeys(
-    (
-        *("Fy_N", "Fz_N", "largest_resultant_N", "time_of_largest_s", "largest_equivalent_N"),
-        *("limit_exceeded", "above_limit_s", "life_used"),
-    ),
-    NUMBER,
-)
-MACHINE = {"machine": str, "is_settling": bool, "carriages": list, "input": dict} | dict.fromkeys(
-    ("time_s", "distance_m", "limit_N", "samples_per_s"), NUMBER
-)
+
+
+class _State(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True)  # no text is taken for a number
+
+
+class InputState(_State):
+    """What happened to the samples of a watch, and the number of lines that are none."""
+
+    samples: int
+    missing: int
+    early: int
+    jittering: int
+    stuck: int
+    jumps: int
+    wraps: int
+    counter_set: int
+    restarts: int
+    lost: int
+    settling: int
+    malformed: int
+
+
+class CarriageState(_State):
+    """Loads of a carriage after the last sample and since the start; None where a number is not known yet."""
+
+    name: str
+    Fy_N: float | None
+    Fz_N: float | None
+    largest_resultant_N: float | None
+    time_of_largest_s: float | None
+    largest_equivalent_N: float | None
+    limit_exceeded: int
+    above_limit_s: float
+    life_used: float | None
+
+
+class MonitorState(_State):
+    """The state of a monitor at one instant; None where a number is not known yet."""
+
+    machine: str
+    time_s: float | None
+    distance_m: float
+    limit_N: float | None
+    is_settling: bool
+    samples_per_s: float
+    carriages: list[CarriageState] = Field(min_length=1)
+    input: InputState
 
 
 def status(
@@ -87,7 +109,7 @@ def status(
         "is_settling": monitor.is_settling,
         "samples_per_s": per_second,
         "carriages": carriages,
-        "input": {name: totals[name] for name in INPUT} | {"malformed": malformed},
+        "input": {name: totals.get(name, malformed) for name in InputState.model_fields},
     }
 
 
@@ -128,14 +150,12 @@ class Curves:
         return [[number * self.step, *values.tolist()] for number, values in self._points]
 
 
-@dataclass(frozen=True)
-class WatchState:
+class WatchState(_State):
     """What `guideload monitor watch -o` showed last: it writes this into its folder twice a second.
 
     written  s since 1970, UTC
     ended    whether the watch has ended in order; one that is killed only ceases to write
-    status   the state of the monitor: machine, time_s, distance_m, limit_N, is_settling, samples_per_s, carriages
-             (for each its name, loads now, largest loads, limit, life) and input (what happened to the samples)
+    status   the state of the monitor, with the keys of `MonitorState`
     points   of the last minute: time [s] since the first sample, and for each carriage the largest resultant of Fy and
              Fz [N] since the point before
     """
@@ -146,8 +166,15 @@ class WatchState:
 
     written: float
     ended: bool
-    status: dict[str, Any]
+    status: Annotated[dict[str, Any], AfterValidator(lambda one: MonitorState(**one).model_dump())]
     points: list[list[float]]
+
+    @model_validator(mode="after")
+    def _same_carriages(self) -> Self:
+        width = 1 + len(self.status["carriages"])
+        if any(len(point) != width for point in self.points):
+            raise ValueError(f"points: expected {width} numbers each")
+        return self
 
     @classmethod
     @checked
@@ -155,43 +182,17 @@ class WatchState:
         """The state in the folder of a watch. Raises ReadError if there is none, or if it is damaged."""
         path = Path(folder) / cls.FILE
         try:
-            found = cls(**json.loads(path.read_text(encoding="utf-8")))
+            return cls.model_validate_json(path.read_bytes())
         except OSError as error:
             raise ReadError(
                 f"{path}: cannot be read ({error.strerror}): expected the folder of a watch"
             ) from None
-        except (ValueError, TypeError) as error:
-            raise ReadError(f"{path}: expected the state of a watch ({error})") from None
-        if (wrong := found._wrong) is not None:
-            raise ReadError(f"{path}: expected the state of a watch, with a valid {wrong}")
-        return found
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"]))
+            raise ReadError(f"{path}: expected the state of a watch ({place}: {first['msg']})") from None
 
     def write(self, folder: Path) -> None:
         """Write the state. That it cannot be written ends no watch: the next one comes soon."""
         with suppress(WriteError, RunError), atomic_write(folder / self.FILE) as draft:
-            draft.write_text(finite_json(asdict(self)), encoding="utf-8")
-
-    @property
-    def _wrong(self) -> str | None:
-        """The first part that is not of its type."""
-        status = self.status if isinstance(self.status, dict) else {}
-        parts: list[tuple[str, dict[str, Any], Any]] = [
-            ("status", MACHINE, status),
-            ("input", dict.fromkeys((*INPUT, "malformed"), int), status.get("input")),
-        ]
-        carriages = status.get("carriages")
-        found = status.get("carriages")
-        carriages = found if isinstance(found, list) and found else [None]
-        parts += [("carriage", CARRIAGE, one) for one in carriages]
-        for name, keys, one in parts:
-            if not isinstance(one, dict) or set(one) != set(keys):
-                return name
-            for key, kind in keys.items():
-                if not isinstance(one[key], kind):
-                    return key
-        width = 1 + len(carriages)
-        numbers = isinstance(self.points, list) and all(
-            isinstance(point, list) and len(point) == width and all(isinstance(x, int | float) for x in point)
-            for point in self.points
-        )
-        return None if numbers and isinstance(self.written, int | float) else "points"
+            draft.write_text(finite_json(self.model_dump()), encoding="utf-8")

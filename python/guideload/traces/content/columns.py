@@ -41,11 +41,10 @@ class Columns:
 def columns_of(table: Table, options: ReadingOptions) -> Columns:
     """Columns of the trace: named by the options, else recognised by their headers. Raises TraceError."""
     measured, rate = options.get("column"), options.get("rate")
-    for name in (measured, options.get("time")):
-        if name is not None and name not in table.columns:
-            raise TraceError(f"{table.source}: no column {name!r}; there are {listed(table.names)}")
     time, note = time_column_of(table, options), ""
-    if measured is None:
+    if measured is not None:
+        table.require(measured)
+    else:
         measured, note = _measured_column(table, time, options)
     kind, scale = _kind_and_scale(table, measured, options)
     if options.get("counter_bits") and kind != "counts":
@@ -66,6 +65,7 @@ def time_column_of(table: Table, options: ReadingOptions) -> str | None:
     """
     time, rate = options.get("time"), options.get("rate")
     if time is not None:
+        table.require(time)
         if rate is not None and not _counts_cycles(table, time):
             raise TraceError(
                 f"{table.source}: expected either time or rate, got time={time!r} and rate={rate!r}; together "

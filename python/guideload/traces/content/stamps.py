@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_left
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.errors import TraceError, ValueRefused
-from guideload.base.units import factor
+from guideload.base.errors import TraceError
 from guideload.traces.content.counters import unwrap
-from guideload.traces.format.headers import known_unit
+from guideload.traces.format.headers import Header, known_unit
 from guideload.traces.format.table import Table
 
 DAY = 86_400_000_000_000  # ns
@@ -27,26 +25,20 @@ EPOCHS = (
     (1.227e17, 1.575e17, 1e-7, "FILETIME (100 ns since 1601)"),
 )
 DATE_ORDERS = ("dmy", "mdy")
-TIME_OF_DAY = r"(\d{1,2}:\d{2}:\d{2})(?:[.,](\d{1,9})\d*)?"
-# Day and month in the order of the country; `_date_order` finds which.
-NUMERIC_DATE = rf"(\d{{1,2}})[/-](\d{{1,2}})[/-](\d{{4}})[T, ]+{TIME_OF_DAY}"
-# Name of the notation, its pattern, and its groups in the order of ISO 8601.
-NOTATIONS = (
-    ("ISO 8601", rf"(\d{{4}})[-/](\d{{2}})[-/](\d{{2}})[T ]+{TIME_OF_DAY}", r"\1-\2-\3 \4.\5"),
-    ("dd.mm.yyyy", rf"(\d{{1,2}})\.(\d{{1,2}})\.(\d{{4}})[T, ]+{TIME_OF_DAY}", r"\3-\2-\1 \4.\5"),
-    ("dd/mm/yyyy", NUMERIC_DATE, r"\3-\2-\1 \4.\5"),
-    ("mm/dd/yyyy", NUMERIC_DATE, r"\3-\1-\2 \4.\5"),
-    ("time of day", TIME_OF_DAY, r"1970-01-01 \1.\2"),
+# Notations of dates, and the time of day after each. With a slash, day and month are in the order of the country;
+# `_date_order` finds which.
+DATES = {
+    "ISO 8601": r"(?P<year>\d{4})[-/](?P<month>\d{2})[-/](?P<day>\d{2})[T ]+",
+    "dd.mm.yyyy": r"(?P<day>\d{1,2})\.(?P<month>\d{1,2})\.(?P<year>\d{4})[T, ]+",
+    "dd/mm/yyyy": r"(?P<day>\d{1,2})[/-](?P<month>\d{1,2})[/-](?P<year>\d{4})[T, ]+",
+    "time of day": r"(?P<year>)(?P<month>)(?P<day>)",
+}
+TIME_OF_DAY = (
+    r"(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2})(?:[.,](?P<fraction>\d{1,9})\d*)?"
+    r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
+    r"(?:\s*(?P<zone>Z|(?P<sign>[+-])(?P<zone_hour>\d{2}):?(?P<zone_minute>\d{2})))?"
 )
-AM_PM = r"\s*[AaPp]\.?[Mm]\.?$"
-ZONE = r"\s*(Z|[+-]\d{2}:?\d{2})$"
-# Patterns of incomplete ISO 8601 stamps, and what replaces them.
-MISSING = (
-    (r"\.(Z|[+-]|$)", r"\1"),
-    (r"-(\d)([- ])", r"-0\1\2"),
-    (r"-(\d) ", r"-0\1 "),
-    (r" (\d):", r" 0\1:"),
-)
+YEARS = (1678, 2261)  # whose nanoseconds since 1970 have 64 bits
 
 
 def stamps_of(
@@ -80,10 +72,7 @@ def stamps_of(
         raise TraceError(
             f"{table.source}: column {name}: a clock that counts needs its counts per second: rate=... (--rate)"
         )
-    try:
-        scale = factor(unit or "s", "s")
-    except ValueRefused as error:
-        raise TraceError(f"{table.source}: column {name}: {error}") from None
+    scale = table.factor(name, "s", Header((), unit or "s"))
     start = abs(float(_first(values)))
     for low, high, step, epoch in EPOCHS:
         # TwinCAT Scope exports FILETIME with the unit "ms".
@@ -145,89 +134,67 @@ def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]
 def _read_dates(
     table: Table, name: str, column: NDArray[Any], date_order: str | None
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_], str]:
-    """Nanoseconds (n,) since 1970 in UTC, or in local time if no zone is given; which cells are empty; the notation."""
+    """Nanoseconds (n,) since 1970 in UTC, or in local time if no zone is given; which cells are empty; the notation.
+
+    All cells are like the first one, which shows the notation, and whether they have a zone, or AM and PM.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
     text = pc.utf8_trim_whitespace(pa.array(column, pa.string(), from_pandas=True))
     empty = pc.is_null(text).to_numpy(zero_copy_only=False)
-    sample = text[int(np.argmin(empty))].as_py() or ""
-    offset = np.zeros(len(text), np.int64)
-    if re.search(AM_PM, sample):
-        text, offset = _twenty_four_hours(text)
-    sample = re.sub(AM_PM, "", sample)
-    numeric = bool(re.match(f"^{NUMERIC_DATE}$", sample))
-    if numeric and date_order is None:
-        date_order = _date_order(table, name, text)
-    skipped = "dd/mm/yyyy" if date_order == "mdy" else "mm/dd/yyyy"
-    for notation, pattern, groups in NOTATIONS:
-        has_zone = notation == "ISO 8601" and bool(re.search(ZONE, sample))
-        pattern = f"^{pattern}{ZONE if has_zone else '$'}"
-        if notation == skipped or not re.match(pattern, sample):
-            continue
-        iso = pc.replace_substring_regex(text, pattern, groups + (r"\6" if has_zone else ""))
-        kind = pa.timestamp("ns", "UTC") if has_zone else pa.timestamp("ns")
-        if not _casts(iso, kind):
-            for missing, filled in MISSING:
-                iso = pc.replace_substring_regex(iso, missing, filled)
-        if _casts(iso, kind):
-            nanoseconds = iso.cast(kind).cast(pa.int64()).fill_null(0).to_numpy(zero_copy_only=False)
-            if numeric and not date_order:
-                notation = "all of one day"
-            return nanoseconds + offset, empty, f"{notation} with zone" if has_zone else notation
-        wrong = bisect_left(range(len(iso)), True, key=lambda i: not _casts(iso[: i + 1], kind))
-        break
-    else:
-        wrong = int(np.argmin(empty))
-    raise TraceError(
-        f'{table.source}: column {name}: expected a time stamp, got "{column[wrong]}" in {table.rows([wrong])}; '
-        "write ISO 8601 (2024-01-31 14:05:06.789, with or without zone), 31.01.2024 14:05:06,789, "
-        "01/31/2024 2:05:06.789 PM or 14:05:06.789, all rows alike"
-    )
+    first = int(np.argmin(empty))
+    sample = text[first].as_py() or ""
+    notation = next((one for one in DATES if re.fullmatch(DATES[one] + TIME_OF_DAY, sample)), "ISO 8601")
+    parts = pc.extract_regex(text, f"^{DATES[notation]}{TIME_OF_DAY}$")
+    wrong = pc.is_null(parts).to_numpy(zero_copy_only=False)
+
+    def is_one_of(part: str, *values: str) -> NDArray[np.bool_]:
+        return np.isin(np.asarray(pc.struct_field(parts, part).fill_null("")), values)
+
+    def number(part: str, default: str = "0") -> NDArray[np.int64]:
+        cells = pc.struct_field(parts, part).fill_null(default)
+        return np.asarray(pc.if_else(pc.equal(cells, ""), default, cells).cast(pa.int64()))
+
+    year, month, day = number("year", "1970"), number("month", "1"), number("day", "1")
+    if notation == "dd/mm/yyyy" and date_order is None:
+        date_order = _date_order(table, name, sample, np.stack([day, month, year])[:, ~wrong])
+        notation = notation if date_order else "all of one day"
+    if notation == "dd/mm/yyyy" and date_order == "mdy":
+        notation, day, month = "mm/dd/yyyy", month, day
+    months = (12 * (year - 1970) + month - 1).astype("M8[M]")
+    days = months.astype("M8[D]") + (day - 1)
+    hour, minute, second = number("hour"), number("minute"), number("second")
+    has_half, has_zone = ~is_one_of("half", ""), ~is_one_of("zone", "")
+    wrong |= (has_half != has_half[first]) | (has_zone != has_zone[first])
+    wrong |= (month < 1) | (month > 12) | (day < 1) | (days.astype("M8[M]") != months)
+    wrong |= (year < YEARS[0]) | (year > YEARS[1]) | (hour > 23) | (minute > 59) | (second > 59)
+    wrong |= has_half & ((hour < 1) | (hour > 12))
+    if (bad := np.flatnonzero(wrong & ~empty)).size:
+        raise TraceError(
+            f'{table.source}: column {name}: expected a time stamp, got "{column[bad[0]]}" in {table.rows(bad[:1])}; '
+            "write ISO 8601 (2024-01-31 14:05:06.789, with or without zone), 31.01.2024 14:05:06,789, "
+            "01/31/2024 2:05:06.789 PM or 14:05:06.789, all rows alike"
+        )
+    hour = np.where(has_half, hour % 12 + 12 * is_one_of("half", "p", "P"), hour)
+    east = np.where(is_one_of("sign", "-"), -1, 1) * (60 * number("zone_hour") + number("zone_minute"))
+    seconds = 60 * (60 * hour + minute - east) + second
+    fraction = pc.utf8_rpad(pc.struct_field(parts, "fraction").fill_null(""), 9, "0").cast(pa.int64())
+    nanoseconds = DAY * days.astype(np.int64) + 10**9 * seconds + np.asarray(fraction)
+    return nanoseconds, empty, f"{notation} with zone" if has_zone[first] else notation
 
 
-def _twenty_four_hours(text: Any) -> tuple[Any, NDArray[np.int64]]:
-    """Stamps without their AM or PM, hours from 0 to 11; and the offset (n,) ns of PM.
-
-    Stamps without AM or PM, or with an hour outside 1 to 12, are not changed; the caller refuses them.
-    """
-    import pyarrow.compute as pc
-
-    hour = r"(^|[ T,])(0?[1-9]|1[0-2])(:\d{2}:\d{2}(?:[.,]\d+)?)"
-    valid = pc.match_substring_regex(text, hour + AM_PM)
-    is_pm = pc.and_(valid, pc.match_substring_regex(text, r"[Pp]\.?[Mm]\.?$"))
-    plain = pc.replace_substring_regex(text, AM_PM, "")
-    plain = pc.replace_substring_regex(plain, r"(^|[ T,])12(:\d{2}:\d{2}(?:[.,]\d+)?)$", r"\1" + r"00\2")
-    afternoon = is_pm.fill_null(False).to_numpy(zero_copy_only=False)
-    return pc.if_else(valid, plain, text), np.where(afternoon, DAY // 2, 0)
-
-
-def _date_order(table: Table, name: str, text: Any) -> str:
+def _date_order(table: Table, name: str, sample: str, dates: NDArray[np.int64]) -> str:
     """ "dmy" or "mdy", by days above 12; "" if all rows are of one day, where the order has no effect.
 
-    Raises TraceError if the dates are ambiguous.
+    dates: (3, n), the first and the second number and the year. Raises TraceError if the dates are ambiguous.
     """
-    import pyarrow.compute as pc
-
-    days = pc.replace_substring_regex(text, r"^(\d{1,2}[/-]\d{1,2}[/-]\d{4}).*$", r"\1")
-    dates = [date for date in pc.unique(days).to_pylist() if date]
-    pairs = [pair for date in dates if (pair := re.match(r"(\d+)\D(\d+)", date))]
-    for group, order in ((1, "dmy"), (2, "mdy")):
-        if any(int(pair[group]) > 12 for pair in pairs):
+    for numbers, order in zip(dates, DATE_ORDERS, strict=False):
+        if np.any(numbers > 12):
             return order
-    if len(dates) == 1:
+    if np.all(dates == dates[:, :1]):
         return ""
     raise TraceError(
-        f"{table.source}: column {name}: dates such as {dates[0]} are ambiguous: no number is above 12, so "
-        "either may be the day; give the order with date_order='mdy' or 'dmy' (--date-order mdy)"
+        f"{table.source}: column {name}: dates such as {re.split('[T, ]', sample)[0]} are ambiguous: no number is "
+        "above 12, so either may be the day; give the order with date_order='mdy' or 'dmy' (--date-order mdy)"
     )
-
-
-def _casts(text: Any, kind: Any) -> bool:
-    import pyarrow as pa
-
-    try:
-        text.cast(kind)
-    except pa.ArrowInvalid:
-        return False
-    return True

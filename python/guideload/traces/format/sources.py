@@ -21,12 +21,8 @@ if TYPE_CHECKING:
 
     TableLike: TypeAlias = str | Path | Mapping[str, Any] | NDArray[Any] | pandas.DataFrame | Table
 
-BINARY = {
-    ".parquet": "Parquet",
-    ".npy": "NumPy",
-    ".npz": "NumPy",
-    ".mat": "MATLAB",
-}  # formats by suffix; all others are text
+# Formats by suffix; all others are text.
+BINARY = {".parquet": "Parquet", ".npy": "NumPy", ".npz": "NumPy", ".mat": "MATLAB"}
 
 
 def load_table(source: TableLike) -> Table:

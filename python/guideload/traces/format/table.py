@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.errors import TraceError, shortened
+from guideload.base.errors import TraceError, ValueRefused, shortened
+from guideload.base.units import factor
 from guideload.traces.format.dialect_detection import decimal_by_groups
 from guideload.traces.format.headers import Header
 
@@ -54,6 +55,25 @@ class Table:
 
     def header(self, name: str) -> Header:
         return Header.of(name, self.units.get(name, ""))
+
+    def require(self, name: str) -> None:
+        """Raise TraceError unless there is such a column."""
+        if name not in self.columns:
+            raise TraceError(f"{self.source}: no column {name!r}; there are {listed(self.names)}")
+
+    def factor(self, name: str, unit: str, header: Header | None = None, example: str = "") -> float:
+        """Factor from the numbers of a column to a unit. Raises TraceError if the header gives no unit, or another one.
+
+        header: instead of that of the table; example: a name for the message.
+        """
+        written = (header or self.header(name)).unit
+        if not written:
+            hint = f'write it into the header, as in "{example or name} [{unit}]"'
+            raise TraceError(f"{self.source}: column {name}: the header gives no unit; {hint}")
+        try:
+            return factor(written, unit)
+        except ValueRefused as error:
+            raise TraceError(f"{self.source}: column {name}: {error}") from None
 
     def part(self, samples: NDArray[np.intp]) -> Table:
         """The row numbers of some samples, without the columns: to name the rows in messages."""
