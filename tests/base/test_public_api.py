@@ -7,6 +7,11 @@ from command_line import EXAMPLES
 
 import guideload
 from guideload import ArgumentError, ConfigError, Machine, Moves
+from guideload.base.methods import CHOICES, METHODS
+
+
+def test_each_integration_method_of_a_run_has_its_row() -> None:
+    assert CHOICES == ("auto", *METHODS)
 
 
 @pytest.mark.parametrize("kind", ["two-rails", "one-rail", "gantry", "vertical", "manipulator"])

@@ -1,6 +1,6 @@
 """The command line: what it writes and prints, what it refuses, and with which exit code."""
 
-import gc
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -26,11 +26,6 @@ from guideload.simulation.result import Result
 def trace(tmp_path: Path) -> str:
     """Half a second at rest, then a short move, as velocity of the cart."""
     return write_trace(tmp_path / "Spur für Wagen.csv", 1200, 0.5)
-
-
-def refused_after_output(*arguments: object) -> str:
-    """The message of a call whose first part succeeded and printed."""
-    return guideload(*arguments, code=2).stderr
 
 
 @pytest.mark.slow
@@ -209,15 +204,8 @@ def test_check_shows_the_machine_before_it_refuses_a_trace(tmp_path: Path) -> No
     bad.write_text(
         "time_s,velocity_m_s\n" + "".join(f"{i * 1e-3:.3f},0.1\n" for i in (*range(30), 7)), encoding="utf-8"
     )
-    assert "bad.csv" in refused_after_output("check", MACHINE, bad)
-    assert "no column 'speed'" in refused_after_output("check", MACHINE, bad, "--column", "speed")
-
-
-def test_init_writes_a_machine_that_checks(tmp_path: Path) -> None:
-    path = tmp_path / "Maschine.toml"
-    guideload("init", path)
-    ended = guideload("check", path)
-    assert "supported in every free dof" in ended.stdout
+    assert "bad.csv" in guideload("check", MACHINE, bad, code=2).stderr
+    assert "no column 'speed'" in guideload("check", MACHINE, bad, "--column", "speed", code=2).stderr
 
 
 def test_check_shows_machine_and_trace(trace: str) -> None:
@@ -271,24 +259,40 @@ def test_real_traces_run(shared_data: Path, tmp_path: Path, file: str, options: 
 
 def test_a_real_trace_with_bad_rows_is_refused(shared_data: Path) -> None:
     command = ("check", MACHINE, shared_data / "michigan_cnc_experiment_18.csv", *MICHIGAN)
-    message = refused_after_output(*command)
+    message = guideload(*command, code=2).stderr
     assert "rows 22, 73, 83" in message
     assert "--no-cross-check" in message  # the way out that the message names is there
     guideload(*command, "--no-cross-check")
 
 
-def modules_after(code: str) -> set[str]:
-    """Names of the modules that a fresh interpreter has loaded after running `code`."""
-    script = f"import sys\n{code}\nprint(*sys.modules)"
-    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    return set(ended.stdout.splitlines()[-1].split())
-
-
-def test_help_is_in_the_order_of_use_and_loads_no_heavy_module() -> None:
-    heavy = {"numpy", "pydantic", "xarray", "pandas", "scipy", "matplotlib", "pyarrow", "rich"}
-    assert not heavy & modules_after(
-        "from guideload.cli.main import main\nmain(['-h'], standalone_mode=False)"
+@pytest.mark.parametrize(
+    ("words", "needed", "heavy"),
+    [
+        ("--help", "click", "numpy pydantic xarray pandas scipy matplotlib pyarrow rich"),
+        ("run {machine} {trace} -o out --no-pictures", "numpy", "matplotlib dask xarray pandas"),
+        ("run {machine} {trace} -o out --report out.html", "matplotlib", "dask xarray pandas"),
+        ("encoder {trace}", "numpy", "matplotlib"),
+    ],
+)
+def test_a_command_loads_only_what_it_needs(
+    tmp_path: Path, trace: str, words: str, needed: str, heavy: str
+) -> None:
+    arguments = [word.format(machine=MACHINE, trace=trace) for word in words.split()]
+    code = f"import sys\nfrom guideload.cli.main import main\nmain({arguments!r}, standalone_mode=False)"
+    path = os.pathsep.join(os.path.abspath(path) for path in sys.path if path)
+    ended = subprocess.run(
+        [sys.executable, "-c", f"{code}\nprint(*sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": path},
     )
+    loaded = set(ended.stdout.splitlines()[-1].split())
+    assert needed in loaded and not loaded & set(heavy.split())
+
+
+def test_help_is_in_the_order_of_use() -> None:
     groups = guideload("--help").stdout.split("Options:")[1].split("\n\n")[1:]
     lines = [line for group in groups for line in group.splitlines()[1:] if line.strip()]
     assert [line.split()[0] for line in lines] == list(main.commands) and list(main.commands)[:3] == [
@@ -301,43 +305,18 @@ def test_help_is_in_the_order_of_use_and_loads_no_heavy_module() -> None:
     )
 
 
-def test_a_run_without_pictures_loads_only_what_it_needs(tmp_path: Path, trace: str) -> None:
-    arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
-    loaded = modules_after(f"from guideload.cli.main import main\nmain({arguments!r}, standalone_mode=False)")
-    assert "numpy" in loaded and not loaded & {"matplotlib", "dask", "xarray", "pandas"}
-
-
-def test_pictures_and_page_of_a_run_need_no_labelled_arrays(tmp_path: Path, trace: str) -> None:
-    arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--report", str(tmp_path / "out.html")]
-    loaded = modules_after(f"from guideload.cli.main import main\nmain({arguments!r}, standalone_mode=False)")
-    assert "matplotlib" in loaded and not loaded & {"dask", "xarray", "pandas"}
-
-
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
-def test_any_terminal_encoding_will_do(tmp_path: Path, encoding: str) -> None:
-    machine = tmp_path / "m.toml"
-    text = Path(MACHINE).read_text(encoding="utf-8").replace("Clamping-frames", "Spannrahmen für Ωμέγα")
-    machine.write_text(text, encoding="utf-8")
-    ended = CliRunner(charset=encoding).invoke(main, ["check", str(machine)], catch_exceptions=False)
-    assert ended.exit_code == 0
-    assert "Spannrahmen f" in ended.stdout
-
-
-@pytest.mark.parametrize("encoding", ["ascii", "utf-8"])
 def test_a_run_tells_its_report_in_the_encoding_of_the_terminal(
     tmp_path: Path, trace: str, encoding: str
 ) -> None:
-    arguments = ["run", MACHINE, trace, "-o", str(tmp_path / "out"), "--no-pictures"]
+    machine, out = tmp_path / "m.toml", tmp_path / "out"
+    text = Path(MACHINE).read_text(encoding="utf-8").replace("Clamping-frames", "Spannrahmen für Ωμέγα")
+    machine.write_text(text, encoding="utf-8")
+    arguments = ["run", str(machine), trace, "-o", str(out), "--no-pictures"]
     ended = CliRunner(charset=encoding).invoke(main, arguments, catch_exceptions=False)
-    loaded = Result.load(tmp_path / "out" / "loads.nc")
-    assert ended.stdout.startswith(result_report(loaded).text(encoding=encoding))
-    assert (tmp_path / "out" / "report.txt").read_text(encoding="utf-8") == result_report(loaded).text()
-
-
-def test_a_run_leaves_garbage_collection_as_it_was(tmp_path: Path, trace: str) -> None:
-    for trace_file, code in ((trace, 0), (tmp_path / "none.csv", 2)):
-        guideload("run", MACHINE, trace_file, "-o", tmp_path / f"out{code}", "--no-pictures", code=code)
-        assert gc.isenabled()
+    report = result_report(Result.load(out / "loads.nc"))
+    assert ended.stdout.startswith(report.text(encoding=encoding)) and "Spannrahmen f" in ended.stdout
+    assert (out / "report.txt").read_text(encoding="utf-8") == report.text()
 
 
 def test_progress_stays_off_where_nobody_watches() -> None:

@@ -1,7 +1,5 @@
 """`guideload encoder`, its report and its picture: they show the trace and its motion; no file is written unasked."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -152,29 +150,6 @@ def test_damage_is_refused_with_its_rows_and_the_way_out(tmp_path: Path) -> None
     told = refused("encoder", path, "-o", tmp_path / "a.png")
     assert "702" in told and "--repair outliers" in told and not (tmp_path / "a.png").exists()
     assert "702" in output_of("encoder", path, "--repair", "outliers")
-
-
-@pytest.mark.slow
-def test_the_picture_is_written_where_it_is_asked(tmp_path: Path, trace: Path) -> None:
-    picture = tmp_path / "a.svg"
-    assert f"Wrote {picture}" in "".join(guideload("encoder", trace, "-o", picture).stdout.split("\n"))
-    assert picture.stat().st_size > 10_000
-    assert "exists" in guideload("encoder", trace, "-o", picture, code=2).stderr
-    guideload("encoder", trace, "-o", picture, "--overwrite")
-
-
-def test_a_picture_never_takes_the_place_of_the_trace(tmp_path: Path, trace: Path) -> None:
-    disguised = tmp_path / "trace.png"
-    disguised.write_bytes(trace.read_bytes())
-    ended = guideload("encoder", disguised, "-o", disguised, "--overwrite", code=2)
-    assert "is read by this run" in ended.stderr
-    assert disguised.read_bytes() == trace.read_bytes()
-
-
-def test_text_alone_loads_no_matplotlib(trace: Path) -> None:
-    call = f"main(['encoder', {str(trace)!r}], standalone_mode=False)"
-    code = f"import sys; from guideload.cli.main import main; {call}; assert 'matplotlib' not in sys.modules"
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
 # ---- the picture

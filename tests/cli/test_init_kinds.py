@@ -48,9 +48,3 @@ def test_a_motion_file_for_a_kind_has_its_own_command_which_the_refusal_names(tm
 def test_two_rails_is_the_default(tmp_path: Path) -> None:
     machine = written(tmp_path, "two-rails")
     assert machine == Machine.from_toml(EXAMPLES / "machine.toml")
-
-
-def test_the_drive_of_a_vertical_axis_holds_the_weight(tmp_path: Path) -> None:
-    machine = written(tmp_path, "vertical")
-    assert len(machine.rails) == 1 and all(one.resists_roll for one in machine.carriages)
-    assert machine.scene.static_reaction()[0] == pytest.approx(machine.body.mass * 9.80665, rel=1e-12)

@@ -60,6 +60,8 @@ ERRORS: dict[str, list[str]] = {
                 "--rate nan", "--format xlsx", "--smoothing none", "--kind torque",
             )
         ),
+        "chart machine.toml trace.csv -o out --budget 0",
+        "chart machine.toml trace.csv -o out --free x,y",
         "study study.toml -o out --samples 0",
         "study study.toml -o out --threads 0",
         "study study.toml -o out --seed -1",

@@ -401,24 +401,3 @@ def test_the_command_writes_its_files_and_replaces_only_these(tmp_path: Path, tr
     options = ("--free", "rx,ry,rz", "--kind", "velocity", "--rate", "500")
     assert "free rx, ry, rz" in guideload(*command, "--overwrite", "--no-pictures", *options).stdout
     assert names(out) == {"chart.csv", "report.txt"}
-    (out / "chart.png").write_text("mine")
-    assert f"{out / 'chart.png'} was not written" in refused(*command, "--overwrite")
-    message = refused("chart", MACHINE, out / "chart.csv", "-o", out, "--overwrite", "--no-pictures")
-    assert f"{out / 'chart.csv'} is read by this run" in message
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--budget", "0"), "--budget"),
-        (("--budget", "nan"), "--budget"),
-        (("--free", "x,y"), "not supported"),
-        (("--kind", "torque"), "torque"),
-    ],
-)
-def test_bad_options_are_refused_and_leave_nothing(
-    trace: str, options: tuple[str, str], message: str
-) -> None:
-    out = Path(trace).parent / "out"
-    assert message in refused("chart", MACHINE, trace, "-o", out, *options)
-    assert not out.exists()

@@ -85,7 +85,7 @@ class Audit:
         solve: solves the run again; default: from the quantities, if they contain the motion.
         """
         histories = Histories(machine, data)
-        turns = [figures.rotation(part) for part in histories.stretches]
+        turns = (figures.rotation(part) for part in histories.stretches)
         rotation, contact = max(turns, key=lambda turn: turn.second_order), figures.contact(histories)
         sampling, balance = figures.sampling(histories, modes), energy(histories)
         solve = solve or (histories.solve_motion if histories.has_motion else None)
@@ -93,7 +93,7 @@ class Audit:
         doubts = (*force_doubts(forces), *solution_doubts(histories, look, balance))
         resolution = figures.resolution(histories, modes)
         coarse = resolution_warnings(resolution) or sampling_warnings(histories, sampling)
-        not_judged = f"Not judged: {look}." if isinstance(look, str) else ""
+        not_judged = [WarningText("not judged", f"Not judged: {look}.")] if isinstance(look, str) else []
         return cls(
             model_level=machine.scene.model_level,
             reason=_reason(histories),
@@ -110,7 +110,7 @@ class Audit:
             doubts=doubts,
             warnings=(
                 *doubts,
-                *([WarningText("not judged", not_judged)] if not_judged else []),
+                *not_judged,
                 *_motion_warnings(histories),
                 *machine_warnings(machine, modes),
                 *rotation_warnings(rotation),
@@ -140,10 +140,8 @@ class Audit:
         rotation, contact, simpler = self.rotation, self.contact, self.simpler_models
         if rotation.second_order >= NEGLIGIBLE:
             turn = f"the body rotates by up to {digits(rotation.largest, 2)} rad, at {rotation.time:.3f} s"
-            yield (
-                "rotation",
-                f"{turn}; neglected terms of second order: {percent(rotation.second_order)} of the load",
-            )
+            neglected = f"neglected terms of second order: {percent(rotation.second_order)} of the load"
+            yield "rotation", f"{turn}; {neglected}"
         parted, contacts = contact.share > 0.0, []
         if parted.any():
             words = contact.words(np.arange(parted.size))
@@ -178,16 +176,11 @@ class Audit:
         sampling, energy = self.sampling, self.energy
         if sampling.per_period is None:
             yield "sampling", "only one instant is reported: peaks at other instants are unknown"
-        else:
-            if sampling.missed > SUFFICIENT:
-                count = (
-                    f"{digits(sampling.per_period)} samples per period of the highest mode, "
-                    f"{digits(sampling.highest)} Hz"
-                )
-                yield (
-                    "sampling",
-                    f"{count}: peaks of its vibration may be missed by up to {percent(sampling.missed)}",
-                )
+        elif sampling.missed > SUFFICIENT:
+            per_period, highest = digits(sampling.per_period), digits(sampling.highest)
+            count = f"{per_period} samples per period of the highest mode, {highest} Hz"
+            missed = f"peaks of its vibration may be missed by up to {percent(sampling.missed)}"
+            yield "sampling", f"{count}: {missed}"
         modes = f"the modes are at {digits(sampling.lowest)} to {digits(sampling.highest)} Hz"
         if sampling.band is None:
             yield "excitation", f"none at the reported instants; {modes}"
@@ -200,14 +193,9 @@ class Audit:
             why = "riders move" if self.riders_move else "the excitation jumps between the reported instants"
             yield "energy", f"balance unknown: {why}"
         elif not energy.residual < NEGLIGIBLE:
-            share = (
-                f"{percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J, does not "
-                "balance"
-            )
-            yield (
-                "energy",
-                f"{share}, summed over the reported instants: an error of the sum if the second look agrees",
-            )
+            share = f"{percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J"
+            error = "an error of the sum if the second look agrees"
+            yield "energy", f"{share}, does not balance, summed over the reported instants: {error}"
         look = self.second_look
         if isinstance(look, str):
             yield "second look", f"no second solution to compare with: {look}"
@@ -218,9 +206,8 @@ class Audit:
 def _motion_warnings(histories: Histories) -> Iterator[str]:
     """The warnings of the motion by itself: of its figures, and of its reading."""
     data = histories.data
-    speed, place = (data[name] if name in data else None for name in ("cart_velocity", "cart_position"))
-    source = str(data.attrs["motion_source"])
-    yield from plausible_motion(histories.time, histories.cart_acceleration, speed, place, source)
+    speed, place, source = data.get("cart_velocity"), data.get("cart_position"), data.attrs["motion_source"]
+    yield from plausible_motion(histories.time, histories.cart_acceleration, speed, place, str(source))
     yield from filter(None, str(data.attrs.get("motion_warnings", "")).split("\n"))
 
 

@@ -45,11 +45,7 @@ def energy(histories: Histories) -> Energy | None:
     def mean(name: str) -> float:
         return float(sum(part.exchanged * getattr(part, name) for part in parts)) / exchanged
 
-    return (
-        parts[0]
-        if len(parts) == 1
-        else Energy(exchanged, mean("residual"), mean("resolution"), mean("crossed"))
-    )
+    return Energy(exchanged, mean("residual"), mean("resolution"), mean("crossed"))
 
 
 def _energy(histories: Histories) -> Energy:

@@ -92,9 +92,9 @@ class Contact:
     def words(self, links: NDArray[np.int64]) -> str:
         """What "lost" means for the links with these indices that lose contact."""
         rows = self.preloaded[links[self.lost[:, links].any(axis=0)]]
-        return (
-            "contact lost" if not rows.any() else "a row open" if rows.all() else "contact lost or a row open"
-        )
+        if not rows.any():
+            return "contact lost"
+        return "a row open" if rows.all() else "contact lost or a row open"
 
 
 def contact(histories: Histories) -> Contact:
@@ -263,37 +263,28 @@ class SimplerModels:
 
 def simpler_models(histories: Histories) -> SimplerModels:
     """The peaks of simpler models, in which nonlinear links have their nominal stiffness."""
-    machine, links, load = histories.machine, histories.links.names, histories.data["link_load"]
-    moved, at_rest = histories.excitation @ histories.response, histories.weight @ histories.response
-    if machine.offsets.any():
-        at_rest = machine.nominal_scene.static_link_loads()
-    if histories.foot_load is not None:
-        moved = moved + histories.foot_load
-    repeat = not histories.linear and histories.repeatable and not histories.changes
-    peak, data = _peak(histories, load), histories.data
+    machine, data, links = histories.machine, histories.data, histories.links.names
+    load, linear = data["link_load"], None
+    if not histories.linear and histories.repeatable and not histories.changes:
+        linear = _peak(histories, histories.solve("exact", 1e-6, 1.0, machine.nominal_scene))
+    peak = _peak(histories, load)
     return SimplerModels(
         names=tuple(carriage.name for carriage in machine.carriages) or links,
         peak=peak,
         at_any_time=data["peak_resultant"] if machine.carriages and "peak_resultant" in data else peak,
-        quasi_static=_peak(histories, at_rest + moved),
-        linear=_peak(histories, histories.solve("exact", 1e-6, 1.0, machine.nominal_scene))
-        if repeat
-        else None,
+        quasi_static=_peak(histories, histories.quasi_static),
+        linear=linear,
         links=links,
-        dynamic=np.abs(load - histories.data["static_link_load"]).max(axis=0),
-        quasi_static_dynamic=np.abs(moved).max(axis=0),
+        dynamic=np.abs(load - data["static_link_load"]).max(axis=0),
+        quasi_static_dynamic=np.abs(histories.moved).max(axis=0),
     )
 
 
 def vibration(histories: Histories) -> tuple[float, float]:
     """Largest difference of a resultant from the quasi-static one, and the largest one [N]; else of link loads."""
+    load, quasi_static = histories.data["link_load"], histories.quasi_static
     if histories.machine.carriages:
-        load, quasi_static = histories.data["resultant"], histories.quasi_static_resultants()
-    else:
-        load, quasi_static = (
-            histories.data["link_load"],
-            (histories.excitation + histories.weight) @ histories.response,
-        )
+        load, quasi_static = histories.data["resultant"], histories.resultants(quasi_static)
     return float(np.abs(load - quasi_static).max()), float(np.abs(load).max())
 
 
@@ -308,11 +299,8 @@ def peak_instants(data: Quantities) -> NDArray[np.intp]:
 
 def _peak(histories: Histories, load: Array) -> Array:
     """Peaks (name,) [N], from link loads (n, link) [N]: see `SimplerModels.peak`."""
-    machine, directions = histories.machine, histories.links.directions
-    if not machine.carriages:
-        return np.asarray(np.abs(load).max(axis=0))
-    sums = (load[:, links] @ directions[links, 1:] for links in machine.links_of_carriages)
-    return np.array([np.hypot(force[:, 0], force[:, 1]).max() for force in sums])
+    sizes = histories.resultants(load) if histories.machine.carriages else np.abs(load)
+    return np.asarray(sizes.max(axis=0))
 
 
 def _worst(names: tuple[str, ...], load: Array, reference: Array) -> tuple[float, str]:

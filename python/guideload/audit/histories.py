@@ -9,7 +9,7 @@ import numpy as np
 
 from guideload._core import Scene
 from guideload.base.arrays import Array, median_step
-from guideload.base.quantities import Quantities, Quantity
+from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.stretches import Stretches
 
@@ -18,7 +18,8 @@ class Histories:
     """A machine and the arrays of a result; time is the first dimension, units are SI.
 
     `excitation` (time, 6): E - M_u a, force [N] and moment about L [N m] of process forces and inertia in the carriage
-    frame, and of moving feet. `load` (time, link): N, of links whose feet rest. `rows` (link, 6): deflection of a link
+    frame, and of moving feet. `load` (time, link): N, of links whose feet rest. `damping`, `stiffness` (6, 6): of L,
+    with the nominal stiffness of every link, all in contact. `rows` (link, 6): deflection of a link
     = row . position of L - offset of its foot. `stretches`: the histories between the changes of payload, each with the
     machine that carries them; `mass` is that of the first.
     """
@@ -33,7 +34,7 @@ class Histories:
         points, directions = self.links.points, self.links.directions
         self.rows: Array = np.hstack([directions, np.cross(points, directions)])
         self.free = [DOFS.index(dof) for dof in machine.free]
-        (self.mass, self._damping, self._stiffness), self.weight = self.machine.scene.matrices()
+        (self.mass, self.damping, self.stiffness), self.weight = self.machine.nominal_scene.matrices()
         self.relative: Array = np.eye(6)  # motion of the links per motion of the body, on an elastic base
         self.dragged: Array = np.zeros((6, 6))  # and per unit of its velocity, by the dampers
         if self.machine.base is not None:
@@ -58,7 +59,7 @@ class Histories:
             self.weight = np.concatenate(
                 [np.broadcast_to(part.weight, (part.time.size, 6)) for part in self.stretches]
             )
-        self.foot_load: Array | None = data["foot_load"] if "foot_load" in data else None
+        self.foot_load: Array | None = data.get("foot_load")
         self.load: Array = data["link_load"] if self.foot_load is None else data["link_load"] - self.foot_load
         self.deflection: Array = self.position @ (self.rows @ self.relative).T - self.machine.offsets
         if self.machine.base is not None:
@@ -88,13 +89,6 @@ class Histories:
         return Stretches(self.with_payloads, tuple(names for _, names in self.changes), first)
 
     @cached_property
-    def stiffness(self) -> Array:
-        """Stiffness matrix (6, 6) of L, with the nominal stiffness of every link."""
-        if self.machine.base is not None:
-            return self._stiffness
-        return np.asarray((self.rows.T * self.links.stiffness) @ self.rows)
-
-    @cached_property
     def response(self) -> Array:
         """Static link loads (6, link) [N] per unit force and moment on L; nominal stiffness."""
         free = np.ix_(self.free, self.free)
@@ -103,23 +97,23 @@ class Histories:
         return np.asarray(position @ ((self.rows @ self.relative).T * self.links.stiffness))
 
     @cached_property
-    def damping(self) -> Array:
-        """Damping matrix (6, 6) of L, with all dampers in contact."""
-        if self.machine.base is not None:
-            return self._damping
-        return np.asarray((self.rows.T * self.links.damping) @ self.rows)
+    def moved(self) -> Array:
+        """Quasi-static link loads (time, link) [N] less those at rest: K q = E - M_u a at every instant."""
+        loads = self.excitation @ self.response
+        return loads if self.foot_load is None else loads + self.foot_load
 
-    def quasi_static_resultants(self) -> Array:
-        """Quasi-static resultants (time, carriage) [N]: K q = Q + E - M_u a at every instant."""
-        loads, directions = (self.excitation + self.weight) @ self.response, self.links.directions
+    @cached_property
+    def quasi_static(self) -> Array:
+        """Quasi-static link loads (time, link) [N]: K q = Q + E - M_u a at every instant."""
         if self.machine.offsets.any():
-            loads += self.machine.nominal_scene.static_link_loads() - self.weight @ self.response
-        if self.foot_load is not None:
-            loads += self.foot_load
-        resultants = np.zeros((self.time.size, len(self.machine.carriages)))
-        for i, links in enumerate(self.machine.links_of_carriages):
-            resultants[:, i] = np.linalg.norm(loads[:, links] @ directions[links, 1:], axis=1)
-        return resultants
+            return np.asarray(self.machine.nominal_scene.static_link_loads() + self.moved)
+        return np.asarray(self.weight @ self.response + self.moved)
+
+    def resultants(self, loads: Array) -> Array:
+        """Resultants (time, carriage) [N] in the y-z plane of link loads (time, link) [N]."""
+        directions = self.links.directions[:, 1:]
+        sums = [loads[:, links] @ directions[links] for links in self.machine.links_of_carriages]
+        return np.asarray(np.linalg.norm(np.array(sums).reshape(len(sums), len(loads), 2), axis=2).T)
 
     @property
     def starts_at_rest(self) -> bool:
@@ -162,11 +156,15 @@ class Histories:
         """Link loads (time, link) [N] under the motion of `has_motion` times a factor."""
         if "motion_acceleration" not in self.data:
             return self.solve(method, rtol, factor)
-        wrench = factor * self.data["motion_wrench"] if "motion_wrench" in self.data else None
-        acceleration = factor * self.data["motion_acceleration"]
-        motion = self.data["motion_time"], acceleration, wrench
-        solution = self._scene(motion[0]).solve(
-            *motion, method=method, rtol=rtol, times=self.time, start=self.start
+        time, wrench = self.data["motion_time"], self.data.get("motion_wrench")
+        solution = self._scene(time).solve(
+            time,
+            factor * self.data["motion_acceleration"],
+            None if wrench is None else factor * wrench,
+            method=method,
+            rtol=rtol,
+            times=self.time,
+            start=self.start,
         )
         return solution.link_loads("total")
 
@@ -190,10 +188,8 @@ Changes = list[tuple[float, tuple[str, ...]]]
 
 def payload_changes(data: Quantities) -> Changes:
     """When each stretch of a result begins [s], and the payloads on the machine in it; none without payloads."""
-    return [
-        (float(time), tuple(names))
-        for time, names in json.loads(str(data.attrs.get("payload_changes", "[]")))
-    ]
+    changes = json.loads(str(data.attrs.get("payload_changes", "[]")))
+    return [(float(time), tuple(names)) for time, names in changes]
 
 
 def _firsts(time: Array, changes: Changes) -> list[int]:
@@ -206,10 +202,8 @@ def _firsts(time: Array, changes: Changes) -> list[int]:
 def _part(data: Quantities, first: int, end: int) -> Quantities:
     """Quantities at some of the instants, of one machine."""
     variables = {
-        name: Quantity(dims, values[first:end], attrs)
-        if dims[:1] == ("time",)
-        else Quantity(dims, values, attrs)
-        for name, (dims, values, attrs) in data.variables.items()
+        name: one._replace(values=one.values[first:end]) if one.dims[:1] == ("time",) else one
+        for name, one in data.variables.items()
     }
     kept = {key: value for key, value in data.attrs.items() if key != "payload_changes"}
     return Quantities(variables, kept)

@@ -85,9 +85,6 @@ def longest_move(time: Array, velocity: Array) -> float:
     return max((float(time[end - 1] - time[start]) for start, end in runs if direction[start]), default=0.0)
 
 
-# ---- trace against machine, life
-
-
 def resolution_warnings(resolution: TraceResolution | None) -> list[WarningText]:
     """The load that a trace may hide from a machine; see `TraceResolution.warnings`."""
     return [] if resolution is None else [*resolution.warnings()]
@@ -96,15 +93,10 @@ def resolution_warnings(resolution: TraceResolution | None) -> list[WarningText]
 def life_warnings(hours: float) -> Iterator[WarningText]:
     """On a life [h] at the stated duty."""
     limit = LIMITS["life"]
-    if hours < limit.least:
+    if not limit.holds(hours):
+        least, most = f"below {number(limit.least)} h", f"beyond {number(limit.most)} h, a century of work"
         yield WarningText(
             "life",
-            f"Note: the life is {digits(hours)} h, below {number(limit.least)} h: are the load ratings in N, as in "
-            '"26.5 kN", the mass in kg, and the motion in m?',
-        )
-    elif hours > limit.most:
-        yield WarningText(
-            "life",
-            f"Note: the life is {digits(hours)} h, beyond {number(limit.most)} h, a century of work: are the load "
-            "ratings in N, the mass in kg, and the time of the motion in s?",
+            f"Note: the life is {digits(hours)} h, {least if hours < limit.least else most}: are the load ratings in "
+            'N, as in "26.5 kN", the mass in kg, and the motion in m and s?',
         )

@@ -33,6 +33,7 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
     """The warnings of a machine at rest; `modes`: those of the machine, computed if None."""
     modes = Modes.of(machine) if modes is None else modes
     found = (
+        _free_at_rest(machine),
         _distances(machine),
         _inertia(machine),
         _overlaps(machine),
@@ -43,7 +44,7 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
         _estimates(machine),
         _own_stiffness(machine),
     )
-    return [*rest_warnings(free_at_rest(machine)), *(warning for each in found for warning in each)]
+    return [warning for each in found for warning in each]
 
 
 def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
@@ -51,9 +52,9 @@ def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(moving_dofs(machine, shape)) for shape in machine.scene.free_at_rest)
 
 
-def rest_warnings(motions: tuple[tuple[str, ...], ...]) -> Iterator[WarningText]:
-    """On the starting position of a body that is free at rest in these `motions` of `free_at_rest`."""
-    if motions:
+def _free_at_rest(machine: Machine) -> Iterator[WarningText]:
+    """On the starting position of a body that is free at rest."""
+    if motions := free_at_rest(machine):
         dofs = ", and in ".join(" with ".join(motion) for motion in motions)
         yield WarningText(
             "free at rest",
@@ -170,26 +171,18 @@ def _stacked_rails(machine: Machine) -> Iterator[WarningText]:
 def _rest(machine: Machine) -> Iterator[WarningText]:
     """On sag and on loads of the carriages at rest."""
     mass = f"body.mass = {number(machine.whole_body.mass)} kg"
-    places = {
-        **{
-            f"carriage {one.name}": at
-            for one, at in zip(machine.carriages, machine.carriage_centers, strict=True)
-        },
-        "the centre of mass": np.array(machine.whole_body.center_of_mass),
-    }
-    moved = displacement(np.array([*places.values()]), machine.scene.static_position())
-    sags = np.linalg.norm(moved, axis=1)
+    names = [*(f"carriage {one.name}" for one in machine.carriages), "the centre of mass"]
+    places = np.array([*machine.carriage_centers, machine.whole_body.center_of_mass])
+    sags = np.linalg.norm(displacement(places, machine.scene.static_position()), axis=1)
     at = int(sags.argmax())
     if not LIMITS["sag"].holds(sags[at]):
         yield WarningText(
             "sag",
-            f"Note: at rest {[*places][at]} sags by {digits(1e3 * sags[at])} mm: are stiffness in N/m and mass in kg "
+            f"Note: at rest {names[at]} sags by {digits(1e3 * sags[at])} mm: are stiffness in N/m and mass in kg "
             f'({mass})? {SI} "350 N/um".',
         )
     loads = np.linalg.norm(static_loads(machine)[:, 1:3], axis=1)
-    ratings = [
-        one.static if one is not None and one.static else np.inf for one in machine.product_of_carriage
-    ]
+    ratings = [(one and one.static) or np.inf for one in machine.product_of_carriage]
     use = loads / np.array(ratings)
     if use.size and not LIMITS["load at rest"].holds(float(use.max())):
         at = int(use.argmax())
@@ -203,23 +196,10 @@ def _rest(machine: Machine) -> Iterator[WarningText]:
 
 def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
     """On natural frequencies, damping ratios and clearances."""
+    units = 'is stiffness in N/m, as in "350 N/um", and mass in kg?', 'is damping in N s/m, as in "8 kN s/m"?'
     for key, values, scale, unit, what, question in (
-        (
-            "frequency",
-            modes.frequency,
-            1.0,
-            "Hz",
-            "is at",
-            'is stiffness in N/m, as in "350 N/um", and mass in kg?',
-        ),
-        (
-            "damping",
-            modes.damping_ratio,
-            100.0,
-            "%",
-            "is damped by",
-            'is damping in N s/m, as in "8 kN s/m"?',
-        ),
+        ("frequency", modes.frequency, 1.0, "Hz", "is at", units[0]),
+        ("damping", modes.damping_ratio, 100.0, "%", "is damped by", units[1]),
     ):
         limit = LIMITS[key]
         odd = [i for i, value in enumerate(values) if not limit.holds(float(value))]
@@ -228,7 +208,8 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
             others = f", and {counted(len(odd) - 1, 'other mode')} too" if len(odd) > 1 else ""
             alone = len(odd) == 1 and values[worst] < limit.least
-            if key == "damping" and alone and _rolls(machine, modes.shape[worst]):
+            rolls = machine.in_one_line and moving_dofs(machine, modes.shape[worst])[:1] == ["rx"]
+            if key == "damping" and alone and rolls:
                 question = (
                     "it is roll on one rail, which the rows at width/2 damp with damping_y, and viscous damping gives "
                     "low modes less than high ones. It rings longer here than with the 2 % usual of guides; raise "
@@ -245,11 +226,6 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             "clearance",
             f'Note: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? {SI} "5 um".',
         )
-
-
-def _rolls(machine: Machine, shape: Array) -> bool:
-    """Whether a mode is mostly roll about the only line of carriages."""
-    return machine.in_one_line and moving_dofs(machine, shape)[:1] == ["rx"]
 
 
 def _weight(machine: Machine) -> Iterator[WarningText]:
@@ -287,9 +263,8 @@ def _estimates(machine: Machine) -> Iterator[WarningText]:
         if estimate is not None:
             product = " ".join(filter(None, (carriage.product, carriage.preload_class)))
             carriages.setdefault((product, estimate.words), []).append(carriage.name)
-    everywhere = len(machine.carriages)
     of_products = [
-        f"of {'all carriages' if len(names) == everywhere else f'carriage {joined(names)}'} ({product}) {words}"
+        f"of {_carriages(machine, names)} ({product}) {words}"
         for (product, words), names in carriages.items()
     ]
     if of_products:
@@ -316,9 +291,12 @@ def _own_stiffness(machine: Machine) -> Iterator[WarningText]:
             kinds = " ".join(filter(None, (carriage.product, carriage.preload_class)))
             found.setdefault(f"{joined(parts)} of {kinds}", []).append(carriage.name)
     for text, names in found.items():
-        whose = "all carriages" if len(names) == len(machine.carriages) else f"carriage {joined(names)}"
         way_out = "the machine file counts; delete the key there for the value of the product"
-        yield WarningText("own stiffness", f"Note: {whose}: {text}; {way_out}.")
+        yield WarningText("own stiffness", f"Note: {_carriages(machine, names)}: {text}; {way_out}.")
+
+
+def _carriages(machine: Machine, names: list[str]) -> str:
+    return "all carriages" if len(names) == len(machine.carriages) else f"carriage {joined(names)}"
 
 
 def static_loads(machine: Machine) -> Array:

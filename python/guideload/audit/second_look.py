@@ -23,9 +23,8 @@ from guideload.base.number_text import scientific
 # Solves the run again: takes method, rtol and a factor on the excitation, returns link loads (time, link) [N].
 Solve = Callable[[str, float, float], Array]
 
-SENSITIVE = (
-    1e-3  # of the largest link load: beyond this a change of the motion by `perturbation` is amplified
-)
+# Of the largest link load: beyond this a change of the motion by `perturbation` is amplified.
+SENSITIVE = 1e-3
 UNBALANCED = 0.01  # of the exchanged energy: beyond this a run by exact is solved again by another method
 # Second solution: tighter than the result by this factor, but at least as tight as 1e-8, so that a perturbation which
 # stands above its step error is still far below the error of any trace; and not tighter than rounding allows.
@@ -34,9 +33,8 @@ PERTURBATION = 1e-9  # relative change of the excitation, if the step error of t
 # Error over rtol that is explained: 1 to 3 are usual, 10 is the bound that tests/fuzz/scenes.py holds.
 EXPLAINED = 10.0
 MOST_EXPLAINED = 0.01  # of the load scale, for any tolerance: catalogues of guides are good to some percent
-UNCONTROLLED = (
-    1e-3  # of the load scale, for a fixed step: no tolerance was asked for; about the error of the model
-)
+# Of the load scale, for a fixed step: no tolerance was asked for; about the error of the model.
+UNCONTROLLED = 1e-3
 ROUNDING = 1e-7  # of the load scale: differences below it are rounding, which stiff scenes amplify
 
 NO_MOTION = (
@@ -170,23 +168,10 @@ def _other_method(histories: Histories) -> str:
     if method == "rk45":
         return "implicit"
     steps = fastest_rate(histories) * float(np.ptp(histories.time)) / 3.0  # of rk45 at its limit of stability
-    return (
-        "rk45"
-        if steps <= METHODS[method].rk45_steps_to_check * float(histories.data.attrs["steps"])
-        else "implicit"
-    )
+    most = METHODS[method].rk45_steps_to_check * float(histories.data.attrs["steps"])
+    return "rk45" if steps <= most else "implicit"
 
 
 def fastest_rate(histories: Histories) -> float:
     """Largest eigenvalue magnitude [1/s] of the equations of motion, with every link in contact."""
-    free, rows = np.ix_(histories.free, histories.free), histories.rows
-    damping = (rows.T * histories.links.damping) @ rows
-    inverse = np.linalg.inv(histories.mass[free])
-    size = len(histories.free)
-    matrix = np.block(
-        [
-            [np.zeros((size, size)), np.eye(size)],
-            [-inverse @ histories.stiffness[free], -inverse @ damping[free]],
-        ]
-    )
-    return float(np.abs(np.linalg.eigvals(matrix)).max())
+    return float(np.abs(histories.machine.nominal_scene.modes()[3]).max())

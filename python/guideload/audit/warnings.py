@@ -49,10 +49,7 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[WarningText]:
     first = histories.time[figures.peak_instants(histories.data)].min(axis=1)
     names = [carriage.name for carriage in histories.machine.carriages]
     early = [name for name, time in zip(names, first, strict=True) if time < until]
-    if until < histories.time[-1]:
-        period = f"until {digits(until)} s"
-    else:
-        period = "over the whole run"
+    period = f"until {digits(until)} s" if until < histories.time[-1] else "over the whole run"
     whose = "all carriages" if len(early) == len(names) else ", ".join(early)
     fall = f"peaks of {whose} are in this period" if early else "no peak of a carriage is in this period"
     yield WarningText(

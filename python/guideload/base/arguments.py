@@ -36,7 +36,16 @@ SOURCES = {
 }
 LISTS = (Sequence, Iterable, tuple, list)  # each stands for the others
 MOST_COUNTED = 2**32  # threads, samples, runs
-WORDS = {float: "a number", int: "a whole number", str: "text", bool: "True or False"}
+WORDS: dict[Any, str] = {
+    types.NoneType: "None",
+    float: "a number",
+    int: "a whole number",
+    str: "text",
+    bool: "True or False",
+    os.PathLike: "a path",
+    Mapping: "a mapping",
+    np.ndarray: "an array",
+}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
@@ -57,11 +66,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         except TypeError as error:
             raise ArgumentTypeError(f"{function.__qualname__}: {error}") from None
         for name, value in given.arguments.items():
-            if signature.parameters[name].kind not in (
-                inspect.Parameter.VAR_POSITIONAL,
-                inspect.Parameter.VAR_KEYWORD,
-            ):
-                require_type(name, value, hints[name])
+            require_type(name, value, hints[name])
         return function(*arguments, **named)
 
     return called
@@ -71,7 +76,7 @@ def require_type(name: str, value: object, hint: Any) -> None:
     """Raise ArgumentTypeError unless a value is of a hinted type, and ArgumentError for a number beyond a double."""
     if not _fits(value, hint):
         raise ArgumentTypeError(f"{name}: expected {_in_words(hint)}, got {_shown(value)}")
-    if isinstance(value, int) and not isinstance(value, bool) and _accepts_number(hint):
+    if isinstance(value, int) and not isinstance(value, bool) and float in _alternatives(hint):
         try:
             float(value)
         except OverflowError:
@@ -121,8 +126,10 @@ class _ByName:
 
 
 def _hint(function: Callable[..., Any], parameter: inspect.Parameter) -> Any:
-    """The type hint of a parameter; Any where its text names something that only type checkers import."""
+    """The type hint of a parameter; Any where its text names something that only type checkers import, and of *args."""
     hint = parameter.annotation
+    if parameter.kind in (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD):
+        return Any
     if isinstance(hint, str):
         known = {name: type(name, (_ByName,), {}) for name in SOURCES}
         try:
@@ -132,29 +139,37 @@ def _hint(function: Callable[..., Any], parameter: inspect.Parameter) -> Any:
     return hint if hint is not inspect.Parameter.empty else Any
 
 
-def _fits(value: object, hint: Any) -> bool:
-    origin = get_origin(hint)
+def _alternatives(hint: Any) -> tuple[Any, ...]:
+    """The types of a hint: those of a union, without their annotations."""
+    origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        return any(_fits(value, one) for one in get_args(hint))
+        return tuple(one for each in inner for one in _alternatives(each))
     if origin is Annotated:
-        return _fits(value, get_args(hint)[0])
-    if origin is Literal:
+        return _alternatives(inner[0])
+    return (types.NoneType if hint is None else hint,)
+
+
+def _fits(value: object, hint: Any) -> bool:
+    return any(_is_of(value, one) for one in _alternatives(hint))
+
+
+def _is_of(value: object, hint: Any) -> bool:
+    """Whether a value is of a type that is no union."""
+    kind = get_origin(hint) or hint
+    if kind is Literal:
         return isinstance(value, str)  # which texts are known is told where they are used
-    if hint is None or hint is type(None):
-        return value is None
-    if hint is float:
+    if kind is float:
         return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if hint is int:
+    if kind is int:
         return isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if hint is bool:
+    if kind is bool:
         return isinstance(value, bool | np.bool_)
-    kind = origin or hint
     if isinstance(kind, type) and issubclass(kind, _ByName):
         return any(one.__name__ == kind.__name__ for one in type(value).__mro__)
     if kind in LISTS:
         if not isinstance(value, Iterable) or isinstance(value, str | bytes):
             return False
-        inner = [one for one in get_args(hint) if one is not Ellipsis]
+        inner = _entries(hint)
         known = len(inner) == 1 and isinstance(value, Collection)  # to look at an iterator would use it up
         return not known or all(_fits(one, inner[0]) for one in value)
     if kind is np.ndarray:
@@ -164,38 +179,26 @@ def _fits(value: object, hint: Any) -> bool:
     return isinstance(value, kind)
 
 
-def _accepts_number(hint: Any) -> bool:
-    options = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
-    return float in options
+def _entries(hint: Any) -> list[Any]:
+    """The types of the entries of a list or tuple."""
+    return [one for one in get_args(hint) if one is not Ellipsis]
 
 
 def _in_words(hint: Any) -> str:
     """A type hint in words: "a number or None"."""
-    origin = get_origin(hint)
-    if origin in (Union, types.UnionType):
-        return " or ".join(dict.fromkeys(_in_words(one) for one in get_args(hint)))
-    if origin is Annotated:
-        return _in_words(get_args(hint)[0])
-    if origin is Literal:
+    return " or ".join(dict.fromkeys(map(_type_in_words, _alternatives(hint))))
+
+
+def _type_in_words(hint: Any) -> str:
+    kind = get_origin(hint) or hint
+    if kind is Literal:
         return f"one of {', '.join(map(str, get_args(hint)))}"
-    if hint is None or hint is type(None):
-        return "None"
-    if hint in WORDS:
-        return WORDS[hint]
-    kind = origin or hint
-    if kind is os.PathLike:
-        return "a path"
-    if kind is Mapping:
-        return "a mapping"
+    if kind in WORDS:
+        return WORDS[kind]
     if kind in LISTS:
-        inner = [one for one in get_args(hint) if one is not Ellipsis]
-        return (
-            f"a list of {_in_words(inner[0]).removeprefix('a ')}s"
-            if len(inner) == 1 and inner[0] in WORDS
-            else "a list"
-        )
-    if kind is np.ndarray:
-        return "an array"
+        inner = _entries(hint)
+        of_one_type = len(inner) == 1 and inner[0] in WORDS
+        return f"a list of {WORDS[inner[0]].removeprefix('a ')}s" if of_one_type else "a list"
     name = getattr(kind, "__name__", str(kind))
     source = f", {SOURCES[name]}" if name in SOURCES else ""
     return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}{source}"

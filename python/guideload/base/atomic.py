@@ -122,15 +122,13 @@ def draft_folder(draft: Path, target: Path) -> Iterator[Path]:
                 yield draft
             finally:
                 _clear(draft)
-                if os.listdir(draft) == [LOCK] and sys.platform != "win32":
-                    (
-                        draft / LOCK
-                    ).unlink()  # while it is held: whoever has opened it meanwhile sees that it is gone
+                # While it is held: whoever has opened it meanwhile sees that it is gone.
+                if sys.platform != "win32" and os.listdir(draft) == [LOCK]:
+                    (draft / LOCK).unlink()
     finally:
         with suppress(OSError):  # another writer may have begun, or complete outputs could not be moved
-            if sys.platform == "win32" and os.listdir(draft) == [
-                LOCK
-            ]:  # it does not remove files that are open
+            # Windows does not remove files that are open.
+            if sys.platform == "win32" and os.listdir(draft) == [LOCK]:
                 (draft / LOCK).unlink()
             draft.rmdir()
 
@@ -207,9 +205,8 @@ def lock_file(path: Path, target: Path) -> Iterator[None]:
                 if not _is_file(file.fileno(), path):
                     continue  # its holder removed it before it was locked here
                 file.truncate(0)
-                with suppress(
-                    OSError
-                ):  # a full disk: others are told less, and this writer fails at its own file
+                # On a full disk others are told less, and this writer fails at its own file.
+                with suppress(OSError):
                     os.write(file.fileno(), b"%d\n" % os.getpid())
                 yield
                 return
@@ -226,9 +223,8 @@ def _busy(target: Path, who: str) -> RunError:
 
 def _holder(path: Path) -> str:
     """Who holds a lock, in words."""
-    number = (
-        "" if sys.platform == "win32" else path.read_text(encoding="utf-8")
-    )  # Windows does not let others read
+    # Windows does not let others read a file that is locked.
+    number = "" if sys.platform == "win32" else path.read_text(encoding="utf-8")
     return f"another process (number {number.strip()})" if number.strip().isdigit() else "another process"
 
 
@@ -254,13 +250,9 @@ def _lock(handle: int) -> bool:
 
 def _sync(path: Path) -> None:
     """Wait until a file or the entries of a folder are on the disk."""
-    if path.is_dir():
-        if sys.platform == "win32":  # cannot synchronise folders
-            return
-        flags = os.O_RDONLY
-    else:
-        flags = os.O_RDWR
-    handle = os.open(path, flags)
+    if sys.platform == "win32" and path.is_dir():  # Windows cannot synchronise folders
+        return
+    handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
         os.fsync(handle)
     finally:

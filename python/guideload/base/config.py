@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
 from difflib import SequenceMatcher, get_close_matches
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
@@ -57,15 +56,8 @@ class ConfigModel(BaseModel):
         state["__dict__"] = {key: state["__dict__"][key] for key in type(self).model_fields}
         return state
 
-    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
-        copied = type(self).__new__(type(self))
-        copied.__setstate__(deepcopy(self.__getstate__(), memo))
-        return copied
-
-    def __copy__(self) -> Self:
-        copied = type(self).__new__(type(self))
-        copied.__setstate__(self.__getstate__())
-        return copied
+    # copy and deepcopy by the state, as pickle: those of pydantic copy the cached properties as well.
+    __copy__ = __deepcopy__ = None  # type: ignore[assignment]
 
     # Pydantic's mark (as on RootModel) of an __init__ that only wraps: nested models are then validated without it,
     # so that the ConfigError of the outermost model has the problems of all.

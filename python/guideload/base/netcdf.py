@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 MARK = b"\nguideload crc32 "
 LENGTH = len(MARK) + 8  # and eight hexadecimal digits
-PIECE = 2**20  # bytes that are read at once
 MARGIN = 2**20  # bytes for labels and attributes, far more than usual
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # Where the superblock states the end of the file, by its version; offsets have eight bytes in all usual files.
@@ -92,18 +91,8 @@ def _check(path: Path) -> None:
         return
     if size != end + LENGTH or not tail.startswith(MARK):
         raise ValueError(f"a file of {size} bytes that states {end}: it is cut off or damaged; copy it again")
-    if tail != _mark(_checksum(path, end)):
+    if tail != _mark(zlib.crc32(path.read_bytes()[:end])):
         raise ValueError("a file whose checksum is wrong: it is damaged; copy it again, or repeat the run")
-
-
-def _checksum(path: Path, size: int) -> int:
-    """The CRC-32 of the first `size` bytes of a file."""
-    checksum = 0
-    with path.open("rb") as file:
-        while size and (piece := file.read(min(size, PIECE))):
-            checksum = zlib.crc32(piece, checksum)
-            size -= len(piece)
-    return checksum
 
 
 def _mark(checksum: int) -> bytes:

@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-DIMENSIONS = (
-    "time",
-    "motion_time",
-    "carriage",
-    "rail",
-    "link",
-    "point",
-    "axis",
-    "dof",
-)  # order of the dimensions of every array
+# Order of the dimensions of every array.
+DIMENSIONS = ("time", "motion_time", "carriage", "rail", "link", "point", "axis", "dof")
 
 
 class Quantity(NamedTuple):
@@ -49,6 +41,10 @@ class Quantities:
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The array of a quantity."""
         return self.variables[name].values
+
+    def get(self, name: str) -> NDArray[Any] | None:
+        """The array of a quantity, None if there is none of this name."""
+        return self.variables[name].values if name in self.variables else None
 
     def by_label(self, name: str) -> dict[str, NDArray[Any]]:
         """One array for each label of the last dimension of a quantity."""

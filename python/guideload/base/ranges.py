@@ -39,11 +39,8 @@ class Range:
     @property
     def words(self) -> str:
         """The range in words, without the unit: "a mass from 1e-06 to 1e+09"."""
-        return (
-            f"{self.name} from {self.least:g} to {self.most:g}"
-            if self.least
-            else f"{self.name} up to {self.most:g}"
-        )
+        least = f"from {self.least:g} to" if self.least else "up to"
+        return f"{self.name} {least} {self.most:g}"
 
 
 MASS = Range("a mass", "kg", 1e-6, 1e9, "from a micromechanical stage to more than the largest ship")

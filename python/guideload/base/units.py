@@ -175,11 +175,9 @@ def _named(unit: str, name: str) -> Unit:
     near = get_close_matches(name, [*USUAL, *SYMBOLS], n=4, cutoff=0.5)
     near = near or [symbol for symbol in SYMBOLS if symbol.lower() == name.lower()]
     near = [f'"{symbol}"' for symbol in dict.fromkeys(near)]
-    hint = (
-        f"did you mean {' or '.join(near)}?"
-        if near
-        else f"known, with the usual prefixes: {', '.join(SYMBOLS)}"
-    )
+    hint = f"known, with the usual prefixes: {', '.join(SYMBOLS)}"
+    if near:
+        hint = f"did you mean {' or '.join(near)}?"
     if name.rstrip("s") in ("count", "inc", "increment", "tick", "pulse"):
         hint = "counts are no unit by themselves: state the counts per turn or per metre"
     raise ValueRefused("a unit", unit, f'unit "{name}" is unknown; {hint}')

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from guideload.cli import options
 from guideload.cli.inputs import read_inspection, read_machine
 from guideload.cli.reporting import Shown, draws_report
 from guideload.cli.terminal import status
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.command()

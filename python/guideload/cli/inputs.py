@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from guideload.base.errors import ConfigError, SceneError, ValueRefused
+from guideload.base.errors import ConfigError, SceneError
 from guideload.cli.exit_codes import InputError
+from guideload.cli.options import option_name
 from guideload.traces.options import SmoothingOptions
 
 if TYPE_CHECKING:
@@ -55,10 +56,7 @@ def read_moves(trace_file: Path | Moves, **options: Any) -> Moves | None:
         return None
     from guideload.motion.moves import Moves
 
-    if given := [name for name, value in options.items() if value is not None]:
-        raise InputError(
-            f"{option_name(given[0])} is for traces; planned moves are known exactly, and nothing is read or smoothed"
-        )
+    _refuse(options, "is for traces; planned moves are known exactly, and nothing is read or smoothed")
     return Moves.from_toml(trace_file) if isinstance(trace_file, Path) else trace_file
 
 
@@ -79,7 +77,7 @@ def read_motion(
     forces: Path | None = None,
     forces_at: str | None = None,
     forces_axes: str | None = None,
-    forces_start: float | str | None = None,
+    forces_start: float | None = None,
     **options: Any,
 ) -> Motion:
     """The motion of a trace, of a motion file or of --move, with process forces.
@@ -91,38 +89,33 @@ def read_motion(
         return motion
     if forces_at is None:
         raise InputError("--forces: where do they act? Give a point of the machine file: --forces-at NAME")
-    from guideload.base.units import quantity
     from guideload.traces.forces import read_forces
 
-    try:
-        start = None if forces_start is None else quantity(forces_start, "s")
-    except ValueRefused as error:
-        raise InputError(f"--forces-start: {error}") from None
     stamps: dict[str, Any] = {}
     if forces is None or (isinstance(trace_file, Path) and forces.exists() and forces.samefile(trace_file)):
-        forces, stamps, start = _own_columns(trace_file, options, start)
+        forces, stamps = _own_columns(trace_file, options)
+        forces_start = forces_start or 0.0  # the clock of the trace
     read = read_forces(forces, **stamps)
-    return motion.with_forces(read, machine.point(forces_at), own_axes=forces_axes == "point", start=start)
+    point = machine.point(forces_at)
+    return motion.with_forces(read, point, own_axes=forces_axes == "point", start=forces_start)
 
 
 def read_optional_motion(trace_file: Path | Moves | None, machine: Machine, **options: Any) -> Motion | None:
     """The motion, None without a trace; options for a trace are then refused."""
     if trace_file is not None:
         return read_motion(trace_file, machine, **options)
-    if given := [name for name, value in options.items() if value is not None]:
-        raise InputError(f"{option_name(given[0])} needs a trace or a motion")
+    _refuse(options, "needs a trace or a motion")
     return None
 
 
-def option_name(name: str) -> str:
-    """The option of the command line that sets a keyword."""
-    return "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"
+def _refuse(options: dict[str, Any], why: str) -> None:
+    """Raise InputError for the first of `options` that is given."""
+    if given := [name for name, value in options.items() if value is not None]:
+        raise InputError(f"{option_name(given[0])} {why}")
 
 
-def _own_columns(
-    trace_file: Path | Moves, options: dict[str, Any], start: float | None
-) -> tuple[Path, dict[str, Any], float]:
-    """File, options of its time stamps and start of forces in columns of the trace, whose clock they share."""
+def _own_columns(trace_file: Path | Moves, options: dict[str, Any]) -> tuple[Path, dict[str, Any]]:
+    """File of forces in columns of the trace, and the options of its time stamps."""
     if not isinstance(trace_file, Path) or trace_file.suffix.lower() == ".toml":
         raise InputError(
             "--forces-at: planned moves have no columns of forces; give their file with --forces FILE"
@@ -132,7 +125,7 @@ def _own_columns(
             "--clock uniform moves the time stamps of the trace, but not those of the forces in its columns; "
             "give the forces in a file of their own, or leave --clock out"
         )
-    return trace_file, {name: options.get(name) for name in ("time", "rate", "date_order")}, start or 0.0
+    return trace_file, {name: options.get(name) for name in ("time", "rate", "date_order")}
 
 
 def _read_motion(trace_file: Path | Moves, machine: Machine, **options: Any) -> Motion:
@@ -168,10 +161,9 @@ def read_riders(machine: Machine, machine_file: Path, given: Sequence[str]) -> d
 
 
 def read_inspection(
-    trace_file: Path, machine: Machine | None, ratio: str | None = None, **options: Any
+    trace_file: Path, machine: Machine | None, ratio: Any = None, **options: Any
 ) -> Inspection:
-    """The inspection of a trace. ratio: travel per turn of the motor; options: see `options.trace_options`."""
-    from guideload.base.units import quantity
+    """The inspection of a trace. ratio: travel per turn of the motor, as text; options: see `options.trace_options`."""
     from guideload.machine.drive import Drive
     from guideload.traces.inspection import Inspection
     from guideload.traces.reading import read_trace
@@ -181,8 +173,8 @@ def read_inspection(
         raise InputError(f"{trace_file}: is a motion file; {reason}. For its loads: guideload run")
     reading, smoothing = _split(options)
     try:
-        drive = None if ratio is None else Drive(screw_lead=quantity(ratio, "m"))
-    except (ConfigError, ValueRefused) as error:
+        drive = None if ratio is None else Drive(screw_lead=ratio)
+    except ConfigError as error:
         raise InputError(
             f'--ratio: expected a travel per turn of the motor, as in "33.3 mm"; {error}'
         ) from None

@@ -1,4 +1,4 @@
-"""The command `guideload life`: life and static safety under a motion."""
+"""The commands life and duty: life and static safety under a motion, and under several load cases together."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion, read_riders, requirements
-from guideload.cli.reporting import Shown, draws_report
+from guideload.cli.reporting import Shown, draws_report, shows_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
@@ -53,3 +53,20 @@ def life(
         found = life_of(result, conditions)
         shown = life_report(found, band=not no_bands)
     return Shown(shown, lambda plots: plots.rail_damage(found))
+
+
+@click.command()
+@shows_report
+@click.argument("duty_file", metavar="DUTY.TOML", type=options.InputFile)
+def duty(duty_file: Path) -> Shown:
+    """Show life and static safety under a duty cycle.
+
+    A duty cycle is load cases with their cycles per hour or shift. Each case has a machine, or changes of one, and
+    a motion. The report says which case uses which share of the life.
+    """
+    from guideload.duty.duty_cycle import DutyCycle
+    from guideload.reports.duty import duty_report
+
+    with status("running the cases"):
+        found = DutyCycle.from_toml(duty_file)
+    return Shown(duty_report(found), page=lambda pages: pages.duty_page(found))

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from guideload.base.atomic import atomic_write
 from guideload.base.errors import GuideloadError
 from guideload.cli import options
-from guideload.cli.exit_codes import INTERRUPTED, InputError
+from guideload.cli.exit_codes import INTERRUPTED
 from guideload.cli.inputs import read_machine
-from guideload.cli.outputs import require_unread, unwritable
+from guideload.cli.outputs import file_draft, require_file
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
@@ -60,7 +59,8 @@ def long_run(
     from guideload.long_runs.long_run import LongRun
     from guideload.reports.long_run import long_run_report
 
-    _require_output(output, overwrite, machine_file, trace_file)
+    if output is not None:
+        require_file(output, ENDINGS, overwrite, machine_file, trace_file)
     machine = read_machine(machine_file, free)
     run = LongRun(machine, method, rtol=rtol, start=start)
     given = {name: value for name, value in reading.items() if value is not None}
@@ -85,29 +85,13 @@ def long_run(
         raise ended
 
 
-def _require_output(output: Path | None, overwrite: bool, *inputs: Path) -> None:
-    """Raise InputError unless the table may be written: before the computation."""
-    if output is None:
-        return
-    if output.suffix.lower() not in ENDINGS:
-        raise InputError(f"{output}: expected a name that ends in {' or '.join(ENDINGS)}")
-    if output.exists() and not overwrite:
-        raise InputError(f"{output} exists; give another name, or --overwrite")
-    require_unread([output], inputs)
-    if not output.parent.is_dir():
-        raise InputError(f"{output}: there is no folder {output.parent}")
-
-
 def _write(run: LongRun, output: Path, overwrite: bool) -> None:
     from guideload.base.finite import require_finite_table
 
     table = run.table()
     require_finite_table(table)
-    try:
-        with atomic_write(output, replace=overwrite) as draft:
-            if output.suffix.lower() == ".csv":
-                table.to_csv(draft, index=False)
-            else:
-                table.to_parquet(draft, index=False)
-    except OSError as error:
-        raise unwritable(output, error) from error
+    with file_draft(output, overwrite) as draft:
+        if output.suffix.lower() == ".csv":
+            table.to_csv(draft, index=False)
+        else:
+            table.to_parquet(draft, index=False)

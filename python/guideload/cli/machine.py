@@ -1,11 +1,11 @@
-"""The commands for a machine file: init, check, modes."""
+"""The commands for a machine file: init, check, modes; and schema, for every kind of file."""
 
 from __future__ import annotations
 
 import errno
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
@@ -119,3 +119,18 @@ def modes(machine_file: Path) -> Shown:
     machine = read_machine(machine_file)
     found = Modes.of(machine)
     return Shown(modes_report(machine, found), lambda plots: plots.modes(machine, found)[0])
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(get_args(options.FileKind)))
+def schema(kind: options.FileKind) -> None:
+    """Print the JSON schema of a kind of file, for editors.
+
+    They complete keys and check values by it.
+    """
+    from guideload.base.finite import finite_json
+    from guideload.cli.file_schema import file_schema
+
+    click.echo(finite_json(file_schema(kind), indent=2, ascii_only=False))
+    click.echo(f"Save it as {kind}.schema.json; editors use it for a file with this first row:", err=True)
+    click.echo(f"#:schema {kind}.schema.json", err=True)

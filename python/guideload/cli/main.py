@@ -26,24 +26,21 @@ from guideload.base.visible_text import visible
 from guideload.cli.app import app
 from guideload.cli.catalogue import catalogue
 from guideload.cli.compare import compare
-from guideload.cli.duty import duty
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.identify import identify
-from guideload.cli.life import life
+from guideload.cli.life import duty, life
 from guideload.cli.long_run import long_run
-from guideload.cli.machine import check, init, modes
+from guideload.cli.machine import check, init, modes, schema
 from guideload.cli.method_comparison import chart, stability
 from guideload.cli.monitor import monitor
 from guideload.cli.next_steps import next_steps
-from guideload.cli.probability import probability
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
-from guideload.cli.schema import schema
 from guideload.cli.sensitivities import sensitivities
 from guideload.cli.signals import ended_in_order
 from guideload.cli.sizing import limit, size
-from guideload.cli.study import study
+from guideload.cli.study import probability, study
 from guideload.cli.terminal import print_text
 
 

@@ -13,7 +13,8 @@ from guideload.cli.outputs import (
     CHART,
     PICTURE_ENDINGS,
     atomic_output,
-    picture_draft,
+    file_draft,
+    require_file,
     write_errors,
     write_manifest,
 )
@@ -80,9 +81,10 @@ def chart(
     if output.suffix.lower() in PICTURE_ENDINGS:
         if no_pictures:
             raise click.UsageError(f"--no-pictures needs a folder (-o), got the picture {output}")
-        with picture_draft(output, overwrite, *inputs) as draft:
+        require_file(output, PICTURE_ENDINGS, overwrite, *inputs)
+        with file_draft(output, overwrite) as draft:
             diagram = compute()
-            _draw(diagram, draft or output)
+            _draw(diagram, draft)
         return chart_report(diagram)
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
     with atomic_output(output, {"": names}, overwrite, inputs) as folder:

@@ -10,7 +10,10 @@ from typing import Any, Literal, get_args, get_type_hints
 
 import click
 
+from guideload.base.errors import ValueRefused
 from guideload.base.methods import CHOICES as METHOD_CHOICES
+from guideload.base.number_text import capitalised
+from guideload.base.units import quantity
 from guideload.cli.outputs import PICTURE_ENDINGS
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 
@@ -53,6 +56,38 @@ class NumberOrText(click.ParamType[float | str]):
             return float(value)
         except ValueError:
             return str(value)
+
+
+class Quantity(NumberOrText):
+    """A number in the SI unit `unit`, or text with any unit, as a number in `unit`."""
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return quantity(super().convert(value, param, ctx), self.unit)
+        except ValueRefused as refused:
+            self.fail(str(refused), param, ctx)
+
+
+class Vector(click.ParamType[tuple[float, ...]]):
+    """Three numbers, separated by commas, each with or without a unit."""
+
+    name = "x,y,z"
+
+    def __init__(self, unit: str) -> None:
+        self.component = Quantity(unit)
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        if isinstance(value, tuple):
+            return value
+        parts = str(value).split(",")
+        if len(parts) != 3:
+            self.fail(f'expected three numbers such as "0,0.3,0", got {value!r}', param, ctx)
+        return tuple(self.component.convert(part, param, ctx) for part in parts)
 
 
 FILE_ENDINGS = (*PICTURE_ENDINGS, ".html", ".txt", ".nc", ".csv", ".parquet", ".json", ".toml")
@@ -118,16 +153,46 @@ rtol_option = click.option(
 )
 
 
-def requirement_options(command: Any) -> Any:
-    """Add the options for what life and static safety must reach; `inputs.requirements` takes their values."""
-    for option in (
-        click.option("--safety", type=POSITIVE, help="Static safety to be reached, e.g. 3."),
-        click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".'),
-        click.option("--reliability", type=POSITIVE, help="Probability that the life is reached, e.g. 0.95."),
-        click.option("--rule", type=click.Choice(RULES), help="Rule of the equivalent load, not the file's."),
-    ):
-        command = option(command)
-    return command
+def together(*given: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Decorator: several options, in the order in which the help shows them."""
+
+    def decorate(command: Any) -> Any:
+        for option in reversed(given):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+# What life and static safety must reach; `inputs.requirements` takes their values.
+requirement_options = together(
+    click.option("--rule", type=click.Choice(RULES), help="Rule of the equivalent load, not the file's."),
+    click.option("--reliability", type=POSITIVE, help="Probability that the life is reached, e.g. 0.95."),
+    click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".'),
+    click.option("--safety", type=POSITIVE, help="Static safety to be reached, e.g. 3."),
+)
+# Process forces; `inputs.read_motion` takes their values.
+force_options = together(
+    click.option(
+        "--forces",
+        type=InputFile,
+        help="Process forces on the body: a table with columns such as Fx [N] and Mz [N m]; with --forces-at "
+        "alone, columns of TRACE.",
+    ),
+    click.option(
+        "--forces-at", metavar="POINT", help="Point of the machine file ([[points]]) where the forces act."
+    ),
+    click.option(
+        "--forces-axes",
+        type=click.Choice(["machine", "point"]),
+        help="Axes of the forces: of the machine, or the point's own.  [default: machine]",
+    ),
+    click.option(
+        "--forces-start",
+        type=Quantity("s"),
+        help='Time in the motion of the zero of the forces\' time stamps, e.g. "0.35 s".',
+    ),
+)
 
 
 def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
@@ -146,53 +211,22 @@ def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> An
     return given
 
 
-def force_options(command: Any) -> Any:
-    """Add the options for process forces; `inputs.read_motion` takes their values."""
-    for option in (
-        click.option(
-            "--forces-start",
-            type=NumberOrText(),
-            help='Time in the motion of the zero of the forces\' time stamps, e.g. "0.35 s".',
-        ),
-        click.option(
-            "--forces-axes",
-            type=click.Choice(["machine", "point"]),
-            help="Axes of the forces: of the machine, or the point's own.  [default: machine]",
-        ),
-        click.option(
-            "--forces-at",
-            metavar="POINT",
-            help="Point of the machine file ([[points]]) where the forces act.",
-        ),
-        click.option(
-            "--forces",
-            type=InputFile,
-            help="Process forces on the body: a table with columns such as Fx [N] and Mz [N m]; with --forces-at "
-            "alone, columns of TRACE.",
-        ),
-    ):
-        command = option(command)
-    return command
-
-
 def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
     """Decorator: an argument for a trace or a motion file, the option --move, which stands for one, and forces."""
 
-    def decorate(command: Any) -> Any:
-        command = click.option(
-            "--move",
-            multiple=True,
-            is_eager=True,
-            expose_value=False,
-            callback=lambda ctx, _, texts: ctx.meta.update({MOVES: texts}),
-            help='Planned move in place of TRACE, e.g. "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, '
-            'jerk=200 m/s^3, dwell=0.5 s"; repeatable.',
-        )(force_options(command))
-        return click.argument(
-            name, metavar=metavar, type=InputFile, nargs=nargs, required=False, callback=_moves_or_file
-        )(command)
-
-    return decorate
+    move = click.option(
+        "--move",
+        multiple=True,
+        is_eager=True,
+        expose_value=False,
+        callback=lambda ctx, _, texts: ctx.meta.update({MOVES: texts}),
+        help='Planned move in place of TRACE, e.g. "distance=1.2 m, speed=2 m/s, acceleration=5 m/s^2, '
+        'jerk=200 m/s^3, dwell=0.5 s"; repeatable.',
+    )
+    argument = click.argument(
+        name, metavar=metavar, type=InputFile, nargs=nargs, required=False, callback=_moves_or_file
+    )
+    return together(argument, move, force_options)
 
 
 trace_argument = or_moves("trace_file", "TRACE")
@@ -205,13 +239,17 @@ def trace_options(command: Any) -> Any:
     hints |= get_type_hints(SmoothingOptions, include_extras=True)
     for name, hint in reversed(hints.items()):
         types, (text,) = frozenset(get_args(hint.__origin__)) - {type(None)}, hint.__metadata__
-        declaration: dict[str, Any] = {"help": f"{text[0].upper()}{text[1:]}."}
+        declaration: dict[str, Any] = {"help": f"{capitalised(text)}."}
         if name == "cross_check":
             declaration = {"help": f"Do not {text}.", "flag_value": False, "default": None}
         elif bool in types:
             declaration |= {"is_flag": True, "default": None}
         elif name != "unit":  # a number is text here: the unit of a count
             declaration["type"] = OPTION_TYPES.get(types)
-        option = "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"
-        command = click.option(option, name, **declaration)(command)
+        command = click.option(option_name(name), name, **declaration)(command)
     return command
+
+
+def option_name(name: str) -> str:
+    """The option of the command line that sets a keyword of `traces.options`."""
+    return "--no-cross-check" if name == "cross_check" else f"--{name.replace('_', '-')}"

@@ -26,7 +26,7 @@ OF_POINTS = "points.png"  # of a machine with [[points]]
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
 LIFE_PICTURES = ("life.png", "static_safety.png", "failure.png")  # of a study whose carriages have ratings
-RECORD_PICTURES = tuple(f"record_{number}.png" for number in range(1, 10))  # as in plots/identification.py
+RECORD_PICTURES = [f"record_{number}.png" for number in range(1, 10)]  # as in plots/identification.py
 IDENTIFICATION_PICTURES = (
     "numbers.png",
     "correlation.png",
@@ -91,7 +91,7 @@ def require_unread(replaced: Iterable[Path], inputs: Iterable[Path]) -> None:
         for path in there:
             if file.exists() and path.samefile(file):
                 raise InputError(
-                    f"{path} is read by this run and would be replaced; give another folder to write"
+                    f"{path} is read by this run and would be replaced; give another place to write"
                 )
 
 
@@ -105,44 +105,30 @@ def unwritable(path: Path, error: OSError) -> InputError:
     return InputError(f"{path}: cannot be written: {error.strerror or error}")
 
 
-@contextmanager
-def picture_draft(output: Path | None, overwrite: bool, *inputs: Path) -> Iterator[Path | None]:
-    """Draft of a picture that replaces `output` when the block ends without an error; None if no picture is wanted.
+def require_file(
+    file: Path, endings: Iterable[str], overwrite: bool, *inputs: Path, folder: Path | None = None
+) -> None:
+    """Raise InputError unless a file may be written: before the computation, as it is written after it.
 
-    Raises InputError before the block for an unknown ending, a file that exists (unless `overwrite`), one of `inputs`,
-    and a path that cannot be written.
+    inputs: files that must not be replaced. folder: output folder of the run, which need not exist yet.
     """
-    if output is None:
-        yield None
-        return
-    if output.suffix.lower() not in PICTURE_ENDINGS:
-        raise InputError(f"{output}: expected a name that ends in {', '.join(PICTURE_ENDINGS)}")
-    if output.exists():
-        if not overwrite:
-            raise InputError(f"{output} exists; give another name, or --overwrite")
-        if any(path.exists() and output.samefile(path) for path in inputs):
-            raise InputError(f"{output} is read by this run; give another name")
+    if file.suffix.lower() not in endings:
+        raise InputError(f"{file}: expected a name that ends in {', '.join(endings)}")
+    if file.exists() and not overwrite:
+        raise InputError(f"{file} exists; give another name, or --overwrite")
+    require_unread([file], inputs)
+    if not file.parent.is_dir() and (folder is None or file.parent.absolute() != folder.absolute()):
+        raise unwritable(file, FileNotFoundError(errno.ENOENT, "no such folder"))
+
+
+@contextmanager
+def file_draft(file: Path, overwrite: bool) -> Iterator[Path]:
+    """Draft that replaces a file when the block ends without an error. Raises InputError if it cannot be written."""
     try:
-        with atomic_write(output, replace=overwrite) as draft:
+        with atomic_write(file, replace=overwrite) as draft:
             yield draft
     except OSError as error:
-        raise unwritable(output, error) from error
-
-
-def require_report(report: Path | None, overwrite: bool, *inputs: Path, folder: Path | None = None) -> None:
-    """Raise InputError unless an HTML report may be written: before the computation, as it is written after it.
-
-    folder: the output folder of the run, which need not exist yet.
-    """
-    if report is None:
-        return
-    if report.suffix.lower() != ".html":
-        raise InputError(f"{report}: expected a name that ends in .html")
-    if report.exists() and not overwrite:
-        raise InputError(f"{report} exists; give another name, or --overwrite")
-    require_unread([report], inputs)
-    if not report.parent.is_dir() and (folder is None or report.parent.absolute() != folder.absolute()):
-        raise InputError(f"{report}: there is no folder {report.parent}")
+        raise unwritable(file, error) from error
 
 
 @contextmanager

@@ -7,8 +7,10 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
+from guideload.base.errors import PictureError
+from guideload.cli.exit_codes import exit_if
 from guideload.cli.options import overwrite_picture_option, picture_option, report_option
-from guideload.cli.outputs import picture_draft, require_report
+from guideload.cli.outputs import PICTURE_ENDINGS, file_draft, require_file
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
@@ -22,11 +24,13 @@ class Shown(NamedTuple):
 
     picture  draws the picture of `draws_report` by the module `plots`
     page     makes the HTML page by the module `html_report`; default: the report alone
+    failure  error of pictures that are missing, for the exit code
     """
 
     report: Report
     picture: Callable[[Any], Axes] | None = None
     page: Callable[[Any], str] | None = None
+    failure: PictureError | None = None
 
 
 def draws_report(command: Callable[..., Shown]) -> Callable[..., None]:
@@ -37,9 +41,12 @@ def draws_report(command: Callable[..., Shown]) -> Callable[..., None]:
     def draw(output: Path | None, overwrite: bool, **arguments: Any) -> Shown:
         if has_overwrite:
             arguments["overwrite"] = overwrite
-        with picture_draft(output, overwrite, *_paths(arguments)) as draft:
+        if output is None:
+            return command(**arguments)
+        require_file(output, PICTURE_ENDINGS, overwrite, *_paths(arguments))
+        with file_draft(output, overwrite) as draft:
             shown = command(**arguments)
-            if draft is not None and shown.picture is not None:
+            if shown.picture is not None:
                 with status("drawing the picture"):
                     from guideload import plots
 
@@ -57,8 +64,9 @@ def shows_report(command: Callable[..., Report | Shown]) -> Callable[..., None]:
     def show(report: Path | None, **arguments: Any) -> None:
         overwrite = arguments["overwrite"] if has_overwrite else arguments.pop("overwrite")
         output = arguments.get("output")
-        read = [path for path in _paths(arguments) if path != output]
-        require_report(report, overwrite, *read, folder=output)
+        if report is not None:
+            read = [path for path in _paths(arguments) if path != output]
+            require_file(report, [".html"], overwrite, *read, folder=output)
         found = command(**arguments)
         shown = found if isinstance(found, Shown) else Shown(found)
         print_report(shown.report)
@@ -71,6 +79,7 @@ def shows_report(command: Callable[..., Report | Shown]) -> Callable[..., None]:
         files = (output, arguments.get("table"), report)
         if written := [str(path) for path in files if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")
+        exit_if(shown.failure)
 
     return cast("Callable[..., None]", _with_options(show, report_option, overwrite_picture_option))
 

@@ -7,29 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from guideload.base.atomic import atomic_write
 from guideload.cli import options
-from guideload.cli.exit_codes import InputError
 from guideload.cli.inputs import read_machine
-from guideload.cli.outputs import unwritable
+from guideload.cli.outputs import file_draft, require_file
 from guideload.cli.reporting import Shown, draws_report
 
 if TYPE_CHECKING:
     from guideload.machine.response import FrequencyResponse
 
 
-class Direction(click.ParamType[Any]):
+class Direction(options.Vector):
     """x, y, z, or three numbers separated by commas."""
 
     name = "direction"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if "," not in str(value):
-            return value
-        try:
-            return tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"expected x, y, z or three numbers such as 1,0,0.5, got {value!r}", param, ctx)
+        return super().convert(value, param, ctx) if "," in str(value) else value
 
 
 @click.command()
@@ -40,7 +33,7 @@ class Direction(click.ParamType[Any]):
 )
 @click.option(
     "--direction",
-    type=Direction(),
+    type=Direction("1"),
     default="x",
     show_default=True,
     help="Direction of the force or acceleration.",
@@ -64,6 +57,8 @@ def response(
     from guideload.machine.response import frequency_response
     from guideload.reports.response import response_report
 
+    if table is not None:
+        require_file(table, [".csv"], overwrite, machine_file)
     machine = read_machine(machine_file)
     found = frequency_response(machine, force_at=force_at, direction=direction)
     if table is not None:
@@ -73,10 +68,6 @@ def response(
 
 def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
     """The response as CSV: frequency, then real and imaginary part of each point along x, y and z."""
-    if table.suffix.lower() != ".csv":
-        raise InputError(f"{table}: expected a name that ends in .csv")
-    if table.exists() and not overwrite:
-        raise InputError(f"{table} exists; give another name, or --overwrite")
     parts = (("re", found.displacement.real), ("im", found.displacement.imag))
     columns = {"frequency [Hz]": found.frequency}
     for i, name in enumerate(found.points):
@@ -90,8 +81,5 @@ def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
 
     rows = pd.DataFrame(columns)
     require_finite_table(rows)
-    try:
-        with atomic_write(table, replace=overwrite) as draft:
-            rows.to_csv(draft, index=False)
-    except OSError as error:
-        raise unwritable(table, error) from error
+    with file_draft(table, overwrite) as draft:
+        rows.to_csv(draft, index=False)

@@ -31,9 +31,8 @@ _has_begun = False  # whether a command of this process has begun, or ended
 def end_at_once() -> None:
     """From now on, until a command begins, a signal ends the process at once."""
     for number in NUMBERS:
-        if (
-            signal.getsignal(number) is not signal.SIG_IGN
-        ):  # as nohup has SIGHUP, and a shell Ctrl-C in the background
+        # Ignored is SIGHUP by nohup, and Ctrl-C by a shell for what runs in the background.
+        if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _at_once)
 
 

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from guideload.base.errors import ValueRefused
-from guideload.base.units import quantity
 from guideload.cli import options
 from guideload.cli.inputs import read_machine, read_motion, read_moves, requirements
 from guideload.cli.reporting import Shown, shows_report
@@ -19,30 +17,6 @@ if TYPE_CHECKING:
     from guideload.reports.report import Report
 
 MOST_ROWS = 40  # of candidates in the terminal
-NUMBER = options.NumberOrText()
-
-
-class Vector(click.ParamType[tuple[float, ...]]):
-    """Three numbers, separated by commas, each with or without a unit."""
-
-    name = "x,y,z"
-
-    def __init__(self, unit: str) -> None:
-        self.unit = unit
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        if isinstance(value, tuple):
-            return value
-        try:
-            parts = [NUMBER.convert(part, param, ctx) for part in str(value).split(",")]
-            numbers = tuple(quantity(part, self.unit) for part in parts)
-        except ValueRefused as refused:
-            self.fail(str(refused), param, ctx)
-        if len(numbers) != 3:
-            self.fail(f'expected three numbers such as "0,0.3,0", got {value!r}', param, ctx)
-        return numbers
 
 
 @click.command()
@@ -107,9 +81,11 @@ def size(
     "a limit of planned moves.",
 )
 @click.option(
-    "--at", type=Vector("m"), help='Payload\'s place from L, e.g. "0 mm,300 mm,0 mm".  [default: 0,0,0]'
+    "--at",
+    type=options.Vector("m"),
+    help='Payload\'s place from L, e.g. "0 mm,300 mm,0 mm".  [default: 0,0,0]',
 )
-@click.option("--direction", type=Vector("1"), help="Direction of the overhang.  [default: 1,0,0]")
+@click.option("--direction", type=options.Vector("1"), help="Direction of the overhang.  [default: 1,0,0]")
 @options.requirement_options
 @options.trace_options
 def limit(

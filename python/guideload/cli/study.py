@@ -1,10 +1,10 @@
-"""The command `guideload study`: start, resume or replace a Monte Carlo study."""
+"""The commands study, a Monte Carlo study that can be resumed, and probability, of exceeding a limit."""
 
 from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,14 +24,22 @@ if TYPE_CHECKING:
     from guideload.study.study import Study
 
 
+seed_option = click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's."
+)
+threads_option = click.option(
+    "--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores."
+)
+
+
 @click.command()
 @click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
 @folder_option(required=True)
 @click.option("--resume", is_flag=True, help="Resume the study in the folder, if there is one.")
 @click.option("--overwrite", is_flag=True, help="Replace the study in the folder.")
 @click.option("--samples", type=click.IntRange(min=1), help="Number of samples, instead of the file's.")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers, instead of the file's.")
-@click.option("--threads", type=click.IntRange(min=1), help="Number of threads; default: number of cores.")
+@seed_option
+@threads_option
 @click.option(
     "--cluster",
     metavar="ADDRESS",
@@ -63,15 +71,9 @@ def study(
 
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
-    outputs.require_report(report, overwrite or resume, study_file, folder=output)
-    options = {
-        "--samples": samples,
-        "--seed": seed,
-        "--threads": threads,
-        "--cluster": cluster,
-        "--report": report,
-    }
-    again = _resume_command(study_file, output, options, {"--no-pictures": no_pictures, "--strict": strict})
+    if report is not None:
+        outputs.require_file(report, [".html"], overwrite or resume, study_file, folder=output)
+    again = _resume_command(click.get_current_context())
     may_resume, interrupted, failure = resume, "", None
     try:
         with status("reading"):
@@ -111,12 +113,18 @@ def study(
     exit_if(failure)
 
 
-def _resume_command(
-    study_file: Path, output: Path, options: Mapping[str, int | str | Path | None], flags: Mapping[str, bool]
-) -> str:
-    words = ["guideload", "study", str(study_file), "-o", str(output)]
-    words += [word for name, value in options.items() if value is not None for word in (name, str(value))]
-    return shlex.join([*words, *(name for name, given in flags.items() if given), "--resume"])
+def _resume_command(context: click.Context) -> str:
+    """The command line that resumes the study of a call: its own options, and --resume."""
+    words = ["guideload", "study", str(context.params["study_file"])]
+    for option in context.command.params:
+        value = context.params[option.name or ""]
+        if not isinstance(option, click.Option) or option.name in ("resume", "overwrite"):
+            continue
+        if option.is_flag:
+            words += [option.opts[0]] if value else []
+        elif value is not None:
+            words += [option.opts[0], str(value)]
+    return shlex.join([*words, "--resume"])
 
 
 def _read(study_file: Path, resumed: Path | None, samples: int | None, seed: int | None) -> Study:
@@ -200,3 +208,55 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | 
         reason = f"{output}: the report cannot be written: {error.strerror or error}"
         raise click.ClickException(f"{reason}; the samples are stored: --resume writes the report") from error
     return failure
+
+
+@click.command()
+@click.argument("study_file", metavar="STUDY.TOML", type=InputFile)
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help='A limit instead of the file\'s, of the machine or a carriage, such as "peak_resultant=9 kN" or '
+    '"life[1a]=500 km"; repeatable.',
+)
+@click.option(
+    "--error",
+    type=click.FloatRange(0, 100, True, True),
+    default=10,
+    help="Wanted standard error, in % of the probability.",
+)
+@click.option(
+    "--most-runs",
+    type=click.IntRange(min=20_000),
+    default=1_000_000,
+    help="Maximum runs for each limit, at least 20000; the first ten populations may exceed it.",
+)
+@seed_option
+@threads_option
+def probability(
+    study_file: Path,
+    limits: tuple[str, ...],
+    error: float,
+    most_runs: int,
+    seed: int | None,
+    threads: int | None,
+) -> None:
+    """Find the probability that a machine exceeds a limit.
+
+    By subset simulation, down to 1e-9: for probabilities which a study of some thousand samples cannot count. The
+    limits and the varied parameters are those of a study file; its number of samples does not matter.
+    """
+    from guideload.reports.probability import probability_report
+    from guideload.study.rare import exceedance_probability, wanted_limits
+    from guideload.study.study import Study
+
+    with status("reading"):
+        plan = Study.from_toml(study_file, seed=seed).plan()
+        wanted = wanted_limits(plan, limits)
+    for name, limit in wanted.items():
+        with status(f"running machines towards the limit on {name}"):
+            found = exceedance_probability(
+                plan, name, limit, coefficient_of_variation=error / 100, most_runs=most_runs, threads=threads
+            )
+        print_report(probability_report(found, plan.metadata))

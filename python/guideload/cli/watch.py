@@ -15,6 +15,7 @@ import click
 
 from guideload.cli.exit_codes import LIMIT_PASSED, InputError
 from guideload.cli.outputs import unwritable
+from guideload.cli.signals import NUMBERS
 from guideload.cli.terminal import print_report
 
 if TYPE_CHECKING:
@@ -131,8 +132,7 @@ def asked_to_end() -> Iterator[Ends]:
         for each, handler in former.items():
             signal.signal(each, handler)
 
-    found = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
-    former = {number: signal.getsignal(number) for number in found if number is not None}
+    former = {number: signal.getsignal(number) for number in NUMBERS}
     former = {number: handler for number, handler in former.items() if handler is not signal.SIG_IGN}
     for number in former:
         signal.signal(number, ask)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,21 +18,14 @@ SENSITIVE = 100.0  # times the tolerance: growth of an error over the motion
 LONG_REST = 10.0  # times the excitation after it: a step that grows during the rest passes over it
 
 
-class Difficulty(NamedTuple):
-    """A feature of a scene on which methods fail, and its size here."""
-
-    feature: str
-    here: str
-
-
 def difficulties(
     machine: Machine,
     motion: Motion,
     solution: Solution,
     reference: Reference,
     eigenvalues: NDArray[np.complex128],
-) -> tuple[Difficulty, ...]:
-    """The features that a scene has; none if it is easy.
+) -> dict[str, str]:
+    """The features of a scene on which methods fail, and their size here; none if it is easy.
 
     solution: of the reference, at the samples of the motion. eigenvalues: (m,) 1/s, of the machine.
     """
@@ -45,7 +36,7 @@ def difficulties(
         "jumps of the excitation": _jumps(motion),
         "a pulse after a rest": _late_pulse(motion),
     }
-    return tuple(Difficulty(feature, here) for feature, here in found.items() if here)
+    return {feature: here for feature, here in found.items() if here}
 
 
 def _contacts(machine: Machine, solution: Solution) -> str:

@@ -63,7 +63,7 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
     SceneError
         For an unsupported body.
     """
-    if isinstance(budget, bool) or not isinstance(budget, int | float) or not 0.0 < budget < np.inf:
+    if not 0.0 < budget < np.inf:
         raise ArgumentError(f"budget: expected a number > 0, in s, got {budget!r}")
     deadline = perf_counter() + budget
     auto_method, auto_reason = _auto(machine, motion)
@@ -96,7 +96,9 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
 
 
 def solve(machine: Machine, motion: Motion, setting: Setting) -> Solution:
-    """One run of the core, without the checks and labels of `simulate`."""
+    """One run of the core, without the checks and labels of `simulate`. Raises RunError."""
+    if setting.method == "exact" and machine.model_level == "smooth nonlinear":
+        raise RunError(NO_EXACT)
     return machine.scene.solve(
         motion.time,
         motion.acceleration,
@@ -180,17 +182,13 @@ class _Runner:
     budget: float  # s
     deadline: float  # of perf_counter [s]
     rows: dict[Setting, SettingResult] = field(default_factory=dict)
-    times: dict[Setting, list[float]] = field(
-        default_factory=dict
-    )  # s; settings of the same run share one list
+    # Times [s] of each setting; settings of the same run share one list.
+    times: dict[Setting, list[float]] = field(default_factory=dict)
     # Of each curve the last setting, and the time that it took, or was predicted to take [s].
     last: dict[tuple[str, str | None], tuple[Setting, float]] = field(default_factory=dict)
 
     def run(self, setting: Setting) -> None:
         """Run a setting once; its row has the errors, or says why it failed or was skipped."""
-        if setting.method == "exact" and self.machine.model_level == "smooth nonlinear":
-            self.rows[setting] = SettingResult(setting, failed=NO_EXACT)
-            return
         predicted, left = self._predicted(setting), self.deadline - perf_counter()
         if predicted >= left:
             self.rows[setting] = SettingResult(setting, failed=self._skipped(predicted, left))
@@ -202,15 +200,14 @@ class _Runner:
             loads = self.metric.loads(solution)
         except GuideloadError as error:
             self.rows[setting] = SettingResult(setting, failed=str(error))
-            self.last[setting.curve] = setting, perf_counter() - began
             return
-        seconds = perf_counter() - began
-        self.last[setting.curve] = setting, seconds
-        row = self._compared(setting, solution, loads)
+        finally:
+            seconds = perf_counter() - began
+            self.last[setting.curve] = setting, seconds
+        row = self.rows[setting] = self._compared(setting, solution, loads)
         same = (times for other, times in self.times.items() if row.same_run(self.rows[other]))
         self.times[setting] = next(same, [])
         self.times[setting].append(seconds)
-        self.rows[setting] = row
 
     def repeat(self) -> int:
         """Run everything that ran once more, in rounds, while time is left; returns how often each ran at least."""

@@ -19,27 +19,22 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, RunError
 from guideload.base.methods import METHODS
-from guideload.machine.laws import NO_EXACT
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
 from guideload.method_comparison.diagram import Setting
-from guideload.method_comparison.difficulties import Difficulty, difficulties, excitation
+from guideload.method_comparison.difficulties import difficulties, excitation
 from guideload.method_comparison.error_metric import difference
 from guideload.method_comparison.runner import has_exponential, reference_run, solve
 from guideload.motion.motion import Motion
-from guideload.simulation.stability_function import (
-    UNDAMPED,
-    longest_stable_steps,
-)
+from guideload.simulation.stability_function import UNDAMPED, longest_stable_steps
 
 # On any machine, and where contacts are preloaded without edges beside them.
 ON_ANY = tuple(name for name, of in METHODS.items() if of.with_edges is not False)
 WITHOUT_EDGES = tuple(name for name, of in METHODS.items() if of.with_edges is False)
 
 MOST_STEPS = 3_000_000  # of rk45 for its cost to be measured, about a second
-STRAIGHT = (
-    1e-12  # of the largest excitation: a sample this close to the line through its neighbours lies on it
-)
+# Of the largest excitation: a sample this close to the line through its neighbours lies on it.
+STRAIGHT = 1e-12
 WITHIN = 10.0  # times the tolerance: errors of steps add up
 NEAR = 1.3  # counted steps are put down to stability up to this many times the steps that it needs
 
@@ -73,7 +68,7 @@ class Stability:
     motion        that the costs are for
     rtol          tolerance of those runs
     costs         of exact, rk45 and implicit, then of exponential if links are preloaded, none with edges beside it
-    difficulties  features of the scene on which methods fail
+    difficulties  features of the scene on which methods fail, and their size here
     """
 
     machine: Machine
@@ -82,7 +77,7 @@ class Stability:
     motion: Motion
     rtol: float
     costs: tuple[Cost, ...]
-    difficulties: tuple[Difficulty, ...]
+    difficulties: dict[str, str]
 
     @property
     def predicted_step(self) -> float:
@@ -197,8 +192,6 @@ def _cost(
 ) -> Cost:
     """Run a method, and time it. longest: stable step of rk45 [s]. error: of a solution, over the largest load."""
     needed = _needed(motion, step_ends(machine, motion, method), longest if method == "rk45" else np.inf)
-    if method == "exact" and machine.model_level == "smooth nonlinear":
-        return Cost(method, needed, note=NO_EXACT)
     if needed > MOST_STEPS:
         return Cost(method, needed, note=f"{needed:.2g} steps are not worth the wait")
     began = perf_counter()

@@ -131,7 +131,8 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     bands of the loads at each instant. Of a long record the range in each column of the picture is drawn and, unless
     axes are given, the worst cycle below.
     """
-    static = Histories(result.machine, result.quantities).quasi_static_resultants()
+    histories = Histories(result.machine, result.quantities)
+    static = histories.resultants(histories.quasi_static)
     loads = _Loads(
         result.quantities["resultant"], static, "static with m a", "resultant_sd", "√(Fy² + Fz²)", "N"
     )

@@ -161,7 +161,7 @@ def _difficulties(stability: Stability) -> Iterator[Table | Definitions | str]:
     if not stability.difficulties:
         yield "Nothing: no contact changes, no jumps, no late pulse, and damping that every method follows."
         return
-    yield Table.by_rows([("feature",), ("here",)], [tuple(one) for one in stability.difficulties])
+    yield Table.by_rows([("feature",), ("here",)], [*stability.difficulties.items()])
     yield Definitions(
         "Features on which integration methods fail, as docs/torture.md tries them one by one; whether they fail "
         "here is in the table above."
