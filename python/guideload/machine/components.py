@@ -137,8 +137,12 @@ class Body(ConfigModel):
 
 
 def _central(inertia: Array, mass: float, center: tuple[float, float, float], about: str) -> Array:
-    r = np.array(center)
-    return inertia if about == "center_of_mass" else inertia - mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return inertia if about == "center_of_mass" else inertia - point_inertia(mass, np.array(center))
+
+
+def point_inertia(mass: float, r: Array) -> Array:
+    """Inertia tensor (3, 3) [kg m^2] of a point mass at r (3,) [m] (Steiner)."""
+    return np.asarray(mass * (r @ r * np.eye(3) - np.outer(r, r)))
 
 
 def _require_physical(central: Array, rows: Tensor, scale: float) -> None:

@@ -129,21 +129,10 @@ class Machine(FileModel):
     def carrying(self, payloads: Iterable[str]) -> Machine:
         """The machine with the payloads of these names as part of its body, and without the others."""
         names = frozenset(payloads)
-        found = self._carrying.get(names)
-        if found is None:
-            bodies = [self.body, *(payload for payload in self.payloads if payload.name in names)]
-            found = self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
-        return found
-
-    def with_riders_at(self, positions: tuple[float, ...]) -> Machine:
-        """The machine with its riders at these positions [m]; the last one is kept."""
-        found = self._carrying.get(positions)  # not looked up twice: another thread may clear it in between
-        if found is None:
-            riders = tuple(map(Rider.standing_at, self.riders, positions))
-            found = self.model_copy(update={"riders": riders})
-            self._carrying.clear()
-            self._carrying[positions] = found
-        return found
+        if names not in self._carrying:
+            body = united(self.body, (payload for payload in self.payloads if payload.name in names))
+            self._carrying[names] = self.model_copy(update={"body": body, "payloads": ()})
+        return self._carrying[names]
 
     def require_no_payloads(self, what: str) -> None:
         """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
@@ -154,7 +143,7 @@ class Machine(FileModel):
             )
 
     @cached_property
-    def _carrying(self) -> dict[frozenset[str] | tuple[float, ...], Machine]:
+    def _carrying(self) -> dict[frozenset[str], Machine]:
         return {}
 
     @field_validator("free")
@@ -205,7 +194,7 @@ class Machine(FileModel):
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        return united([self.body, *(rider.at(rider.position) for rider in self.riders)])
+        return united(self.body, (rider.at(rider.position) for rider in self.riders))
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -363,12 +352,6 @@ class Machine(FileModel):
     @cached_property
     def _links(self) -> LinkTable:
         return table_of(self.carriages, self.carriage_places, self.links, self.mounting_errors)
-
-    def __eq__(self, other: object) -> bool:
-        """Whether all fields are equal; cached properties are not compared."""
-        if not isinstance(other, Machine):
-            return NotImplemented
-        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
 
 def _places(owner: NDArray[np.intp], count: int) -> list[NDArray[np.int64]]:

@@ -78,8 +78,7 @@ def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet 
     table = machine.link_table()
     elastic = -table.stiffness * (displacement - displacement[0])
     damping = -table.damping * slope * motion.velocity[:, :1]
-    rows = np.hstack([table.directions, np.cross(table.points, table.directions)])
-    force = -(elastic + damping) @ rows
+    force = -(elastic + damping) @ table.rows
     wrench = force if motion.wrench is None else motion.wrench + force
     notes = (*motion.notes, f"over rails that are not straight, with {motion.time.size} stamps")
     return machine, replace(motion, wrench=wrench, notes=notes), Feet(motion.time, elastic, damping)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,40 +18,32 @@ from guideload.motion.motion import HISTORIES, Motion
 STILL = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class Ridden:
-    """A machine with its riders where they start, the motion of the cart, and the travel of the riders from there.
+def with_riders(
+    machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None
+) -> tuple[Machine, Motion, Array | None]:
+    """The machine with its riders where they start, the motion of the cart, and the travel of the riders from there.
 
-    travel: (riders, n, 3) travel [m], speed [m/s] and acceleration [m/s2] at the stamps of the motion; None: none moves
-    """
-
-    machine: Machine
-    motion: Motion
-    travel: Array | None
-
-
-def ridden(machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None) -> Ridden:
-    """The inputs of a run with moving riders.
+    The travel is (riders, n, 3) travel [m], speed [m/s] and acceleration [m/s2] at the stamps of the motion; None if
+    none moves.
 
     riders: motions along x by the names of the riders, where x is the travel along the rider's direction. A rider
     without motion stands at its `position`. Raises ArgumentError with the name of the rider.
     """
     given = _checked(machine, riders)
     if not given:
-        return Ridden(machine, motion, None)
+        return machine, motion, None
     _require_alone(machine)
     common = _united(motion, list(given.values()))
     travel = np.zeros((len(machine.riders), common.time.size, 3))
-    starts: list[float] = []
+    standing = list(machine.riders)
     for i, rider in enumerate(machine.riders):
-        start = rider.position
         if rider.name in given:
             travel[i] = _travel(rider.name, given[rider.name], common.time)
             start = float(travel[i, 0, 0])
             travel[i, :, 0] -= start
-        starts.append(start)
-    started = machine.with_riders_at(tuple(starts))
-    return Ridden(started, common, travel) if np.any(travel) else Ridden(started, motion, None)
+            standing[i] = rider.model_copy(update={"position": start})
+    machine = machine.model_copy(update={"riders": standing})
+    return (machine, common, travel) if np.any(travel) else (machine, motion, None)
 
 
 def _require_alone(machine: Machine) -> None:
