@@ -20,15 +20,7 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.base.errors import (
-    ABSENT,
-    ArgumentError,
-    ConfigError,
-    Problem,
-    SceneError,
-    ValueRefused,
-    shown,
-)
+from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
 from guideload.base.file_model import FileModel
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -117,7 +109,7 @@ class Machine(FileModel):
     def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:
         if "moves" in values and "body" not in values:
             hint = "this is a motion file: give the machine file before it"
-            raise ConfigError([Problem(("body",), None, "[body], as a machine file has", hint, None, ABSENT)])
+            raise refused_at(("body",), "[body], as a machine file has", None, hint)
         return cls(**with_catalogue(with_straightness(values, file.parent), file))
 
     @checked
