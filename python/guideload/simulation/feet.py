@@ -16,6 +16,7 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.refinement import refined
+from guideload.simulation.stamps import sampled
 
 # Stamps in the shortest wavelength. The polygon through them deviates from a wave by (2 pi / 200)^2 / 8 of its
 # amplitude, 1.2e-4.
@@ -41,10 +42,7 @@ class Feet:
         if times is None:
             return loads
         # After a jump at an instant, as the core reports it.
-        after = np.clip(np.searchsorted(self.time, times, side="right"), 1, self.time.size - 1)
-        width = self.time[after] - self.time[after - 1]
-        share = np.divide(times - self.time[after - 1], width, out=np.ones(times.size), where=width > 0.0)
-        return np.asarray(loads[after - 1] + share[:, None] * (loads[after] - loads[after - 1]))
+        return sampled(self.time, loads, times, np.ones(times.size, dtype=np.bool_))
 
 
 def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet | None]:
