@@ -243,6 +243,7 @@ def test_bands_cover_what_is_drawn_from_the_model_itself() -> None:
         found = simulate(machine, estimate, times=time)
         true = simulate(machine, Motion.along_x(time, acceleration), times=time).carriage_loads
         at = int(rng.integers(2, count)), int(rng.integers(4)), int(rng.integers(1, 3))
+        assert found._run is not None
         bands = bands_of(found._run, found.carriage_loads)
         assert bands is not None
         peak = np.hypot(true[:, at[1], 1], true[:, at[1], 2]).max()

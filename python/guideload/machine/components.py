@@ -33,7 +33,6 @@ from guideload.base.ranges import (
     LENGTH,
     MASS,
     POSITION,
-    RATIO,
     ROLL,
     SMALLEST_MOMENT,
     TILTING,
@@ -78,7 +77,6 @@ Inertia = Annotated[float, in_range(INERTIA)]
 Damping = Annotated[float, in_range(DAMPING, least=0.0)]
 Acceleration = Annotated[float, in_range(ACCELERATION)]
 Plain = Annotated[float, in_range(DIRECTION)]
-Ratio = Annotated[float, in_range(RATIO, nonzero=True)]
 
 _XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
 _YZ = BeforeValidator(partial(entries, names=("y", "z")))
