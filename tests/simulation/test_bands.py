@@ -4,10 +4,8 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from math import factorial
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import reference as ref
 from linear_gaussian import dense, problem
@@ -348,17 +346,6 @@ def test_bands_are_found_when_asked_for() -> None:
     for name in BANDS:
         assert result.data[name].attrs["units"] and result.data[name].attrs["long_name"]
     assert result.data.attrs["band_seed"] == 1 and result.data.attrs["band_samples"] == 200
-
-
-@pytest.mark.parametrize("ending", ["nc", "parquet"])
-def test_bands_survive_files(ending: str, tmp_path: Path) -> None:
-    result = simulate(ref.cart(), short(uncertain(4)[0]))
-    path = tmp_path / f"loads.{ending}"
-    {"nc": result.to_netcdf, "parquet": result.to_parquet}[ending](path)
-    again = Result.load(path)
-    assert again.data.identical(result.data)
-    pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
-    assert report.result_report(again).text() == report.result_report(result).text()
 
 
 def test_the_share_of_noise_is_that_of_the_instant_of_the_peak() -> None:
