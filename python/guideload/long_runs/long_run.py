@@ -255,7 +255,7 @@ class LongRun:
     @property
     def _powers(self) -> Array:
         """The integrals of P^p over the path of each block (block, rated) [N^p m]."""
-        return np.array([block.powers for block in self.blocks]).reshape(-1, len(self.criteria))
+        return np.array([block.powers for block in self.blocks]).reshape(len(self.blocks), len(self.criteria))
 
     def __repr__(self) -> str:
         return f"<LongRun of {self.machine.name}: {self.samples} samples in {len(self.blocks)} blocks>"
