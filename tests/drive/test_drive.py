@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from machines import link
 from moves import BRISK
@@ -22,15 +20,12 @@ from guideload import (
     Machine,
     Motion,
     Rail,
-    peak_loads,
-    run_study,
     simulate,
 )
 from guideload.drive import DriveRequirements, drive_requirements
 from guideload.drive.requirements import rms, share_of_push
 from guideload.motion.motion import with_instants
 from guideload.reports.run import result_report
-from guideload.study import Study
 
 G = 9.80665
 RACK = {
@@ -155,8 +150,6 @@ def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
     by_hand = simulate(bare, pushed, rtol=1e-9, times=stamps)
     scale = np.abs(by_hand.quantities["force"]).max()
     assert np.abs(result.quantities["force"] - by_hand.quantities["force"]).max() <= 1e-8 * scale
-    peaks = peak_loads(machine, motion(), rtol=1e-9)
-    assert peaks.largest[:, 6] == pytest.approx(result.peak_columns["peak_resultant_N"], rel=1e-12)
 
 
 def test_push_does_not_depend_on_the_direction_of_travel() -> None:
@@ -176,17 +169,6 @@ def test_share_of_the_push_in_the_peaks() -> None:
     assert share == pytest.approx(1.0 - without / result.peak_columns["peak_resultant_N"], abs=1e-9)
     assert np.abs(share).max() > 0.01
     assert "Share of this push" in " ".join(result_report(result).text().split())
-
-
-def test_a_study_has_the_push(tmp_path: Path) -> None:
-    """A study whose parameter does not vary has the peaks of the single run."""
-    machine = cart().model_copy(update={"drive": Drive(**RACK)})
-    cases = pd.DataFrame({"body.mass": [machine.body.mass]})
-    study = Study(machine=machine, motion=motion(), cases=cases, quantities=["resultant"], statistics=["max"])
-    names = [f"max_resultant_N[{carriage.name}]" for carriage in machine.carriages]
-    table = run_study(study, tmp_path / "study").table(names)
-    expected = simulate(machine, motion()).peak_columns["peak_resultant_N"]
-    assert table[names].to_numpy()[0] == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(

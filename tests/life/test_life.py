@@ -83,7 +83,7 @@ def test_each_cause_of_the_worst_load_has_its_share() -> None:
     np.testing.assert_allclose(parts["weight"][0], static(bare), atol=1e-9 * size)
     np.testing.assert_allclose(parts["rail error"][0], static(wrong) - static(bare), atol=1e-9 * size)
     after = np.flatnonzero(life.record.travel.time == 0.1)[1]  # there are two stamps at the change
-    loaded = load_parts(simulate(bare.model_copy(update={"body": united([bare.body, part])}), motion))
+    loaded = load_parts(simulate(bare.model_copy(update={"body": united(bare.body, [part])}), motion))
     carried = parts["weight"] + parts["payload"] + parts["acceleration"]
     np.testing.assert_allclose(carried[after:], loaded.quasi_static[after - 1 :], atol=1e-9 * size)
     assert not parts["payload"][:after].any()

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from numpy.typing import NDArray
 from reference import cart, cart_clear, cycle, preloaded
 
-from guideload import ArgumentError, ConfigError, Machine, SceneError, Study, run_study, simulate
+from guideload import ArgumentError, ConfigError, Machine, SceneError, simulate
 
 Array = NDArray[np.float64]
 
@@ -96,30 +95,6 @@ def test_dampers_on_a_base_are_right_to_first_order() -> None:
         found = on_base(cart(damping), base()).scene.modes()[3]
         errors.append(np.abs(found - exact_eigenvalues(cart(damping), base(), found)).max())
     assert errors[1] < 0.3 * errors[0]
-
-
-def test_a_run_on_a_base_balances_and_its_methods_agree() -> None:
-    soft = on_base(cart(), base())
-    rails = [
-        rail.model_copy(update={"mounting_error": (4e-6, 2e-6 * i)}) for i, rail in enumerate(soft.rails)
-    ]
-    carriages = [soft.carriages[0].model_copy(update={"mounting_error": (9e-6, 0.0)}), *soft.carriages[1:]]
-    soft = soft.model_copy(update={"rails": tuple(rails), "carriages": tuple(carriages)})
-    result = simulate(soft, cycle())
-    assert not result.audit.doubts and result.audit.force_balance.holds
-    assert result.audit.energy is not None and result.audit.energy.residual < 1e-3
-    other = simulate(soft, cycle(), "implicit", rtol=1e-9)
-    np.testing.assert_allclose(other.carriage_loads, result.carriage_loads, atol=1e-4)
-
-
-def test_a_study_runs_on_the_base() -> None:
-    soft, motion = on_base(cart(), base()), cycle()
-    cases = pd.DataFrame({"body.mass": [1100.0, 1300.0]})
-    found = run_study(Study(machine=soft, motion=motion, cases=cases, quantities=("resultant",))).table()
-    for i, mass in enumerate(cases["body.mass"]):
-        one = soft.model_copy(update={"body": soft.body.model_copy(update={"mass": mass})})
-        peaks = simulate(one, motion).peaks()["peak_resultant_N"]
-        assert found["max_resultant_N[2b]"][i] == pytest.approx(peaks["2b"], rel=1e-9)
 
 
 @pytest.mark.parametrize("make", [cart_clear, preloaded])

@@ -118,8 +118,6 @@ def test_life_peaks_and_studies_use_the_axes_of_the_carriage() -> None:
     assert lives[1] == pytest.approx(lives[0], rel=1e-9)
     causes = [[one.factor_life for one in life_of(result).carriages] for result in (upright, rolled)]
     assert causes[1] == pytest.approx(causes[0], rel=1e-9)
-    peaks = [peak_loads(result.machine, motion(angle)) for result, angle in ((upright, 0.0), (rolled, roll))]
-    assert peaks[1].largest == pytest.approx(peaks[0].largest, rel=1e-9, abs=1e-6)
     entry = {"path": "carriages.*.stiffness_y", "distribution": "uniform", "plus_minus": "20 %"}
     tables = [
         run_study(

@@ -36,7 +36,6 @@ from guideload import (
     Rail,
     ReadError,
     Result,
-    peak_loads,
     simulate,
 )
 from guideload import _core as core
@@ -414,16 +413,6 @@ def test_peaks_are_those_of_plain_numpy() -> None:
     at_instants = table[at_any_time.columns]
     assert ((at_any_time >= (1.0 - 1e-12) * at_instants) & (at_any_time <= 1.1 * at_instants)).all(axis=None)
     assert (at_any_time["peak_resultant_N"] > (1.0 + 1e-6) * at_instants["peak_resultant_N"]).all()
-
-
-def test_peak_loads_are_those_of_the_result() -> None:
-    motion = ref.random_motion(5, wrench=True, times="ticks", jumps=True)
-    found, columns = peak_loads(rich_machine(), motion), simulate(rich_machine(), motion).peak_columns
-    assert found.carriages == tuple(carriage.name for carriage in rich_machine().carriages)
-    size = np.maximum(found.largest, -found.smallest)
-    for column, name in ((6, "peak_resultant_N"), (1, "peak_Fy_N"), (5, "peak_Mz_Nm")):
-        np.testing.assert_allclose(columns[name], size[:, column], rtol=1e-13)
-    np.testing.assert_allclose(columns["time_of_peak_s"], found.time_of_largest[:, 6], rtol=1e-9)
 
 
 # ---- nothing that is passed in is kept

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +10,10 @@ from reference import cart, cart_stiff
 from rider_reference import Riding
 from scipy.integrate import solve_ivp
 
-from guideload import Machine, Motion, peak_loads, simulate
+from guideload import Machine, Motion, simulate
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.machine.payloads import Payload
 from guideload.machine.riders import Rider
-from guideload.reports.run import result_report
-from guideload.simulation.result import Result
 
 SLIDE = Rider(
     name="slide",
@@ -165,22 +162,6 @@ def test_union_of_stamps_keeps_jumps_and_travel():
         0.5 * 4 * 0.1**2 + 0.4 * 0.15 - 0.5 * 4 * 0.15**2, abs=1e-12
     )
     assert a.quantities["rider_velocity"][-1, 0] == pytest.approx(-0.2, abs=1e-12)
-
-
-def test_peaks_bands_audit_and_files(tmp_path: Path):
-    machine, motion, riders = gantry(), swing(0.002, 30.0), {"slide": swing(0.02, 15.0)}
-    result = simulate(machine, motion, riders=riders)
-    peaks = peak_loads(machine, motion, riders=riders)
-    assert np.allclose(peaks.largest[:, 6], result.quantities["peak_resultant"], rtol=1e-12)
-    rise = peaks.largest[:, 6] / result.quantities["resultant"].max(axis=0) - 1.0
-    assert (rise >= 0.0).all() and (rise < 1e-3).all()
-    assert result.audit.riders_move and not result.audit.doubts
-    assert result.audit.force_balance.residual < 1e-12
-    assert "rider slide" in result_report(result).text()
-    result.to_netcdf(tmp_path / "loads.nc")
-    again = Result.load(tmp_path / "loads.nc")
-    assert not again.audit.doubts and again.audit.second_look is not None
-    assert again.quantities["rider_force"].shape == (motion.time.size, 1)
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import reference as ref
 
-from guideload import Machine, Motion, Result, Study, peak_loads, run_study, simulate
+from guideload import Machine, Motion, simulate
 from guideload.base.errors import ArgumentError
+from guideload.reports.run import result_report
 from guideload.simulation.start import NEGLIGIBLE, start_of
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -61,30 +62,17 @@ def test_a_record_at_standstill_starts_at_rest_to_the_bit():
     np.testing.assert_array_equal(auto.carriage_loads, rest.carriage_loads)
 
 
-def test_everything_starts_as_the_run_does(tmp_path: Path):
-    machine, motion = ref.cart(), under_way()
-    for start in ("rest", "quasi-static"):
-        result = simulate(machine, motion, start=start)
-        peaks = peak_loads(machine, motion, start=start)
-        np.testing.assert_allclose(peaks.largest[:, 6], result.peak_columns["peak_resultant_N"], rtol=1e-13)
-        study = Study(machine=machine, motion=motion, cases={"body.mass": [machine.body.mass]}, start=start)
-        found = run_study(study)
-        for i, carriage in enumerate(machine.carriages):
-            peak = float(found.of_all_runs(f"peak_resultant_N[{carriage.name}]")[0])
-            assert peak == pytest.approx(peaks.largest[i, 6], rel=1e-11)
-    assert simulate(machine, motion).quantities.attrs["start"] == "quasi-static"
-    result.to_netcdf(tmp_path / "loads.nc")
-    assert Result.load(tmp_path / "loads.nc").quantities.attrs["start"] == "quasi-static"
-    assert "static equilibrium under the weight, the first acceleration" in _report(result)
+def test_the_report_tells_the_start():
+    result = simulate(ref.cart(), under_way())
+    assert result.quantities.attrs["start"] == "quasi-static"
+    text = " ".join(result_report(result).text().split())
+    assert "static equilibrium under the weight, the first acceleration" in text
 
 
 @pytest.mark.parametrize("machine", [ref.cart(), ref.preloaded()], ids=["linear", "preloaded"])
-def test_the_audit_solves_from_the_same_start(machine: Machine):
+def test_the_audit_warns_of_a_sudden_start(machine: Machine):
     result = simulate(machine, under_way())
-    audit = result.audit
-    assert audit.energy is not None and audit.energy.residual < 1e-6
-    assert audit.force_balance.holds and not audit.doubts
-    assert not [text for text in audit.warnings if "sudden start" in text]
+    assert not [text for text in result.audit.warnings if "sudden start" in text]
     at_rest = simulate(machine, under_way(), start="rest").audit
     assert [text for text in at_rest.warnings if "sudden start" in text]
 
@@ -96,9 +84,3 @@ def test_the_peaks_of_emps_are_not_its_first_instant(shared_data: Path):
     at_rest = simulate(machine, motion, start="rest").peak_columns
     assert (at_rest["time_of_peak_s"] < first).any()  # the blow of the first acceleration
     assert (simulate(machine, motion).peak_columns["time_of_peak_s"] > first).all()
-
-
-def _report(result: Result) -> str:
-    from guideload.reports.run import result_report
-
-    return " ".join(result_report(result).text().split())

@@ -19,10 +19,8 @@ from guideload import (
     Motion,
     Moves,
     Rail,
-    Result,
     SceneError,
     Study,
-    peak_loads,
     simulate,
 )
 from guideload.audit.histories import Histories
@@ -217,36 +215,6 @@ def test_points_may_be_in_a_file(tmp_path: Path) -> None:
 
 
 # ---- results
-
-
-def test_results_peaks_instants_and_files_belong_together(tmp_path: Path) -> None:
-    machine, motion = on(cart(), {"waviness": WAVES}, {"waviness": WAVES | {"seed": 8}}), move()
-    result = simulate(machine, motion)
-    assert not result.audit.doubts
-    assert result.audit.force_balance.holds
-    assert result.audit.energy is not None and result.audit.energy.residual < 1e-6
-    peaks = peak_loads(machine, motion)
-    np.testing.assert_array_equal(peaks.largest[:, 6], result.peaks()["peak_resultant_N"])
-    loads = result.data["force_elastic"] + result.data["force_damping"]
-    np.testing.assert_allclose(loads, result.data["force"], atol=1e-8)
-    sums = result.data["force"].sel(carriage=["2a", "2b"]).sum("carriage")
-    np.testing.assert_allclose(result.data["rail_force"].sel(rail="2"), sums, atol=1e-8)
-    chosen = result.data["time"].values[::97]
-    some = simulate(machine, motion, times=chosen)
-    np.testing.assert_allclose(some.carriage_loads, result.carriage_loads[::97], atol=1e-6)
-    assert some.audit.force_balance.holds and not some.audit.doubts
-    result.to_netcdf(tmp_path / "result.nc")
-    again = Result.load(tmp_path / "result.nc")
-    assert again.machine == result.machine and again.audit.force_balance.holds
-
-
-@pytest.mark.parametrize("method", ["rk45", "implicit"])
-def test_methods_agree(method: Any) -> None:
-    waves = WAVES | {"wavelengths": ("500 mm", "2 m")}
-    machine, motion = on(cart(), {"waviness": waves}), move(distance="200 mm")
-    exact = simulate(machine, motion).carriage_loads
-    other = simulate(machine, motion, method, rtol=1e-8).carriage_loads
-    np.testing.assert_allclose(other, exact, atol=1e-4)
 
 
 def test_bands_are_those_of_the_trace() -> None:

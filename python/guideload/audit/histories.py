@@ -31,8 +31,7 @@ class Histories:
         self.with_payloads = machine
         self.links = machine.link_table()
         self.linear = machine.scene.model_level == "linear"
-        points, directions = self.links.points, self.links.directions
-        self.rows: Array = np.hstack([directions, np.cross(points, directions)])
+        self.rows = self.links.rows
         self.free = [DOFS.index(dof) for dof in machine.free]
         (self.mass, self.damping, self.stiffness), self.weight = self.machine.nominal_scene.matrices()
         self.relative: Array = np.eye(6)  # motion of the links per motion of the body, on an elastic base

@@ -50,6 +50,12 @@ class ConfigModel(BaseModel):
         values = {key: getattr(self, key) for key in type(self).model_fields}
         return type(self)(**{**values, **(update or {})})
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all fields are equal; cached properties are not compared: some are arrays."""
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
+
     def __getstate__(self) -> dict[Any, Any]:
         """The fields without the cached properties, which a copy computes anew: some cannot be copied."""
         state = super().__getstate__()

@@ -192,6 +192,12 @@ def no_file(path: Path) -> str:
     return f"no such file{''.join(f'; did you mean {visible(name)}?' for name in near)}"
 
 
+def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """A hint with the known name that is nearest to a wrong one; `otherwise` if none is near."""
+    near = get_close_matches(name, list(known), n=1)
+    return f'did you mean "{near[0]}"?' if near else otherwise
+
+
 def shown(value: object) -> str:
     """`value` as text of at most 80 characters, in the notation of TOML."""
     if value is None:

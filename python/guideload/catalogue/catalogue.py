@@ -10,10 +10,10 @@ from pydantic import Field, field_validator
 
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError, ValueRefused
+from guideload.base.errors import ConfigError, ValueRefused, did_you_mean, shown
 from guideload.base.number_text import first_names
 from guideload.base.toml import located, read_toml
-from guideload.catalogue.product import Product, product_by_name
+from guideload.catalogue.product import Product
 
 
 class Catalogue(ConfigModel):
@@ -43,7 +43,11 @@ class Catalogue(ConfigModel):
 
     def __getitem__(self, name: str) -> Product:
         """The product of this name. Raises ValueRefused with the nearest names."""
-        return product_by_name({product.name: product for product in self.products}, name, "the catalogue")
+        products = {product.name: product for product in self.products}
+        if name not in products:
+            hint = did_you_mean(name, products, f"it has {shown(list(products))}")
+            raise ValueRefused("a product of the catalogue", name, hint)
+        return products[name]
 
     def selected(
         self,

@@ -3,39 +3,30 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, StrictStr, model_validator
 
-from guideload.base.config import ConfigModel, entries, in_range, interval, number
+from guideload.base.config import ConfigModel, in_range, interval, number
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import CLEARANCE, DEFLECTION, FORCE, PRELOAD, SHARE, STIFFNESS
+from guideload.base.ranges import CLEARANCE, PRELOAD, SHARE, STIFFNESS
+from guideload.catalogue.curve import CurvePoint, from_zero
 
 Text = Annotated[StrictStr, Field(min_length=1)]
 Preload = Annotated[float, in_range(PRELOAD, above=0.0)]
 Stiffness = Annotated[float, in_range(STIFFNESS, above=0.0)]
-MOST_POINTS = 8  # of a curve of one direction: the core takes 16 for both
 PRINTED_PRELOAD = ("preload", "share_of_C", "share_of_C0", "radial_clearance")
 
 
-def _rising(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Check that a curve starts at [0, 0], and that deflection and force rise."""
-    if points[:1] != ((0.0, 0.0),) or not 2 <= len(points) <= MOST_POINTS:
-        raise ValueRefused(f"2 to {MOST_POINTS} points from [0, 0] on", points, "deflection and force > 0")
-    for i, (low, high) in enumerate(zip(points, points[1:], strict=False)):
-        if not (high[0] > low[0] and high[1] >= low[1]) or points[-1][1] == 0.0:
-            raise ValueRefused("rising deflections, and forces that do not fall", points, f"see [{i + 1}]")
-    return points
+Curve = Annotated[tuple[CurvePoint, ...], AfterValidator(from_zero)]
+Model = TypeVar("Model", bound=ConfigModel)
 
 
-CurvePoint = Annotated[
-    tuple[
-        Annotated[float, in_range(DEFLECTION)],
-        Annotated[float, in_range(FORCE)],
-    ],
-    BeforeValidator(partial(entries, names=("deflection", "force"))),
-]
-Curve = Annotated[tuple[CurvePoint, ...], AfterValidator(_rising)]
+def stiffness_or(model: type[Model], value: object) -> float | Model:
+    """A stiffness [N/m], or a table with one for each direction. Raises ValueRefused; ValidationError for the table."""
+    if isinstance(value, (dict, model)):
+        return model.model_validate(value)
+    return number(value, "N/m", above=0.0, within=STIFFNESS)
 
 
 class Directions(ConfigModel):
@@ -68,12 +59,6 @@ Shares = Annotated[tuple[Share, Share], BeforeValidator(interval), AfterValidato
 Clearances = Annotated[tuple[Clearance, Clearance], BeforeValidator(interval), AfterValidator(_ascending)]
 
 
-def _stiffness(value: object) -> float | Directions:
-    if isinstance(value, dict | Directions):
-        return Directions.model_validate(value)
-    return number(value, "N/m", above=0.0, within=STIFFNESS)
-
-
 class PreloadClass(ConfigModel):
     """A preload class of a carriage: its elastic law, and the preload that the catalogue prints.
 
@@ -84,8 +69,10 @@ class PreloadClass(ConfigModel):
     """
 
     name: Text = Field(description='a name that is unique in the product, e.g. "ZA"')
-    stiffness: Annotated[float | Directions, BeforeValidator(_stiffness)] | None = Field(
-        default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
+    stiffness: Annotated[float | Directions, BeforeValidator(partial(stiffness_or, Directions))] | None = (
+        Field(
+            default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
+        )
     )
     curve: Curves | None = Field(default=None, description="load-deflection curves instead of the stiffness")
     preload: Preload | None = Field(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -17,7 +15,7 @@ from pydantic import (
 )
 
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ValueRefused, shown
+from guideload.base.errors import ValueRefused, did_you_mean
 from guideload.base.ranges import (
     ACCELERATION,
     FACTOR,
@@ -168,14 +166,7 @@ class Product(ConfigModel):
             return next(iter(classes.values()), None)
         if not isinstance(name, str) or name not in classes:
             known = ", ".join(classes) or "it has none"
-            near = get_close_matches(str(name), classes, n=1)
-            hint = (
-                'add the key "preload_class"'
-                if name is None
-                else f'did you mean "{near[0]}"?'
-                if near
-                else ""
-            )
+            hint = 'add the key "preload_class"' if name is None else did_you_mean(str(name), classes)
             raise ValueRefused(f"a preload class of {self.name} ({known})", name, hint)
         return classes[name]
 
@@ -292,12 +283,3 @@ class Product(ConfigModel):
             width = 2.0 * self.static_moments.roll / self.static
         found = {"length": None if length is None else length / ROW_OVER_LENGTH, "width": width}
         return {key: distance for key, distance in found.items() if distance is not None}
-
-
-def product_by_name(products: Mapping[str, Product], name: str, where: str) -> Product:
-    """The product of this name. Raises ValueRefused with the nearest names."""
-    if name in products:
-        return products[name]
-    near = get_close_matches(name, products, n=1)
-    hint = f'did you mean "{near[0]}"?' if near else f"it has {shown(list(products)) if products else 'none'}"
-    raise ValueRefused(f"a product of {where}", name, hint)

@@ -21,7 +21,7 @@ from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`
-RACK = "pressure_angle", "helix_angle", "push_direction"
+NO_RACK = {"pressure_angle": None, "helix_angle": 0.0, "push_direction": None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,12 +202,10 @@ def share_of_push(result: Result, needed: DriveRequirements) -> Array:
     wrench = data["wrench"].copy()
     wrench[:, :3] -= needed.push[:, None] * np.array(drive.push_direction)
     if "foot_load" in data:  # the force of rails that are not straight, which `peak_loads` adds
-        table = result.machine.link_table()
-        wrench += data["foot_load"] @ np.hstack([table.directions, np.cross(table.points, table.directions)])
+        wrench += data["foot_load"] @ result.machine.link_table().rows
     velocity, position = (data[name] if name in data else None for name in ("cart_velocity", "cart_position"))
     motion = Motion(data["time"], data["cart_acceleration"], velocity, position, wrench)
-    kept = {key: getattr(drive, key) for key in type(drive).model_fields if key not in RACK}
-    machine = result.machine.model_copy(update={"drive": Drive(**kept)})
+    machine = result.machine.model_copy(update={"drive": drive.model_copy(update=NO_RACK)})
     method, attributes = cast("Method", result.method), data.attrs
     step = float(attributes["step_s"]) if "step_s" in attributes else None
     start = cast("StartState", attributes.get("start", "rest"))

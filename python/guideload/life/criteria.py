@@ -121,10 +121,9 @@ def _preload(carriage: Carriage, product: Product) -> float | None:
 
 def require_rated_moments(machine: Machine, criteria: Criteria) -> None:
     """Raise LifeError if the links of a carriage can carry a moment that its rules count and that is not rated."""
-    table, center = machine.link_table(), machine.carriage_centers[criteria.index]
-    links = machine.links_of_carriages[criteria.index]
-    moments = np.cross(table.points[links] - center, table.directions[links])
-    arms = np.abs(moments @ machine.carriage_axes[criteria.index].T)
+    i = criteria.index
+    links, center, axes = machine.links_of_carriages[i], machine.carriage_centers[i], machine.carriage_axes[i]
+    arms = np.abs(machine.link_table().arms(links, center, axes))
     for axis in criteria.unrated_moments:
-        if arms[:, AXES.index(axis)].max(initial=0.0) > NO_ARM:
+        if arms[:, 3 + AXES.index(axis)].max(initial=0.0) > NO_ARM:
             raise criteria.unrated(axis, f"can carry a {axis} moment")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from guideload._core import raised_loads
 from guideload.base.arrays import Array
 from guideload.catalogue.conditions import RuleName
-from guideload.catalogue.product import Moments, Product
+from guideload.catalogue.product import Product
 from guideload.life.arrangement import Arrangement
 
 COMPONENTS = ("Fy", "Fz", "Mx", "My", "Mz")  # columns 1 to 5 of a load
@@ -31,78 +31,54 @@ PRINTED: dict[RuleName, PreloadEffect] = {"rexroth": "power", "thomson": "linear
 class Rule(NamedTuple):
     """A rule of the equivalent load.
 
+    source, note    where it is from; what to know about it
     minor           factor on the smaller group
     rated           the moments that it counts are over the "static" or the "dynamic" rated moments
     always_moments  whether moments count also if several carriages, not side by side, run on the rail
     side_moments    moments in the group of the side load
-    source, note    where it is from; what to know about it
     """
 
-    minor: float
-    rated: str
-    always_moments: bool
-    side_moments: tuple[str, ...]
     source: str
     note: str
+    minor: float = 1.0
+    rated: str = "static"
+    always_moments: bool = False
+    side_moments: tuple[str, ...] = ()
 
 
 RULES: dict[RuleName, Rule] = {
     "sum": Rule(
-        1.0,
-        "static",
-        True,
-        (),
         "Rollon",
         "P = |Fy| + |Fz| + C0 (|Mx|/M0x + |My|/M0y + |Mz|/M0z), on the safe side",
+        always_moments=True,
     ),
     "thk": Rule(
-        1.0,
-        "static",
-        False,
-        (),
         "THK, general catalogue",
         "P = |Fy| + |Fz|; a single carriage on its rail, or carriages side by side: + C0/M0 |M| of each axis",
     ),
     "hiwin": Rule(
-        1.0,
-        "static",
-        False,
-        (),
         "HIWIN, series HG EG WE QH QE QW RG QR",
         "P = |Fy| + |Fz|; moments of a single carriage, or of carriages side by side, are added as by the rule thk",
     ),
     "hiwin_mg": Rule(
-        0.5,
-        "static",
-        False,
-        (),
         "HIWIN, series MG",
         "P = the larger of |Fy| and |Fz|, and half of the smaller; moments as by the rule thk",
+        minor=0.5,
     ),
     "iko": Rule(
-        0.6,
-        "static",
-        True,
-        ("yaw",),
         "IKO, general catalogue",
         "Fr = k_r |Fy| + C0/T0 |Mx| + C0/Tx |Mz|, Fa = k_a |Fz| + C0/Ty |My|, P = the larger + 0.6 the smaller",
+        minor=0.6,
+        always_moments=True,
+        side_moments=("yaw",),
     ),
     "rexroth": Rule(
-        1.0,
-        "dynamic",
-        True,
-        (),
         "Bosch Rexroth; not compared with a primary source",
         "P = |Fy| + |Fz| + C (|Mx|/Mt + |My|/ML + |Mz|/ML)",
+        rated="dynamic",
+        always_moments=True,
     ),
-    "thomson": Rule(
-        1.0,
-        "dynamic",
-        False,
-        (),
-        "Thomson",
-        "P = |Fy| + |Fz|; single carriage: + C/M |M| of each axis",
-    ),
+    "thomson": Rule("Thomson", "P = |Fy| + |Fz|; single carriage: + C/M |M| of each axis", rated="dynamic"),
 }
 
 
@@ -137,11 +113,8 @@ class EquivalentLoad:
 
     def without_preload(self, loads: Array) -> Array:
         """P [N] of loads (..., 6), without the effect of the preload."""
-        return self.combined(*self.groups(loads))
-
-    def combined(self, first: Array, second: Array) -> Array:
-        """P [N] of the groups A and B, without the effect of the preload."""
-        return np.asarray(np.maximum(first, second) + self.minor * np.minimum(first, second))
+        groups = self.groups(loads)
+        return np.asarray(np.maximum(*groups) + self.minor * np.minimum(*groups))
 
     def with_preload(self, load: Array) -> Array:
         """The effective load [N] of a load [N]: small loads add to the preload, large ones replace it."""
@@ -184,13 +157,7 @@ def dynamic_load(
 
     preload: N, of the carriage. effect: None: as the maker prints the rule, which mostly leaves the preload out.
     """
-    chosen = RULES[rule]
-    rating = None if product.dynamic is None else product.dynamic.value
-    if chosen.rated == "static":
-        weights, missing = _weights(chosen, product, arrangement, product.static, product.static_moments)
-    else:
-        weights, missing = _weights(chosen, product, arrangement, rating, product.dynamic_moments)
-    return _preloaded(EquivalentLoad(weights, chosen.minor, missing), preload, effect or PRINTED.get(rule))
+    return _equivalent_load(RULES[rule], product, arrangement, preload, effect or PRINTED.get(rule))
 
 
 def static_load(
@@ -204,17 +171,17 @@ def static_load(
 
     preload: N, of the carriage. effect: None: it does not count, as in print.
     """
-    weights, missing = _weights(RULES[rule], product, arrangement, product.static, product.static_moments)
-    return _preloaded(EquivalentLoad(weights, 1.0, missing), preload, effect)
+    plain = RULES[rule]._replace(minor=1.0, rated="static")
+    return _equivalent_load(plain, product, arrangement, preload, effect)
 
 
-def _preloaded(rule: EquivalentLoad, preload: float, effect: PreloadEffect | None) -> EquivalentLoad:
-    return rule if effect is None else replace(rule, preload=preload, effect=effect)
-
-
-def _weights(
-    rule: Rule, product: Product, arrangement: Arrangement, rating: float | None, moments: Moments
-) -> tuple[Array, tuple[str, ...]]:
+def _equivalent_load(
+    rule: Rule, product: Product, arrangement: Arrangement, preload: float, effect: PreloadEffect | None
+) -> EquivalentLoad:
+    rating, moments = product.static, product.static_moments
+    if rule.rated == "dynamic":
+        rating = None if product.dynamic is None else product.dynamic.value
+        moments = product.dynamic_moments
     weights = np.zeros((2, len(COMPONENTS), 2))
     weights[0, 0] = product.lift_factor, 1.0
     weights[1, 1] = product.side_factor
@@ -226,4 +193,5 @@ def _weights(
                 missing.append(axis)
             else:
                 weights[int(axis in rule.side_moments), component] = rating / rated
-    return weights, tuple(missing)
+    found = EquivalentLoad(weights, rule.minor, tuple(missing))
+    return found if effect is None else replace(found, preload=preload, effect=effect)

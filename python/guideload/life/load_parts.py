@@ -83,9 +83,7 @@ def _to_carriages(machine: Machine) -> Array:
     to_carriage = np.zeros((len(machine.carriages), 6, len(links.names)))
     places = zip(machine.links_of_carriages, machine.carriage_centers, machine.carriage_axes, strict=True)
     for i, (of_carriage, center, axes) in enumerate(places):
-        direction = links.directions[of_carriage]
-        moment = np.cross(links.points[of_carriage] - center, direction)
-        to_carriage[i][:, of_carriage] = np.hstack([direction @ axes.T, moment @ axes.T]).T
+        to_carriage[i][:, of_carriage] = links.arms(of_carriage, center, axes).T
     return to_carriage.reshape(-1, len(links.names)).T
 
 

@@ -12,19 +12,12 @@ from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.rating import WEIBULL_SLOPE, Rating, reliability_factor
 
 
-def effective_rating(rating: Rating, conditions: LifeConditions, contact_factor: float) -> float:
-    """f_H f_T f_C C / f_W [N], the rating that the whole formula puts over the mean load."""
-    factors = conditions.hardness_factor * conditions.temperature_factor * contact_factor
-    return factors * rating.value / conditions.load_factor
-
-
 def rating_life(
     rating: Rating, mean_load: ArrayLike, conditions: LifeConditions, contact_factor: float = 1.0
 ) -> Array:
     """The life [m] under a mean load [N]: a1 base (f_H f_T f_C C / (f_W P_m))^p; infinite without load."""
-    rated = Rating(
-        value=effective_rating(rating, conditions, contact_factor), base=rating.base, exponent=rating.exponent
-    )
+    factors = conditions.hardness_factor * conditions.temperature_factor * contact_factor
+    rated = rating.model_copy(update={"value": factors * rating.value / conditions.load_factor})
     return np.asarray(reliability_factor(conditions.reliability) * rated.life(mean_load))
 
 

@@ -186,7 +186,7 @@ class LongRun:
     @property
     def mean_loads(self) -> Array:
         """Mean equivalent load over the distance (rated,) [N], of each carriage with ratings; nan without travel."""
-        powers = np.array([math.fsum(powers) for powers in self._of_carriages("powers")])
+        powers = self._powers.sum(axis=0)
         exponents = np.array([one.rating.exponent for one in self.criteria])
         distance = self.distance if self.distance > 0.0 else math.nan
         return np.asarray((powers / distance) ** (1.0 / exponents))
@@ -245,17 +245,18 @@ class LongRun:
             columns[f"{carriage.name}_peak_resultant_N"] = resultants
         if self.criteria:
             columns["distance_m"] = [block.distance for block in self.blocks]
-        for one, powers in zip(self.criteria, self._of_carriages("powers"), strict=True):
-            columns[f"{one.name}_share_of_damage"] = np.array(powers) / (math.fsum(powers) or 1.0)
+        for one, powers in zip(self.criteria, self._powers.T, strict=True):
+            columns[f"{one.name}_share_of_damage"] = powers / (powers.sum() or 1.0)
         return pd.DataFrame(columns)
 
     def _require_blocks(self) -> None:
         if not self.blocks:
             raise ArgumentError("LongRun: no block was added yet")
 
-    def _of_carriages(self, name: str) -> list[list[float]]:
-        """Numbers of each block, by carriage with ratings."""
-        return [[float(getattr(block, name)[k]) for block in self.blocks] for k in range(len(self.criteria))]
+    @property
+    def _powers(self) -> Array:
+        """The integrals of P^p over the path of each block (block, rated) [N^p m]."""
+        return np.array([block.powers for block in self.blocks]).reshape(len(self.blocks), len(self.criteria))
 
     def __repr__(self) -> str:
         return f"<LongRun of {self.machine.name}: {self.samples} samples in {len(self.blocks)} blocks>"

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import cast
 
 import numpy as np
 
-from guideload.machine.components import Body, Tensor
+from guideload.base.arrays import Array
+from guideload.machine.components import Body, point_inertia
 
 
-def united(bodies: Iterable[Body]) -> Body:
+def united(body: Body, others: Iterable[Body]) -> Body:
     """Bodies that move as one: sums of mass, first moment, and inertia about the common centre of mass."""
-    bodies = list(bodies)
-    if len(bodies) == 1:
-        return bodies[0]
-    masses = np.array([body.mass for body in bodies])
-    places = np.array([body.center_of_mass for body in bodies])
-    center = masses @ places / masses.sum()
-    inertia = np.zeros((3, 3))
-    for body, arm in zip(bodies, places - center, strict=True):
-        inertia += body.central_inertia() + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    tensor = cast("Tensor", tuple(map(tuple, inertia.tolist())))
-    return Body(mass=float(masses.sum()), center_of_mass=tuple(center.tolist()), inertia=tensor)
+    for other in others:
+        body = joined(body, other.mass, np.array(other.center_of_mass), other.central_inertia())
+    return body
+
+
+def joined(body: Body, mass: float, center: Array, inertia: Array) -> Body:
+    """A body together with a mass [kg], its centre (3,) [m] from L and its inertia (3, 3) [kg m^2] about it."""
+    total, own = body.mass + mass, np.array(body.center_of_mass)
+    reduced = body.mass * mass / total
+    return Body(
+        mass=total,
+        center_of_mass=((body.mass * own + mass * center) / total).tolist(),
+        inertia=(body.central_inertia() + inertia + point_inertia(reduced, center - own)).tolist(),
+    )

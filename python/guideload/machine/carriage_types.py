@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from typing import Annotated, Any, cast
 
 from pydantic import AfterValidator, Field, create_model, model_validator
@@ -11,8 +10,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails
 
 from guideload.base.config import ConfigModel
-from guideload.base.errors import KeyPath, ValueRefused, shown
+from guideload.base.errors import KeyPath, ValueRefused, did_you_mean, shown
 from guideload.machine.components import Carriage, Name
+from guideload.machine.unchecked import tables_of, texts_of
 
 OWN_KEYS = ("name", "rail", "x", "type")  # that a type cannot have
 
@@ -64,14 +64,11 @@ def _tables(values: Any) -> dict[str, dict[str, Any]]:
 
 def with_types(values: Any) -> Any:
     """Unchecked values of a machine whose carriages have the keys of their types, unless they have their own."""
-    types = _tables(values)
-    carriages = values.get("carriages", ()) if types else ()
-    if not types or not isinstance(carriages, list | tuple):
+    types, carriages = _tables(values), tables_of(values, "carriages")
+    if not types or not carriages:
         return values
-    return {
-        **values,
-        "carriages": [{**one, **_shared(one, types)} if isinstance(one, dict) else one for one in carriages],
-    }
+    filled = [{**one, **_shared(one, types)} if isinstance(one, dict) else one for one in carriages]
+    return {**values, "carriages": filled}
 
 
 def _shared(carriage: dict[str, Any], types: dict[str, dict[str, Any]]) -> dict[str, Any]:
@@ -85,15 +82,11 @@ def _shared(carriage: dict[str, Any], types: dict[str, dict[str, Any]]) -> dict[
 def type_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked carriages: types that are unknown."""
     types = list(_tables(values))
-    carriages = values.get("carriages", ())
-    for i, one in enumerate(carriages if isinstance(carriages, list | tuple) else ()):
-        name = one.get("type") if isinstance(one, dict) else getattr(one, "type", None)
-        if not isinstance(name, str) or name in types:
-            continue
-        near = get_close_matches(name, types, n=1)
-        known = f", one of {', '.join(map(shown, types))}" if types else ""
-        hint = f'did you mean "{near[0]}"?' if near else f"add a table [carriage_types.{name}]"
-        yield ("carriages", i, "type"), ValueRefused(f"a carriage type{known}", name, hint)
+    known = f", one of {', '.join(map(shown, types))}" if types else ""
+    for i, name in texts_of(values, "carriages", "type"):
+        if name not in types:
+            hint = did_you_mean(name, types, f"add a table [carriage_types.{name}]")
+            yield ("carriages", i, "type"), ValueRefused(f"a carriage type{known}", name, hint)
 
 
 def at_types(problems: Iterable[InitErrorDetails], values: Any) -> list[InitErrorDetails]:

@@ -33,7 +33,6 @@ from guideload.base.ranges import (
     LENGTH,
     MASS,
     POSITION,
-    RATIO,
     ROLL,
     SMALLEST_MOMENT,
     TILTING,
@@ -78,7 +77,6 @@ Inertia = Annotated[float, in_range(INERTIA)]
 Damping = Annotated[float, in_range(DAMPING, least=0.0)]
 Acceleration = Annotated[float, in_range(ACCELERATION)]
 Plain = Annotated[float, in_range(DIRECTION)]
-Ratio = Annotated[float, in_range(RATIO, nonzero=True)]
 
 _XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
 _YZ = BeforeValidator(partial(entries, names=("y", "z")))
@@ -137,8 +135,12 @@ class Body(ConfigModel):
 
 
 def _central(inertia: Array, mass: float, center: tuple[float, float, float], about: str) -> Array:
-    r = np.array(center)
-    return inertia if about == "center_of_mass" else inertia - mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return inertia if about == "center_of_mass" else inertia - point_inertia(mass, np.array(center))
+
+
+def point_inertia(mass: float, r: Array) -> Array:
+    """Inertia tensor (3, 3) [kg m^2] of a point mass at r (3,) [m] (Steiner)."""
+    return np.asarray(mass * (r @ r * np.eye(3) - np.outer(r, r)))
 
 
 def _require_physical(central: Array, rows: Tensor, scale: float) -> None:

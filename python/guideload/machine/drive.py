@@ -18,13 +18,11 @@ from guideload.base.ranges import (
     FORCE,
     FRICTION,
     INERTIA,
-    LENGTH,
     MOMENT,
     RATIO,
 )
-from guideload.machine.components import Vector, unit_vector
+from guideload.machine.components import PositiveLength, Vector, unit_vector
 
-PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
 Ratio = Annotated[float, in_range(RATIO, nonzero=True)]
 Efficiency = Annotated[float, in_range(EFFICIENCY, above=0.0)]
 Angle = Annotated[float, in_range(ANGLE, least=0.0)]

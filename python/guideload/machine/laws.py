@@ -23,19 +23,18 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
-from guideload.base.config import ConfigModel, entries, in_range, number
+from guideload.base.config import ConfigModel, in_range
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import CLEARANCE, COMPLIANCE, DEFLECTION, FORCE, PRELOAD, STIFFNESS
+from guideload.base.ranges import CLEARANCE, COMPLIANCE, PRELOAD, STIFFNESS
+from guideload.catalogue.curve import CurvePoint, CurvePoints, through_zero
+from guideload.catalogue.preload_class import stiffness_or
 from guideload.catalogue.stiffness import CONTACT_EXPONENT
 
 Value = TypeVar("Value")
-CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 ModelLevel = Literal["linear", "piecewise linear", "smooth nonlinear"]
 LEVELS: tuple[ModelLevel, ...] = get_args(ModelLevel)
 LEVEL_OF_KIND = {"linear": 0, "sided": 1, "curve": 1, "preloaded": 2}  # indices into LEVELS
 NO_EXACT = "preloaded contacts have no exact solution"
-MOST_POINTS = 16  # that the core takes for a curve
-ROUNDING = 1e-12  # relative to the largest force of a curve: rounding of the force interpolated at 0 m
 EXCLUDED: dict[str, dict[str, str]] = {  # {key: {key that excludes it: way out}}
     "stiffness": {"curve": "the curve is the whole law: keep one of them"},
     "preload": {"curve": "a curve holds its preload: keep one of them"},
@@ -66,53 +65,6 @@ class Sides(ConfigModel):
         return self
 
 
-def _stiffness(value: object) -> float | Sides:
-    """A stiffness [N/m], or one for each side. Raises ValueRefused, or ValidationError for `Sides`."""
-    if isinstance(value, dict | Sides):
-        return Sides.model_validate(value)
-    return number(value, "N/m", above=0.0, within=STIFFNESS)
-
-
-# ---- curve
-
-
-def _through_zero(points: CurvePoints) -> CurvePoints:
-    """Check that a curve rises through [0, 0], or starts there, where only positive deflections are given."""
-
-    def refusal(expected: str, hint: str) -> ValueRefused:
-        return ValueRefused(expected, points, hint)
-
-    half = points[:1] == ((0.0, 0.0),)
-    most = (MOST_POINTS + 1) // 2 if half else MOST_POINTS
-    if not 2 <= len(points) <= most:
-        mirrored = "; one that begins at [0, 0] is mirrored, which doubles its points" if half else ""
-        raise refusal(f"2 to {most} points [deflection, force]", f"these are {len(points)}{mirrored}")
-    deflection, force = np.array(points).T
-    for values, unit, expected, wrong in (
-        (deflection, "m", "deflections in ascending order, each once", np.diff(deflection) <= 0.0),
-        (force, "N", "forces that never fall as the deflection grows", np.diff(force) < 0.0),
-    ):
-        if wrong.any():
-            i = int(wrong.argmax())
-            raise refusal(expected, f"[{i}] and [{i + 1}] have {values[i]:g} and {values[i + 1]:g} {unit}")
-    if deflection[0] > 0.0 or deflection[-1] <= 0.0:
-        reach = f"it reaches from {deflection[0]:g} to {deflection[-1]:g} m"
-        way_out = "add the points of the other direction; a curve that begins at [0, 0] holds for both"
-        raise refusal("points on both sides of 0 m", f"{reach}: {way_out}")
-    at_zero = float(np.interp(0.0, deflection, force))
-    if abs(at_zero) > ROUNDING * np.abs(force).max():
-        hint = f"its force at 0 m is {at_zero:g} N: count deflections from no load"
-        raise refusal("a curve through [0, 0]", hint)
-    slope = np.diff(force) / np.diff(deflection)
-    if slope.max() > STIFFNESS.most:
-        i = int(slope.argmax())
-        hint = f"from [{i}] to [{i + 1}] it is {slope[i]:g} N/m: draw the points apart"
-        raise refusal(f"a slope up to {STIFFNESS.most:g} N/m", hint)
-    if force[0] == force[-1]:
-        raise refusal("forces that rise somewhere", "this curve never resists")
-    return points
-
-
 def _as_list(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
@@ -120,15 +72,8 @@ def _as_list(value: object) -> object:
 # ---- types
 
 
-CurvePoint = Annotated[
-    tuple[
-        Annotated[float, in_range(DEFLECTION)],
-        Annotated[float, in_range(FORCE)],
-    ],
-    BeforeValidator(partial(entries, names=("deflection", "force"))),
-]
-Curve = Annotated[tuple[CurvePoint, ...], BeforeValidator(_as_list), AfterValidator(_through_zero)]
-Stiffness = Annotated[float | Sides, BeforeValidator(_stiffness)] | None
+Curve = Annotated[tuple[CurvePoint, ...], BeforeValidator(_as_list), AfterValidator(through_zero)]
+Stiffness = Annotated[float | Sides, BeforeValidator(partial(stiffness_or, Sides))] | None
 Preload = Annotated[float, in_range(PRELOAD, above=0.0)] | None
 Clearance = Annotated[float, in_range(CLEARANCE, least=0.0)]
 Compliance = Annotated[float, in_range(COMPLIANCE, least=0.0)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -70,6 +71,17 @@ class LinkTable:
     carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
     axis: NDArray[np.intp]  # (n,) 1 along the carriage's y, 2 along its z, -1 for an extra link
 
+    @cached_property
+    def rows(self) -> Array:
+        """Deflection of each link per displacement and rotation (u, phi) of L, (n, 6) [1, m]."""
+        return read_only(np.hstack([self.directions, np.cross(self.points, self.directions)]))
+
+    def arms(self, links: NDArray[np.int64], center: Array, axes: Array) -> Array:
+        """Force and moment about a centre, along axes (3, 3), per load of some links: (k, 6) [1, m]."""
+        directions = self.directions[links]
+        moments = np.cross(self.points[links] - center, directions)
+        return np.hstack([directions @ axes.T, moments @ axes.T])
+
 
 class _Row(NamedTuple):
     name: str
@@ -90,22 +102,23 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
     Raises SceneError for an impossible law.
     """
     rows: list[_Row] = []
-    for i, (carriage, place) in enumerate(zip(carriages, places.tolist(), strict=True)):
-        rows += _rows_of(i, carriage, place, errors[i])
+    for i, (one, place) in enumerate(zip(carriages, places.tolist(), strict=True)):
+        rows += _rows_of(i, one, place, errors[i])
     for link in links:
         own = link.law, link.damping, link.damping_in_contact
         rows.append(_Row(link.name, link.point, link.direction, *own, 0.0, -1, -1))
+    names, points, directions, laws, damping, in_contact, offsets, carriage, axis = zip(*rows, strict=True)
     return LinkTable(
-        names=tuple(row.name for row in rows),
-        points=read_only(np.array([row.point for row in rows], dtype=np.float64)),
-        directions=read_only(np.array([row.direction for row in rows], dtype=np.float64)),
-        laws=tuple(row.law for row in rows),
-        stiffness=read_only(np.array([row.law.stiffness for row in rows])),
-        damping=read_only(np.array([row.damping for row in rows])),
-        damping_in_contact=read_only(np.array([row.in_contact for row in rows])),
-        offsets=read_only(np.array([row.offset for row in rows])),
-        carriage=read_only(np.array([row.carriage for row in rows], dtype=np.intp)),
-        axis=read_only(np.array([row.axis for row in rows], dtype=np.intp)),
+        names=names,
+        points=read_only(np.array(points)),
+        directions=read_only(np.array(directions)),
+        laws=laws,
+        stiffness=read_only(np.array([law.stiffness for law in laws])),
+        damping=read_only(np.array(damping)),
+        damping_in_contact=read_only(np.array(in_contact)),
+        offsets=read_only(np.array(offsets)),
+        carriage=read_only(np.array(carriage)),
+        axis=read_only(np.array(axis)),
     )
 
 

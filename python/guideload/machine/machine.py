@@ -20,15 +20,7 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.base.errors import (
-    ABSENT,
-    ArgumentError,
-    ConfigError,
-    Problem,
-    SceneError,
-    ValueRefused,
-    shown,
-)
+from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
 from guideload.base.file_model import FileModel
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -117,7 +109,7 @@ class Machine(FileModel):
     def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:
         if "moves" in values and "body" not in values:
             hint = "this is a motion file: give the machine file before it"
-            raise ConfigError([Problem(("body",), None, "[body], as a machine file has", hint, None, ABSENT)])
+            raise refused_at(("body",), "[body], as a machine file has", None, hint)
         return cls(**with_catalogue(with_straightness(values, file.parent), file))
 
     @checked
@@ -129,21 +121,10 @@ class Machine(FileModel):
     def carrying(self, payloads: Iterable[str]) -> Machine:
         """The machine with the payloads of these names as part of its body, and without the others."""
         names = frozenset(payloads)
-        found = self._carrying.get(names)
-        if found is None:
-            bodies = [self.body, *(payload for payload in self.payloads if payload.name in names)]
-            found = self._carrying[names] = self.model_copy(update={"body": united(bodies), "payloads": ()})
-        return found
-
-    def with_riders_at(self, positions: tuple[float, ...]) -> Machine:
-        """The machine with its riders at these positions [m]; the last one is kept."""
-        found = self._carrying.get(positions)  # not looked up twice: another thread may clear it in between
-        if found is None:
-            riders = tuple(map(Rider.standing_at, self.riders, positions))
-            found = self.model_copy(update={"riders": riders})
-            self._carrying.clear()
-            self._carrying[positions] = found
-        return found
+        if names not in self._carrying:
+            body = united(self.body, (payload for payload in self.payloads if payload.name in names))
+            self._carrying[names] = self.model_copy(update={"body": body, "payloads": ()})
+        return self._carrying[names]
 
     def require_no_payloads(self, what: str) -> None:
         """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
@@ -154,7 +135,7 @@ class Machine(FileModel):
             )
 
     @cached_property
-    def _carrying(self) -> dict[frozenset[str] | tuple[float, ...], Machine]:
+    def _carrying(self) -> dict[frozenset[str], Machine]:
         return {}
 
     @field_validator("free")
@@ -205,7 +186,7 @@ class Machine(FileModel):
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        return united([self.body, *(rider.at(rider.position) for rider in self.riders)])
+        return united(self.body, (rider.at(rider.position) for rider in self.riders))
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -363,12 +344,6 @@ class Machine(FileModel):
     @cached_property
     def _links(self) -> LinkTable:
         return table_of(self.carriages, self.carriage_places, self.links, self.mounting_errors)
-
-    def __eq__(self, other: object) -> bool:
-        """Whether all fields are equal; cached properties are not compared."""
-        if not isinstance(other, Machine):
-            return NotImplemented
-        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)
 
 
 def _places(owner: NDArray[np.intp], count: int) -> list[NDArray[np.int64]]:

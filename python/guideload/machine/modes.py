@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.machine.machine import DOFS, Machine
+
+Vectors = TypeVar("Vectors", Array, NDArray[np.complex128])
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +57,12 @@ def _guided_points(machine: Machine) -> Array:
     return np.vstack([guided, machine.whole_body.center_of_mass])
 
 
-def displacement(points: Array, q: Array) -> Array:
-    """Displacement u + phi x r (n, 3) [m] of points r (n, 3) [m], for q = (u, phi) (6,) [m, rad] (paper, eq. 14)."""
-    return np.asarray(q[:3] + np.cross(q[3:], points))
+def displacement(points: Array, q: Vectors) -> Vectors:
+    """Displacement u + phi x r (..., n, 3) [m] of points r (n, 3) [m] for q = (u, phi) (..., 6) [m, rad], or its rate.
+
+    Paper, eq. 14.
+    """
+    return q[..., None, :3] + np.cross(q[..., None, 3:], points)
 
 
 def moving_dofs(machine: Machine, shape: Array) -> list[str]:

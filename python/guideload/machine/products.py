@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused, did_you_mean, refused_at
 from guideload.base.number_text import joined
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.packaged import is_packaged, packaged_product
@@ -15,6 +14,7 @@ from guideload.catalogue.product import Product
 from guideload.catalogue.stiffness import StiffnessEstimate
 from guideload.machine.carriage_types import with_types
 from guideload.machine.components import Carriage
+from guideload.machine.unchecked import tables_of, texts_of, value_of
 
 LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
 
@@ -30,38 +30,33 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
     path = file.parent / name
     if not path.is_file():
         hint = f"there is no {path}; the name is relative to the machine file"
-        raise ConfigError([Problem(("catalogue",), name, "a catalogue file", hint, None, f'"{name}"')])
-    tables = with_types(values).get("carriages", ())
-    wanted = _texts("product", tables)
-    own = values.get("products", ())
-    if not isinstance(own, list | tuple):
+        raise refused_at(("catalogue",), "a catalogue file", name, hint)
+    if not isinstance(values.get("products", ()), list | tuple):
         return values  # the field `products` tells it
-    names = _texts("name", own)
+    wanted = _texts(with_types(values), "carriages", "product")
+    names = _texts(values, "products", "name")
     found = [product for product in Catalogue.from_toml(path).products if product.name not in names]
     known = {*names, *(product.name for product in found)}
     if all(name in known or is_packaged(name) for name in wanted):  # else keep all, for the nearest name
         found = [product for product in found if product.name in wanted]
-    return {**values, "products": (*own, *found)}
+    return {**values, "products": (*tables_of(values, "products"), *found)}
 
 
 def with_packaged(values: Any) -> Any:
     """Unchecked values of a machine with the packaged products that its carriages name, unless it has its own."""
-    own = values.get("products", ()) if isinstance(values, dict) else None
-    if not isinstance(own, list | tuple):
+    if not isinstance(values, dict) or not isinstance(values.get("products", ()), list | tuple):
         return values
     found = []
-    for name in sorted(_texts("product", values.get("carriages", ())) - _texts("name", own)):
+    for name in sorted(_texts(values, "carriages", "product") - _texts(values, "products", "name")):
         try:
             found.append(packaged_product(name))
         except ValueRefused:  # `product_problems` tells it
             continue
-    return {**values, "products": (*own, *found)} if found else values
+    return {**values, "products": (*tables_of(values, "products"), *found)} if found else values
 
 
-def _texts(key: str, tables: object) -> set[str]:
-    """The texts that unchecked tables have under a key."""
-    listed = tables if isinstance(tables, list | tuple) else ()
-    return {text for text in (_key(table, key) for table in listed) if isinstance(text, str)}
+def _texts(values: Any, tables: str, key: str) -> set[str]:
+    return {text for _, text in texts_of(values, tables, key)}
 
 
 def filled(values: Any) -> Any:
@@ -73,10 +68,10 @@ def filled(values: Any) -> Any:
     products = _products(values)
     if not products:
         return values
-    carriages = []
-    for table in values["carriages"]:
-        product = products.get(str(table.get("product"))) if isinstance(table, dict) else None
-        carriages.append(table if product is None else _with_product(table, product))
+    carriages = list(tables_of(values, "carriages"))
+    for i, name in texts_of(values, "carriages", "product"):
+        if isinstance(carriages[i], dict) and name in products:
+            carriages[i] = _with_product(carriages[i], products[name])
     return {**values, "carriages": carriages}
 
 
@@ -114,9 +109,9 @@ def stiffness_estimates(
 
 def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked carriages: unknown products and preload classes, and products without stiffness."""
-    tables, products = values.get("carriages", ()), _products(values)
-    for i, table in enumerate(tables if isinstance(tables, list | tuple) else ()):
-        name, chosen = (_key(table, key) for key in ("product", "preload_class"))
+    products = _products(values)
+    for i, table in enumerate(tables_of(values, "carriages")):
+        name, chosen = (value_of(table, key) for key in ("product", "preload_class"))
         if name is None:
             if chosen is not None:
                 yield (
@@ -136,7 +131,7 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
         except ValueRefused as refused:
             yield ("carriages", i, "preload_class"), refused
             continue
-        if not laws and not all(any(_key(table, f"{key}_{axis}") for key in LAW_KEYS) for axis in "yz"):
+        if not laws and not all(any(value_of(table, f"{key}_{axis}") for key in LAW_KEYS) for axis in "yz"):
             missing = joined(product.missing_for_estimate(chosen))
             hint = f"add {missing} to its record, or give the carriage stiffness_y and stiffness_z"
             words = "a product whose stiffness is given or can be estimated"
@@ -150,22 +145,16 @@ def _product(products: Mapping[str, Product], name: str, where: str) -> Product:
     try:
         return packaged_product(name)
     except ValueRefused as refused:
-        near = get_close_matches(name, products, n=1)
         if name in refused.hint:  # several have it
             raise
-        hint = f'did you mean "{near[0]}"?' if near else refused.hint
+        hint = did_you_mean(name, products, refused.hint)
         raise ValueRefused(f"a product of {where}, or a packaged one", name, hint) from None
-
-
-def _key(table: Any, key: str) -> Any:
-    return table.get(key) if isinstance(table, dict) else getattr(table, key, None)
 
 
 def _products(values: Any) -> Mapping[str, Product]:
     """The valid products of unchecked values, by name."""
-    tables = values.get("products", ()) if isinstance(values, dict) else ()
     products = {}
-    for table in tables if isinstance(tables, list | tuple) else ():
+    for table in tables_of(values, "products"):
         try:
             product = table if isinstance(table, Product) else Product(**table)
         except (ConfigError, TypeError):

@@ -14,6 +14,7 @@ from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined
 from guideload.base.ranges import FREQUENCY
 from guideload.machine.machine import DOFS, Machine
+from guideload.machine.modes import displacement
 
 Complex = NDArray[np.complex128]
 DRIVE = "drive"
@@ -110,7 +111,8 @@ def frequency_response(
     else:
         rest[:] = np.nan
     names = tuple(point.name for point in machine.points)
-    moving, static = _of_points(machine, motion), _of_points(machine, rest)[0].real
+    places = np.array([point.at for point in machine.points])
+    moving, static = displacement(places, motion), displacement(places, rest)[0].real
     return FrequencyResponse(hertz, moving, static, names, force_at or DRIVE, along, natural)
 
 
@@ -120,18 +122,12 @@ def linearised(machine: Machine) -> tuple[Array, Array, Array]:
     if machine.model_level == "linear":
         return mass, damping, stiffness
     links = machine.link_table()
-    rows = np.hstack([links.directions, np.cross(links.points, links.directions)])
+    rows = links.rows
     deflection = rows @ machine.scene.static_position() - machine.offsets
     slopes = np.array([float(law.tangent(d[None])[0]) for law, d in zip(links.laws, deflection, strict=True)])
     off = links.damping_in_contact & (slopes == 0.0)
     stiffness = stiffness + (rows.T * (slopes - links.stiffness)) @ rows
     return mass, damping - (rows.T * np.where(off, links.damping, 0.0)) @ rows, np.asarray(stiffness)
-
-
-def _of_points(machine: Machine, motion: Complex) -> Complex:
-    """u + phi x p (n, point, 3) of amplitudes (n, 6) of L."""
-    places = np.array([point.at for point in machine.points])
-    return np.asarray(motion[:, None, :3] + np.cross(motion[:, None, 3:], places))
 
 
 def _direction(given: str | Sequence[float]) -> Array:

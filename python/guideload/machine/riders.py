@@ -41,10 +41,6 @@ class Rider(Body):
         there = np.array(self.center_of_mass) + travel * along
         return Body(mass=self.mass, center_of_mass=there.tolist(), inertia=self.central_inertia().tolist())
 
-    def standing_at(self, position: float) -> Rider:
-        """The rider with another position [m]."""
-        return self.model_copy(update={"position": position})
-
     def for_core(self) -> tuple[float, tuple[float, float, float], list[list[float]], Vector]:
         """Mass, centre of mass at its position, inertia about it and direction, as `Scene` takes them."""
         there = self.at(self.position)

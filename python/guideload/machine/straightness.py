@@ -12,9 +12,10 @@ from pydantic import AfterValidator, BeforeValidator, Field, field_validator
 
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, entries, in_range
-from guideload.base.errors import ConfigError, Problem, ValueRefused
+from guideload.base.errors import ValueRefused, refused_at
 from guideload.base.ranges import LENGTH, POSITION, POWER
 from guideload.base.units import quantity
+from guideload.machine.unchecked import tables_of, texts_of
 
 COLUMNS = ("x", "dy", "dz")
 WAVES = 100  # of a random profile: one in each of as many bands of the wave number, of equal ratios; it does not repeat
@@ -84,22 +85,14 @@ def with_straightness(values: dict[str, Any], folder: Path) -> dict[str, Any]:
 
     Raises ConfigError, with the key path of the machine file, for a file that does not exist or has other columns.
     """
-    rails = values.get("rails")
-    if not isinstance(rails, list | tuple):
-        return values
-    read = []
-    for i, rail in enumerate(rails):
-        name = rail.get("straightness_file") if isinstance(rail, dict) else None
-        if isinstance(name, str):
-            try:
-                rail = {**rail, "straightness": _points_of(folder / name, rail)}
-            except ValueRefused as refused:
-                path = ("rails", i, "straightness_file")
-                raise ConfigError(
-                    [Problem(path, name, refused.expected, refused.hint, None, f'"{name}"')]
-                ) from None
-        read.append(rail)
-    return {**values, "rails": read}
+    rails = list(tables_of(values, "rails"))
+    for i, name in texts_of(values, "rails", "straightness_file"):
+        try:
+            rails[i] = {**rails[i], "straightness": _points_of(folder / name, rails[i])}
+        except ValueRefused as refused:
+            path = ("rails", i, "straightness_file")
+            raise refused_at(path, refused.expected, name, refused.hint) from None
+    return {**values, "rails": rails} if rails else values
 
 
 def _points_of(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:

@@ -195,10 +195,9 @@ def _unit_response(machine: Machine, modes: Modes) -> tuple[Array, Array]:
     """Static loads (name,) N of the linear model under 1 m/s2 along x, and the participation (mode,)."""
     table = machine.link_table()
     (mass, _, stiffness), _ = machine.nominal_scene.matrices()
-    rows = np.hstack([table.directions, np.cross(table.points, table.directions)])
     force = -(modes.shape @ mass[:, 0])
     modal_stiffness = np.einsum("mi,ij,mj->m", modes.shape, stiffness, modes.shape)
-    in_modes = (modes.shape @ rows.T) * table.stiffness * (force / modal_stiffness)[:, None]
+    in_modes = (modes.shape @ table.rows.T) * table.stiffness * (force / modal_stiffness)[:, None]
     sizes = np.abs(in_modes).max(axis=1)
     total = float(sizes.sum())
     # If x excites no mode, the loads are rounding, far below the mass times 1 m/s2.

@@ -18,6 +18,7 @@ from guideload.base.cores import cores
 from guideload.base.methods import METHODS
 from guideload.base.quantities import Quantities, quantities
 from guideload.motion.uncertainty import COVER, TAIL, Uncertainty
+from guideload.simulation.peaks import resultants
 from guideload.simulation.run import Run
 
 SEED = 1
@@ -66,15 +67,20 @@ def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
     along_x = np.zeros((data["time"].size, 3))
     along_x[:, 0] = bands.acceleration
     vectors, scalars = ("time", "carriage", "axis"), ("time", "carriage")
-    loads, resultants = bands.loads, bands.resultants
     sd = "standard deviation, from the uncertainty of the motion, of the"
     peak = "end of the 95 % credible band of the largest resultant of the carriage"
     added = quantities(
         [
-            ("force_sd", vectors, loads[:, :, :3], "N", f"{sd} load of the carriage"),
-            ("moment_sd", vectors, loads[:, :, 3:], "N m", f"{sd} moment about the carriage centre"),
-            ("resultant_sd", scalars, resultants[:, :, 0], "N", f"{sd} resultant load in y and z"),
-            ("moment_magnitude_sd", scalars, resultants[:, :, 1], "N m", f"{sd} magnitude of the moment"),
+            ("force_sd", vectors, bands.loads[:, :, :3], "N", f"{sd} load of the carriage"),
+            ("moment_sd", vectors, bands.loads[:, :, 3:], "N m", f"{sd} moment about the carriage centre"),
+            ("resultant_sd", scalars, bands.resultants[:, :, 0], "N", f"{sd} resultant load in y and z"),
+            (
+                "moment_magnitude_sd",
+                scalars,
+                bands.resultants[:, :, 1],
+                "N m",
+                f"{sd} magnitude of the moment",
+            ),
             ("link_load_sd", ("time", "link"), bands.links, "N", f"{sd} load along the link"),
             ("cart_acceleration_sd", ("time", "axis"), along_x, "m/s2", f"{sd} acceleration of the cart"),
             ("peak_resultant_lower", ("carriage",), bands.lower, "N", f"lower {peak}"),
@@ -97,8 +103,7 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
     of_loads = standard_deviations[1]
     lower = upper = np.full(loads.shape[1], np.nan)
     if run.time.size:
-        resultant = np.hypot(loads[:, :, 1], loads[:, :, 2])
-        reach = MOST_DEVIATION * np.hypot(of_loads[:, :, 1], of_loads[:, :, 2])
+        resultant, reach = resultants(loads)[0], MOST_DEVIATION * resultants(of_loads)[0]
         can_be_peak = resultant + reach >= np.max(resultant - reach, axis=0)
         peaks = draw_peaks(
             machine.scene,
@@ -134,7 +139,7 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
             square += (history - estimate) ** 2
         if run.time.size:
             peaks[i] = histories[2][:, :, 0].max(axis=0)
-    acceleration, of_loads, resultants, links = (np.sqrt(square / count) for square in squares)
+    acceleration, of_loads, of_sizes, links = (np.sqrt(square / count) for square in squares)
     mean, half = peaks.mean(axis=0), COVER * peaks.std(axis=0, ddof=1)
     kind = (
         run.machine.scene.model_level
@@ -146,7 +151,7 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
         f"rms distance from the loads of the estimate; peaks: mean over the samples -+ {COVER} standard deviations"
     )
     lower, upper = np.maximum(mean - half, 0.0), mean + half
-    return CredibleBands(acceleration, of_loads, resultants, links, lower, upper, method, count)
+    return CredibleBands(acceleration, of_loads, of_sizes, links, lower, upper, method, count)
 
 
 def drawn_loads(run: Run, count: int) -> Iterator[Array]:
@@ -166,9 +171,8 @@ def _drawn_solutions(run: Run, uncertainty: Uncertainty, count: int) -> Iterator
 
 def _histories(run: Run, solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:
     """`acceleration`, `loads`, `resultants` and `links` of one motion, in the shapes of `CredibleBands`."""
-    resultant, magnitude = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
-    resultants = np.stack([resultant, magnitude], axis=2)
-    return solution.inputs()[:, 0], loads, resultants, run.link_loads(solution=solution)
+    sizes = np.stack(resultants(loads), axis=2)
+    return solution.inputs()[:, 0], loads, sizes, run.link_loads(solution=solution)
 
 
 def _deviations(time: Array, uncertainty: Uncertainty, count: int) -> Iterator[Array]:

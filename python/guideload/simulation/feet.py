@@ -15,6 +15,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, refined
+from guideload.simulation.stamps import sampled
 
 # Stamps in the shortest wavelength. The polygon through them deviates from a wave by (2 pi / 200)^2 / 8 of its
 # amplitude, 1.2e-4.
@@ -40,10 +41,7 @@ class Feet:
         if times is None:
             return loads
         # After a jump at an instant, as the core reports it.
-        after = np.clip(np.searchsorted(self.time, times, side="right"), 1, self.time.size - 1)
-        width = self.time[after] - self.time[after - 1]
-        share = np.divide(times - self.time[after - 1], width, out=np.ones(times.size), where=width > 0.0)
-        return np.asarray(loads[after - 1] + share[:, None] * (loads[after] - loads[after - 1]))
+        return sampled(self.time, loads, times, np.ones(times.size, dtype=np.bool_))
 
 
 def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet | None]:
@@ -77,8 +75,7 @@ def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet 
     table = machine.link_table()
     elastic = -table.stiffness * (displacement - displacement[0])
     damping = -table.damping * slope * motion.velocity[:, :1]
-    rows = np.hstack([table.directions, np.cross(table.points, table.directions)])
-    force = -(elastic + damping) @ rows
+    force = -(elastic + damping) @ table.rows
     wrench = force if motion.wrench is None else motion.wrench + force
     notes = (*motion.notes, f"over rails that are not straight, with {motion.time.size} stamps")
     return machine, replace(motion, wrench=wrench, notes=notes), Feet(motion.time, elastic, damping)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +11,8 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload, Place
 from guideload.machine.stretches import Stretches
-from guideload.motion.motion import HISTORIES, Motion
+from guideload.motion.motion import Motion
+from guideload.simulation.stamps import with_stamps
 
 NEAR_A_STAMP = 1e-9  # share of the time between two stamps
 
@@ -30,7 +29,7 @@ def with_changes(machine: Machine, motion: Motion) -> tuple[Motion, Stretches | 
     stays = {payload.name: list(_stays(payload, motion)) for payload in machine.payloads}
     changes = {time for spans in stays.values() for span in spans for time in span if start < time < end}
     times = np.array(sorted(changes))
-    motion = _with_jumps(motion, times)
+    motion = with_stamps(motion, times, times)
     first = (0, *(np.searchsorted(motion.time, times) + 1).tolist())
     began = [start, *times.tolist()]
     payloads = tuple(
@@ -94,26 +93,3 @@ def _reached(time: Array, place: Array, goal: Place, after: float) -> float | No
         if when > after:
             return when
     return None
-
-
-def _with_jumps(motion: Motion, times: Array) -> Motion:
-    """The motion with two stamps at each of these times, ascending and within it; there are already two at a jump."""
-    time = motion.time
-    at = np.searchsorted(time, times, side="left")
-    missing = 2 - (np.searchsorted(time, times, side="right") - at)
-    added = np.repeat(times, missing)
-    if not added.size:
-        return motion
-    places = np.searchsorted(time, added, side="right")
-    histories: dict[str, Any] = {}
-    for name in HISTORIES:
-        values = getattr(motion, name)
-        if values is not None:
-            columns = values.reshape(time.size, -1).T
-            between = np.stack([np.interp(added, time, column) for column in columns], axis=1)
-            histories[name] = np.insert(values, places, between.reshape(-1, *values.shape[1:]), axis=0)
-    uncertainty = motion.uncertainty
-    if uncertainty is not None and uncertainty.time is None:
-        uncertainty = replace(uncertainty, time=time)
-    stamps = np.insert(time, places, added)
-    return replace(motion, time=stamps, uncertainty=uncertainty, **histories)

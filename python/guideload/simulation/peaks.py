@@ -31,6 +31,11 @@ class Peaks:
     time_of_largest: Array
 
 
+def resultants(loads: Array) -> tuple[Array, Array]:
+    """Resultant of Fy and Fz [N] and magnitude of the moment [N m] of loads (..., 6)."""
+    return np.hypot(loads[..., 1], loads[..., 2]), np.linalg.norm(loads[..., 3:], axis=-1)
+
+
 def peaks_of(run: Run) -> Peaks:
     """The extremes of a run, at any time if they are known, else at the reported instants."""
     names = tuple(carriage.name for carriage in run.machine.carriages)
@@ -38,8 +43,7 @@ def peaks_of(run: Run) -> Peaks:
     if extremes is not None:
         return Peaks(names, *extremes)
     loads = run.carriage_loads()
-    across, moment = np.hypot(loads[:, :, 1], loads[:, :, 2]), np.linalg.norm(loads[:, :, 3:], axis=2)
-    values = np.concatenate([loads, across[:, :, None], moment[:, :, None]], axis=2)
+    values = np.concatenate([loads, np.stack(resultants(loads), axis=2)], axis=2)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
     return Peaks(names, values.min(axis=0), values.max(axis=0), run.time[low], run.time[high])
 
@@ -53,17 +57,12 @@ def peak_rows(run: Run) -> Iterator[Row]:
         return
     smallest, largest, _, times = extremes
     count = len(run.machine.carriages)
-    of, when = ("carriage",), "at any time"
+    of, along, when = ("carriage",), ("carriage", "axis"), "at any time"
     size = np.maximum(np.abs(smallest), np.abs(largest))[:count]
-    yield (
-        "peak_force",
-        (*of, "axis"),
-        size[:, :3],
-        "N",
-        f"largest magnitude of the load of the carriage {when}",
-    )
+    text = f"largest magnitude of the load of the carriage {when}"
+    yield "peak_force", along, size[:, :3], "N", text
     text = f"largest magnitude of the moment about the carriage centre {when}"
-    yield "peak_moment", (*of, "axis"), size[:, 3:6], "N m", text
+    yield "peak_moment", along, size[:, 3:6], "N m", text
     yield "peak_resultant", of, largest[:count, 6], "N", f"largest resultant load in y and z {when}"
     yield "time_of_peak", of, times[:count, 6], "s", "time of the largest resultant load"
     text = f"largest resultant in y and z of the load less the static one {when}"
@@ -83,9 +82,8 @@ def peak_columns(data: Quantities) -> dict[str, Array]:
         dynamic, dynamic_moment = data["peak_dynamic_resultant"], data["peak_dynamic_moment"]
         force, moment = data["peak_force"], data["peak_moment"]
     else:
-        beyond = data["force"] - static, data["moment"] - data["static_moment"]
-        dynamic = np.hypot(beyond[0][:, :, 1], beyond[0][:, :, 2]).max(axis=0)
-        dynamic_moment = np.linalg.norm(beyond[1], axis=2).max(axis=0)
+        beyond = np.concatenate([data["force"] - static, data["moment"] - data["static_moment"]], axis=2)
+        dynamic, dynamic_moment = (each.max(axis=0) for each in resultants(beyond))
         force, moment = np.abs(data["force"]).max(axis=0), np.abs(data["moment"]).max(axis=0)
     columns |= {"dynamic_resultant_N": dynamic, "dynamic_moment_Nm": dynamic_moment}
     columns |= {f"peak_F{axis}_N": force[:, i] for i, axis in enumerate(AXES)}

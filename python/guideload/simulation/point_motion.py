@@ -11,6 +11,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS, Machine
+from guideload.machine.modes import displacement
 from guideload.motion.standstill import MoveSpan, move_spans
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
@@ -25,12 +26,8 @@ WATCHED = 0.5  # periods of the lowest mode: shorter observation does not show t
 
 
 def moved(machine: Machine, motion: Array) -> Array:
-    """u + phi x p (..., point, 3) of the machine's points, for motions (..., 6) of L: displacements or their rates."""
-    places = np.array([point.at for point in machine.points])
-    rows = np.zeros((len(places), 3, 6))  # d(displacement)/dq of every point
-    rows[:, :, :3] = np.eye(3)
-    rows[:, :, 3:] = np.cross(np.eye(3), places[:, None]).transpose(0, 2, 1)
-    return np.asarray((motion @ rows.reshape(-1, 6).T).reshape(*motion.shape[:-1], *places.shape))
+    """Displacements (..., point, 3) of the machine's points, or their rates, for those (..., 6) of L."""
+    return displacement(np.array([point.at for point in machine.points]), motion)
 
 
 def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Row]:

@@ -58,7 +58,7 @@ class Result:
     peak_resultant_upper; `data.attrs["band_method"]` describes their computation.
     """
 
-    _run: Run
+    _run: Run | None = None  # None: the result was read from a file
 
     def __init__(self, machine: Machine, data: xr.Dataset) -> None:
         self.machine = machine
@@ -86,12 +86,14 @@ class Result:
     @cached_property
     def quantities(self) -> Quantities:
         """All quantities as plain arrays, with the names of their dimensions and units."""
+        assert self._run is not None
         bands = bands_of(self._run, self.carriage_loads)
         return self._estimate if bands is None else with_bands(self._estimate, bands)
 
     @cached_property
     def _estimate(self) -> Quantities:
         """All quantities but the credible bands, which take longer than the run and are not needed by the audit."""
+        assert self._run is not None
         return quantities_of(self._run, self.carriage_loads)
 
     @cached_property
@@ -105,7 +107,7 @@ class Result:
         Names: time, cart_position, cart_velocity, cart_acceleration, reaction, displacement, velocity, acceleration,
         as in `quantities`.
         """
-        if "_run" in self.__dict__:
+        if self._run is not None:
             return self._run.history(name)
         return self._estimate[name] if name in self._estimate else None
 
@@ -115,7 +117,7 @@ class Result:
 
         None without uncertainty, and none for a result that was read from a file.
         """
-        return drawn_loads(self._run, count) if "_run" in self.__dict__ else iter(())
+        return iter(()) if self._run is None else drawn_loads(self._run, count)
 
     @cached_property
     def modes(self) -> Modes:
@@ -129,7 +131,7 @@ class Result:
         Raises ArgumentError if the result reports no instant.
         """
         self._require_instants()
-        again = self._run.link_loads_again if "_run" in self.__dict__ else None
+        again = None if self._run is None else self._run.link_loads_again
         return Audit.of(self.machine, self._estimate, self.modes, again)
 
     def require_no_doubts(self) -> None:

@@ -3,55 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
 from guideload.machine.machine import Machine
-from guideload.motion.motion import HISTORIES, Motion
+from guideload.motion.motion import Motion
+from guideload.simulation.stamps import is_late, jumps_of, place_of, with_stamps
 
 # Speed at the ends of a rider's motion over its largest speed: below it the rider stands still before and after.
 STILL = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class Ridden:
-    """A machine with its riders where they start, the motion of the cart, and the travel of the riders from there.
+def with_riders(
+    machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None
+) -> tuple[Machine, Motion, Array | None]:
+    """The machine with its riders where they start, the motion of the cart, and the travel of the riders from there.
 
-    travel: (riders, n, 3) travel [m], speed [m/s] and acceleration [m/s2] at the stamps of the motion; None: none moves
-    """
-
-    machine: Machine
-    motion: Motion
-    travel: Array | None
-
-
-def ridden(machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None) -> Ridden:
-    """The inputs of a run with moving riders.
+    The travel is (riders, n, 3) travel [m], speed [m/s] and acceleration [m/s2] at the stamps of the motion; None if
+    none moves.
 
     riders: motions along x by the names of the riders, where x is the travel along the rider's direction. A rider
     without motion stands at its `position`. Raises ArgumentError with the name of the rider.
     """
     given = _checked(machine, riders)
     if not given:
-        return Ridden(machine, motion, None)
+        return machine, motion, None
     _require_alone(machine)
-    common = _united(motion, list(given.values()))
+    others = list(given.values())
+    common = with_stamps(
+        motion,
+        np.concatenate([one.time for one in others]),
+        np.concatenate([jumps_of(one) for one in others]),
+    )
     travel = np.zeros((len(machine.riders), common.time.size, 3))
-    starts: list[float] = []
+    standing = list(machine.riders)
     for i, rider in enumerate(machine.riders):
-        start = rider.position
         if rider.name in given:
             travel[i] = _travel(rider.name, given[rider.name], common.time)
             start = float(travel[i, 0, 0])
             travel[i, :, 0] -= start
-        starts.append(start)
-    started = machine.with_riders_at(tuple(starts))
-    return Ridden(started, common, travel) if np.any(travel) else Ridden(started, motion, None)
+            standing[i] = rider.model_copy(update={"position": start})
+    machine = machine.model_copy(update={"riders": standing})
+    return (machine, common, travel) if np.any(travel) else (machine, motion, None)
 
 
 def _require_alone(machine: Machine) -> None:
@@ -96,61 +91,6 @@ def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str,
     return dict(riders)
 
 
-def _united(motion: Motion, others: list[Motion]) -> Motion:
-    """The motion with the stamps of all, within its own time, and with two stamps at every jump of any of them."""
-    if all(np.array_equal(other.time, motion.time) for other in others):
-        return motion
-    within = motion.time[0], motion.time[-1]
-    stamps = np.unique(np.concatenate([motion.time, *(other.time for other in others)]))
-    stamps = stamps[(stamps >= within[0]) & (stamps <= within[1])]
-    # At its ends a jump of a rider needs no second stamp: the run begins after it, and ends before it.
-    twice = np.isin(stamps, np.concatenate([_jumps(other) for other in others]))
-    twice[[0, -1]] = False
-    index = np.repeat(np.arange(stamps.size), 1 + (twice | np.isin(stamps, _jumps(motion))))
-    time = stamps[index]
-    late = _late(time)
-    changed: dict[str, Any] = {
-        name: _sampled(motion.time, values, time, late)
-        for name in HISTORIES
-        if (values := getattr(motion, name)) is not None
-    }
-    uncertainty = motion.uncertainty
-    if uncertainty is not None and uncertainty.time is None:
-        uncertainty = replace(uncertainty, time=motion.time)
-    return replace(motion, **(changed | {"time": time, "uncertainty": uncertainty}))
-
-
-def _jumps(motion: Motion) -> Array:
-    jumps: Array = motion.time[1:][np.diff(motion.time) == 0.0]
-    return jumps
-
-
-def _late(time: Array) -> NDArray[np.bool_]:
-    """Whether a stamp has the value after a jump there: the second of two, and a single one but the last."""
-    second = np.append(False, np.diff(time) == 0.0)
-    first = np.append(np.diff(time) == 0.0, False)
-    single = ~(first | second)
-    single[-1] = False
-    return np.asarray(second | single)
-
-
-def _place(time: Array, stamps: Array, late: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Array]:
-    """The sample before each stamp, and the seconds since it; negative before the first sample."""
-    after = np.where(late, np.searchsorted(time, stamps, "right"), np.searchsorted(time, stamps, "left"))
-    lower = np.clip(after - 1, 0, time.size - 1)
-    return lower, stamps - time[lower]
-
-
-def _sampled(time: Array, values: Array, stamps: Array, late: NDArray[np.bool_]) -> Array:
-    """A history, linear between its samples and constant beyond them, at the stamps."""
-    lower, since = _place(time, stamps, late)
-    upper = np.minimum(lower + 1, time.size - 1)
-    width = time[upper] - time[lower]
-    share = np.clip(np.divide(since, width, out=np.zeros(stamps.size), where=width > 0.0), 0.0, 1.0)
-    share = share.reshape(-1, *[1] * (values.ndim - 1))
-    return np.where(share == 1.0, values[upper], values[lower] + share * (values[upper] - values[lower]))
-
-
 def _travel(name: str, motion: Motion, stamps: Array) -> Array:
     """Travel, speed and acceleration (n, 3) of a rider at stamps: in each interval of its motion the integrals of a
     linear acceleration from the motion's own position and velocity at the start of the interval."""
@@ -170,8 +110,7 @@ def _travel(name: str, motion: Motion, stamps: Array) -> Array:
                 f"riders[{name!r}]: its motion {when} that of the cart, at {time[end]:g} s, with {speed[end]:.3g} m/s; "
                 "expected one that covers the time of the cart, or begins and ends at rest"
             )
-    late = _late(stamps)
-    lower, since = _place(time, stamps, late)
+    lower, since = place_of(stamps, time, is_late(stamps))
     inside = (since >= 0.0) & ((lower < time.size - 1) | (since == 0.0))
     upper = np.minimum(lower + 1, time.size - 1)
     width = time[upper] - time[lower]

@@ -12,7 +12,7 @@ from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.machine.stretches import Stretches
-from guideload.simulation.peaks import peak_rows
+from guideload.simulation.peaks import peak_rows, resultants
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
 
@@ -55,13 +55,8 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
         loads = carriage_loads if part == "total" else run.carriage_loads(part)
         suffix, share = ("", "") if part == "total" else (f"_{part}", f"{part} part of the ")
         yield f"force{suffix}", of_carriages, loads[:, :, :3], "N", f"{share}load of the carriage"
-        yield (
-            f"moment{suffix}",
-            of_carriages,
-            loads[:, :, 3:],
-            "N m",
-            f"{share}moment about the carriage centre",
-        )
+        words = f"{share}moment about the carriage centre"
+        yield f"moment{suffix}", of_carriages, loads[:, :, 3:], "N m", words
         load = run.link_loads(part)
         yield f"link_load{suffix}", ("time", "link"), load, "N", f"{share}load along the link"
     machine = run.machine
@@ -76,8 +71,8 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
     if run.feet is not None:
         words = "part of the load along the link that the motion of its foot adds"
         yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words
-    resultant = np.hypot(carriage_loads[:, :, 1], carriage_loads[:, :, 2])
-    yield "resultant", ("time", "carriage"), resultant, "N", "resultant load of the carriage in y and z"
+    resultant, words = resultants(carriage_loads)[0], "resultant load of the carriage in y and z"
+    yield "resultant", ("time", "carriage"), resultant, "N", words
     rails = run.rail_loads()
     yield "rail_force", of_rails, rails[:, :, :3], "N", "load of the rail"
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
@@ -116,18 +111,12 @@ def _motion(run: Run) -> Iterator[Row]:
         if motion.motor_speed is not None:
             yield "motor_speed", ("time",), motion.motor_speed, "rad/s", "measured speed of the motor"
     elif motion.time.size <= MOST_STORED:  # so that the audit of a stored result can solve the run again
-        samples = ("motion_time",)
-        yield "motion_time", samples, motion.time, "s", "samples of the motion"
-        yield (
-            "motion_acceleration",
-            (*samples, "axis"),
-            motion.acceleration,
-            "m/s2",
-            "acceleration of the cart",
-        )
+        yield "motion_time", ("motion_time",), motion.time, "s", "samples of the motion"
+        dims, text = ("motion_time", "axis"), "acceleration of the cart"
+        yield "motion_acceleration", dims, motion.acceleration, "m/s2", text
         if motion.wrench is not None:
-            text = "external force and moment about L"
-            yield "motion_wrench", (*samples, "dof"), motion.wrench, LOAD_UNITS, text
+            dims, text = ("motion_time", "dof"), "external force and moment about L"
+            yield "motion_wrench", dims, motion.wrench, LOAD_UNITS, text
 
 
 def _riders(run: Run) -> Iterator[Row]:
@@ -135,23 +124,13 @@ def _riders(run: Run) -> Iterator[Row]:
         return
     solution, dims, starts = run.solution, ("time", "rider"), [rider.position for rider in run.machine.riders]
     travel, speed, acceleration = np.ascontiguousarray(solution.rider_travel().transpose(2, 1, 0))
+    relative = "of the rider relative to the main body"
     yield "rider_position", dims, travel + starts, "m", "travel of the rider"
-    yield "rider_velocity", dims, speed, "m/s", "speed of the rider relative to the main body"
-    yield (
-        "rider_acceleration",
-        dims,
-        acceleration,
-        "m/s2",
-        "acceleration of the rider relative to the main body",
-    )
+    yield "rider_velocity", dims, speed, "m/s", f"speed {relative}"
+    yield "rider_acceleration", dims, acceleration, "m/s2", f"acceleration {relative}"
     yield "rider_force", dims, solution.rider_forces(), "N", "force of the rider's drive along its direction"
     text = "force and moment about L by which the riders' motion differs from riders at their start"
     yield "rider_wrench", ("time", "dof"), solution.rider_wrench(), LOAD_UNITS, text
-
-
-def _changes(run: Run) -> int:
-    """Number of changes of payload."""
-    return 0 if run.stretches is None else len(run.stretches.first) - 1
 
 
 def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tuple[str, ...]]]:
@@ -160,19 +139,10 @@ def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tupl
     return list(zip(began, stretches.payloads, strict=True))
 
 
-def _kind_of_instants(run: Run) -> str:
-    """Which instants the histories have."""
-    if run.times is not None:
-        return "given"
-    return (
-        "samples of the motion"
-        if run.original_times is None
-        else "samples of the motion, and more between them"
-    )
-
-
 def _attributes(run: Run) -> dict[str, str | float | int]:
     solution, bandwidth = run.solution, run.motion.usable_bandwidth
+    more = "" if run.original_times is None else ", and more between them"
+    jumps = int(np.count_nonzero(np.diff(run.motion.time) == 0.0))
     attributes: dict[str, str | float | int] = {
         "title": f"Loads of the linear guides of {run.machine.name}",
         "program": f"guideload {version('guideload')}",
@@ -186,11 +156,11 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "steps": solution.steps,
         "rejected_steps": solution.rejected,
         "contact_changes": solution.contact_changes,
-        "instants": _kind_of_instants(run),
+        "instants": f"samples of the motion{more}" if run.times is None else "given",
         "motion_step_s": median_step(run.sample_times),
         "motion_samples": run.sample_times.size,
         "motion_bandwidth_Hz": "unlimited" if np.isinf(bandwidth) else bandwidth,
-        "motion_jumps": int(np.count_nonzero(np.diff(run.motion.time) == 0.0)) - _changes(run),
+        "motion_jumps": jumps if run.stretches is None else jumps + 1 - len(run.stretches.first),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
         "motion_warnings": "\n".join(run.motion.warnings),

@@ -17,10 +17,11 @@ from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.feet import over_rails
 from guideload.simulation.finer_histories import with_visible_vibration
+from guideload.simulation.instants import fastest_vibration
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
 from guideload.simulation.result import Result
-from guideload.simulation.riders import ridden
+from guideload.simulation.riders import with_riders
 from guideload.simulation.run import Run
 from guideload.simulation.start import Start, start_of
 
@@ -112,9 +113,9 @@ def prepared_run(
     finer: with instants between the samples where loads vibrate, as always where a rack pushes. start: also a state
     (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
     """
-    moved = ridden(machine, motion, riders)
-    machine, motion, feet = over_rails(moved.machine, moved.motion)
-    chosen, reason = _method_and_reason(machine, motion, method, step, moved.travel is not None)
+    machine, motion, travel = with_riders(machine, motion, riders)
+    machine, motion, feet = over_rails(machine, motion)
+    chosen, reason = _method_and_reason(machine, motion, method, step, travel is not None)
     if feet is not None:
         machine.require_no_payloads("a run over rails that are not straight")
     motion, stretches = with_changes(machine, motion)
@@ -122,7 +123,7 @@ def prepared_run(
     if instants is not None and np.array_equal(instants, motion.time):
         instants = None
     begin = start if isinstance(start, np.ndarray) else start_of(machine, motion, start)
-    run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, moved.travel)
+    run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, travel)
     pushes = machine.drive is not None and machine.drive.push_direction is not None
     return with_rack_push(with_visible_vibration(run) if finer or pushes else run)
 
@@ -167,7 +168,7 @@ def _method_and_reason(
 def _by_vibration(machine: Machine, motion: Motion) -> tuple[str, str]:
     """exponential, unless the fastest vibration limits its steps so much that implicit is cheaper."""
     sample_step = median_step(motion.time)
-    fastest = float(np.abs(machine.scene.modes()[3].imag).max(initial=0.0))
+    fastest = fastest_vibration(machine)
     if LONGEST_STEP * METHODS["implicit"].cost / METHODS["exponential"].cost < fastest * sample_step:
         return "implicit", (
             f"preloaded contacts are not linear; the fastest vibration limits steps of exponential to "

@@ -15,6 +15,7 @@ from guideload.base.errors import ArgumentError, RunError
 from guideload.base.ranges import DIRECTION
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.life import life_of
+from guideload.machine.bodies import joined
 from guideload.machine.components import Body
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -188,7 +189,8 @@ def _variation(
     size = float(np.abs(machine.link_table().points).max())
 
     def shifted(distance: float) -> tuple[Machine, Motion]:
-        moved = _with_center(body, body.mass, center + distance * along, body.central_inertia())
+        shift = {"center_of_mass": center + distance * along, "inertia_about": "center_of_mass"}
+        moved = body.model_copy(update=shift | {"inertia": body.central_inertia()})
         return machine.model_copy(update={"body": moved}), motion
 
     return shifted, size or 1.0
@@ -208,25 +210,5 @@ def at_pace(motion: Motion, factor: float) -> Motion:
 
 
 def with_payload(body: Body, mass: float, at: np.ndarray) -> Body:
-    """The body with a point mass [kg] at a place (3,) [m] from L (Steiner)."""
-    if mass == 0.0:
-        return body
-    before = np.array(body.center_of_mass)
-    total = body.mass + mass
-    center = (body.mass * before + mass * at) / total
-    arm = at - before
-    reduced = body.mass * mass / total
-    inertia = body.central_inertia() + reduced * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return _with_center(body, total, center, inertia)
-
-
-def _with_center(body: Body, mass: float, center: np.ndarray, inertia: np.ndarray) -> Body:
-    """The body with another mass, centre of mass (3,) [m] and inertia (3, 3) [kg m2] about it."""
-    return body.model_copy(
-        update={
-            "mass": mass,
-            "center_of_mass": center.tolist(),
-            "inertia_about": "center_of_mass",
-            "inertia": inertia.tolist(),
-        }
-    )
+    """The body with a point mass [kg] at a place (3,) [m] from L."""
+    return joined(body, mass, at, np.zeros((3, 3)))

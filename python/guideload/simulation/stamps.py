@@ -1,0 +1,66 @@
+"""Histories at other stamps than their own: linear in between, and with two stamps at a jump."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from guideload.base.arrays import Array
+from guideload.motion.motion import HISTORIES, Motion
+
+
+def with_stamps(motion: Motion, stamps: Array, twice: Array) -> Motion:
+    """The motion with these stamps [s] too, as far as it lasts then, and with two stamps at each of `twice` [s]."""
+    time = np.unique(np.concatenate([motion.time, stamps]))
+    time = time[(time >= motion.time[0]) & (time <= motion.time[-1])]
+    # At its ends a jump of another motion needs no second stamp: the run begins after it, and ends before it.
+    doubled = np.isin(time, twice)
+    doubled[[0, -1]] = False
+    time = np.repeat(time, 1 + (doubled | np.isin(time, jumps_of(motion))))
+    if np.array_equal(time, motion.time):
+        return motion
+    late = is_late(time)
+    histories: dict[str, Any] = {
+        name: sampled(motion.time, values, time, late)
+        for name in HISTORIES
+        if (values := getattr(motion, name)) is not None
+    }
+    uncertainty = motion.uncertainty
+    if uncertainty is not None and uncertainty.time is None:
+        uncertainty = replace(uncertainty, time=motion.time)
+    return replace(motion, time=time, uncertainty=uncertainty, **histories)
+
+
+def jumps_of(motion: Motion) -> Array:
+    """The times [s] at which a motion has two stamps."""
+    jumps: Array = motion.time[1:][np.diff(motion.time) == 0.0]
+    return jumps
+
+
+def is_late(time: Array) -> NDArray[np.bool_]:
+    """Whether a stamp has the value after a jump there: the second of two, and a single one but the last."""
+    second = np.append(False, np.diff(time) == 0.0)
+    first = np.append(np.diff(time) == 0.0, False)
+    single = ~(first | second)
+    single[-1] = False
+    return np.asarray(second | single)
+
+
+def place_of(stamps: Array, time: Array, late: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Array]:
+    """The sample before each stamp, and the seconds since it; negative before the first sample."""
+    after = np.where(late, np.searchsorted(time, stamps, "right"), np.searchsorted(time, stamps, "left"))
+    lower = np.clip(after - 1, 0, time.size - 1)
+    return lower, stamps - time[lower]
+
+
+def sampled(time: Array, values: Array, stamps: Array, late: NDArray[np.bool_]) -> Array:
+    """A history, linear between its samples and constant beyond them, at the stamps."""
+    lower, since = place_of(stamps, time, late)
+    upper = np.minimum(lower + 1, time.size - 1)
+    width = time[upper] - time[lower]
+    share = np.clip(np.divide(since, width, out=np.zeros(stamps.size), where=width > 0.0), 0.0, 1.0)
+    share = share.reshape(-1, *[1] * (values.ndim - 1))
+    return np.where(share == 1.0, values[upper], values[lower] + share * (values[upper] - values[lower]))
