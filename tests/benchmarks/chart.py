@@ -24,35 +24,20 @@ or more is wrong), and counts errors below 1e-12, which are rounding, as equal.
 
 from __future__ import annotations
 
-import os
-
-# One thread each; read when NumPy and the others are imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
-os.environ["OMP_NUM_THREADS"] = "1"
-os.environ["MKL_NUM_THREADS"] = "1"
-os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
-os.environ["RAYON_NUM_THREADS"] = "1"
-os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
-
 import argparse
-import platform
+import os
 import sys
-from importlib.metadata import version
 from pathlib import Path
 
+import harness
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
-from harness import processor, row
 from measure import FULL, MISSED, PULSE_TOLERANCES, QUICK, Job, Measured, measure, pulse_errors, quickest
-from peers.roster import installed, roster
+from peers.roster import roster
 from picture import draw
 from reference import cart
 from scenes import at_rest_then_pulse, cases
 
-PACKAGES = ("numpy", "scipy", "numba", "pydiffsol", "numbalsoda", "scikit-sundae", "diffrax", "jax", "exudyn")
-IMPORTED_AS = {"scikit-sundae": "sksundae"}
+PACKAGES = ("numba", "pydiffsol", "numbalsoda", "scikit-sundae", "diffrax", "jax", "exudyn")
 ACCURACIES = (1e-3, 1e-6, 1e-9)
 
 
@@ -68,25 +53,19 @@ def main() -> None:
     for scene in scenes:
         print_scene(scene)
     print_markdown(scenes, pulse)
-    print(made_on())
-    missing = sorted({peer.package for peer in roster(cart()) if not installed(peer.package)})
+    made_on = harness.made_on(*PACKAGES)
+    print(made_on)
+    missing = sorted({peer.package for peer in roster(cart()) if not harness.installed(peer.package)})
     if missing:
         print(f"left out, not installed: {', '.join(missing)}")
     if asked.picture:
-        draw(scenes, made_on(), asked.picture)
+        draw(scenes, made_on, asked.picture)
 
 
 def silence_libraries() -> None:
     """numbalsoda's Fortran remarks on stiffness on the standard output, in the middle of the tables."""
     sys.stdout = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-
-
-def made_on() -> str:
-    """Machine and versions."""
-    found = [name for name in PACKAGES if installed(IMPORTED_AS.get(name, name))]
-    versions = ", ".join(f"{name} {version(name)}" for name in found)
-    return f"One thread of {processor()}; Python {platform.python_version()}, {versions}."
 
 
 def print_scene(scene: Measured) -> None:
@@ -112,21 +91,21 @@ def print_markdown(scenes: list[Measured], pulse: dict[str, list[float]]) -> Non
     """The time that each needs for an accuracy, per scene; then who misses a pulse of 20 ms after rest."""
     for scene in scenes:
         print(f"**{scene.case.title}** (truth: {scene.case.truth.how})\n")
-        print(row("ms for a load error of at most", *(f"{error:.0e}" for error in ACCURACIES)))
-        print(row("---", *("---:" for _ in ACCURACIES)))
+        print(harness.row("ms for a load error of at most", *(f"{error:.0e}" for error in ACCURACIES)))
+        print(harness.row("---", *("---:" for _ in ACCURACIES)))
         by_name: dict[str, list[Job]] = {}
         for job in scene.valid:
             by_name.setdefault(job.name, []).append(job)
         for name, jobs in by_name.items():
             best = [quickest(jobs, error) for error in ACCURACIES]
             if any(best):
-                print(row(name, *(f"{job.median * 1e3:.3g}" if job else "" for job in best)))
+                print(harness.row(name, *(f"{job.median * 1e3:.3g}" if job else "" for job in best)))
         print()
-    print(row("dynamic error at rtol", *(f"{rtol:.0e}" for rtol in PULSE_TOLERANCES)))
-    print(row("---", *("---:" for _ in PULSE_TOLERANCES)))
+    print(harness.row("dynamic error at rtol", *(f"{rtol:.0e}" for rtol in PULSE_TOLERANCES)))
+    print(harness.row("---", *("---:" for _ in PULSE_TOLERANCES)))
     for name, errors in pulse.items():
         cells = [pulse_text(error) for error in errors]
-        print(row(name, *cells, *[""] * (len(PULSE_TOLERANCES) - len(cells))))
+        print(harness.row(name, *cells, *[""] * (len(PULSE_TOLERANCES) - len(cells))))
     print()
 
 

@@ -11,13 +11,6 @@ timed too), and the whole of `guideload run --no-pictures` on 25 s of cart veloc
 
 from __future__ import annotations
 
-import os
-
-# One thread each; read when NumPy and the others are imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
-os.environ["RAYON_NUM_THREADS"] = "1"
-
-import platform
 import shutil
 import statistics
 import subprocess
@@ -29,12 +22,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import get_args
 
+import harness
 import numpy as np
-import scipy
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
-from harness import by_turns, processor, row, timed
+from harness import by_turns, row, timed
 from reference import cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import GuideloadError, Machine, Motion, peak_loads, simulate
@@ -56,8 +46,7 @@ def main() -> None:
         for title, motion in (("clean", cycle()), ("noisy", noisy())):
             for method in get_args(Method):
                 print_calls(f"{scene}, {title}", machine, motion, method)
-    versions = f"Python {platform.python_version()}, NumPy {np.__version__}, SciPy {scipy.__version__}"
-    print(f"\nOne thread of {processor()}; {versions}.\n")
+    print(f"\n{harness.made_on()}\n")
     for statement in ("import guideload", NAMES):
         print(f"- `{statement}`: {import_time(statement):.3f} s")
     whole, bare = run_time()

@@ -23,8 +23,6 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -37,10 +35,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from made_traces import FAMILIES, JITTERS, NOISES, QUANTA, RATES, Array, Case, case, draw, moves
 
 from guideload import Machine, Motion, simulate
+from guideload.cli.inputs import EXAMPLES
 from guideload.smoothing.estimation import MotionEstimate, estimate
 
 WORST, COVER = 1.15, (0.90, 0.98)  # ratio and cover of a case beyond which the table counts it
 LONG = 1_000_000  # samples
+EXAMPLE = Machine.from_toml(EXAMPLES / "manipulator.toml")
 PEERS = ("savgoldiff", "butterdiff", "kerneldiff", "polydiff", "splinediff", "spectraldiff", "rtsdiff")
 
 
@@ -98,22 +98,16 @@ def score(case: Case) -> Score:
     found = estimate(case.time, case.value, "position", case.quantum)
     error = found.acceleration - case.acceleration
     cover = float(np.mean(np.abs(error) < 1.96 * np.sqrt(found.acceleration_variance)))
-    before = smoothing_spline(case.time, case.value, "position", case.quantum)
-    spline = rms(before.acceleration - case.acceleration) / best
+    by_spline = smoothing_spline(case.time, case.value, case.quantum)
+    spline = rms(by_spline - case.acceleration) / best
     return Score(case, best, how, rms(error) / best, cover, found.order, spline, *loads(case, found))
-
-
-@cache
-def example() -> Machine:
-    """The packaged machine."""
-    return Machine.from_toml(str(files("guideload") / "examples" / "manipulator.toml"))
 
 
 def loads(case: Case, found: MotionEstimate) -> tuple[float, float, float]:
     """Cover of the loads, worst error of a peak, and share of the peaks within their bands."""
-    true = simulate(example(), Motion.along_x(case.time, case.acceleration))
+    true = simulate(EXAMPLE, Motion.along_x(case.time, case.acceleration))
     motion = Motion.along_x(case.time, found.acceleration, uncertainty=found.uncertainty)
-    result = simulate(example(), motion)
+    result = simulate(EXAMPLE, motion)
     across = {"axis": ["y", "z"]}
     error = result.data["force"].sel(across).values - true.data["force"].sel(across).values
     peaks, right = result.peaks(), true.peaks().peak_resultant_N

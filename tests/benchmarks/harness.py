@@ -1,16 +1,26 @@
-"""What all benchmarks share: the clock, turns, tables, the command line of those that count intervals."""
+"""What benchmarks share. Imported first, it holds NumPy and its like on one thread, and finds `tests/helpers`."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import platform
+import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+# Read when NumPy and the others are imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
+os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
+os.environ["RAYON_NUM_THREADS"] = "1"
+os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 _ALLOWED = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
 
@@ -22,25 +32,6 @@ def timed(call: Callable[[], Any]) -> float:
     seconds = time.perf_counter() - start
     del given  # freed outside
     return seconds
-
-
-def processor() -> str:
-    """The processor's name."""
-    info = Path("/proc/cpuinfo")  # of Linux; platform knows no more than "x86_64" there
-    lines = info.read_text().splitlines() if info.exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
-
-
-def cores() -> int:
-    """How many this process may use."""
-    return len(_ALLOWED) or os.cpu_count() or 1
-
-
-def on_cores(count: int) -> None:
-    """Hold this thread, and those that it starts, on so many cores, where the system can do that."""
-    if _ALLOWED:
-        os.sched_setaffinity(0, _ALLOWED[:count])
 
 
 def by_turns(
@@ -56,32 +47,46 @@ def by_turns(
     return times
 
 
+def cores() -> int:
+    """How many this process may use."""
+    return len(_ALLOWED) or os.cpu_count() or 1
+
+
+def on_cores(count: int) -> None:
+    """Hold this thread, and those that it starts, on so many cores, where the system can do that."""
+    if _ALLOWED:
+        os.sched_setaffinity(0, _ALLOWED[:count])
+
+
+def installed(package: str) -> bool:
+    return find_spec(package) is not None
+
+
+def processor() -> str:
+    """The processor's name."""
+    info = Path("/proc/cpuinfo")  # of Linux; platform knows no more than "x86_64" there
+    lines = info.read_text().splitlines() if info.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def made_on(*packages: str) -> str:
+    """Processor, and versions of Python, NumPy, SciPy, and these packages if they are installed."""
+    versions = [f"Python {platform.python_version()}"]
+    for name in ("numpy", "scipy", *packages):
+        with suppress(PackageNotFoundError):
+            versions.append(f"{name} {version(name)}")
+    return f"One thread of {processor()}; {', '.join(versions)}."
+
+
 def row(*cells: str) -> str:
     """A row of a Markdown table."""
     return f"| {' | '.join(cells)} |"
 
 
-def print_table(description: str, columns: str, names: Iterable[str], row: Callable[[str, int], str]) -> None:
-    """Print a row of a table for each case that the command line names, by default for all.
-
-    columns: their titles, "case | share". row: of a case and a number of seeds.
-    """
-    known = tuple(names)
-    parser = argparse.ArgumentParser(
-        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("names", nargs="*", help=f"cases: {', '.join(known)}")
-    asked = parser.parse_args()
-    print(f"| {columns} |\n|{'---|' * (columns.count('|') + 1)}")
-    for name in asked.names or known:
-        print(row(name, asked.seeds), flush=True)
-
-
-def share(inside: Sequence[bool]) -> str:
-    """The share of intervals that hold the true value, its binomial standard error, and the number of intervals."""
-    if not inside:
-        return "no interval"
-    mean = float(np.mean(inside))
-    error = np.sqrt(mean * (1.0 - mean) / len(inside))
-    return f"{100 * mean:.1f} +- {100 * error:.1f} % of {len(inside)}"
+def write_block(page: Path, name: str, block: str) -> None:
+    """Put a block between the lines `<!-- NAME -->` and `<!-- end of NAME -->` of a page."""
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    head, _, rest = page.read_text(encoding="utf-8").partition(begin)
+    text = f"{head}{begin}{block}\n{end}{rest.partition(end)[2]}"
+    page.write_text(text, encoding="utf-8", newline="\n")

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -22,10 +21,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import harness
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
 import reference as ref
 from harness import row
 from numpy.typing import NDArray
@@ -650,10 +647,7 @@ def main() -> None:
         lines.append(row(feature.name, *(f"{one:.1e}" for one in found), f"{gap:.0e}"))
         print(lines[-1], flush=True)
     if asked.write:
-        begin, end = "<!-- independent.py: begin -->\n", "<!-- independent.py: end -->"
-        head, _, rest = PAGE.read_text(encoding="utf-8").partition(begin)
-        table = "\n".join(lines)
-        PAGE.write_text(f"{head}{begin}{table}\n{end}{rest.partition(end)[2]}", encoding="utf-8")
+        harness.write_block(PAGE, "features", "\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -15,9 +15,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from harness import timed
+from harness import installed, timed
 from peers.problem import Array, Call
-from peers.roster import Peer, installed, roster
+from peers.roster import Peer, roster
 from scenes import Case
 
 from guideload import GuideloadError, simulate

@@ -2,17 +2,14 @@
 
 Designs a monitor of the packaged example at 1 kHz for each lag and quantum, as `guideload monitor build` does, and
 writes the table in docs/how-to/monitor.md and the picture docs/images/monitor-lag.png.
-
-    --check   write nothing; exit with 1 if the table of the page is another one
 """
 
 from __future__ import annotations
 
-import argparse
-import re
-import sys
 from importlib.resources import files
 from pathlib import Path
+
+import harness
 
 from guideload import Machine, motion_from_trace, read_trace
 from guideload.monitor import Design, MonitorSettings, designed
@@ -22,9 +19,6 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "how-to" / "monitor.md"
 PICTURE = ROOT / "docs" / "images" / "monitor-lag.png"
 EXAMPLES = Path(str(files("guideload"))) / "examples"
-TABLE = re.compile(
-    r"(<!-- table of tests/benchmarks/monitor_lag.py -->\n).*?(<!-- end of table -->)", re.DOTALL
-)
 
 PERIOD, MOST = 1e-3, 20.0  # s; m/s2
 LAGS = (0, 5, 10, 20, 50)  # samples
@@ -35,11 +29,6 @@ Designs = dict[tuple[float, int], Design]
 
 def main() -> None:
     """Design all monitors, and write table and picture."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--check", action="store_true")
-    is_check = parser.parse_args().check
     machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
     motion = motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
     designs: Designs = {}
@@ -48,12 +37,8 @@ def main() -> None:
             settings = MonitorSettings(PERIOD, 1e-6 * quantum, lag, MOST)
             designs[quantum, lag] = designed(machine, motion, settings)
     lines = table(designs)
-    print(lines, end="")
-    text = PAGE.read_text(encoding="utf-8")
-    new = TABLE.sub(lambda found: found[1] + lines + found[2], text)
-    if is_check:
-        sys.exit(new != text)
-    PAGE.write_text(new, encoding="utf-8", newline="\n")
+    print(lines)
+    harness.write_block(PAGE, "errors by lag", lines)
     draw(designs)
 
 
@@ -64,7 +49,7 @@ def table(designs: Designs) -> str:
         cells = (designs[quantum, lag] for lag in LAGS)
         texts = [f"{100 * one.peak_error:.1f} % ({one.load_error:.0f} N)" for one in cells]
         rows.append(f"| {quantum:g} µm | {' | '.join(texts)} |")
-    return "\n".join(rows) + "\n"
+    return "\n".join(rows)
 
 
 def draw(designs: Designs) -> None:

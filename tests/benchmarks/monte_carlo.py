@@ -24,18 +24,8 @@ rotations): its error is a check of the physics. Two threads are only worth look
 
 from __future__ import annotations
 
-import os
-
-# One thread each; read when NumPy and the others are imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
-os.environ["OMP_NUM_THREADS"] = "1"
-os.environ["MKL_NUM_THREADS"] = "1"
-os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
-os.environ["RAYON_NUM_THREADS"] = "1"
-os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
-
 import argparse
-import platform
+import os
 import shutil
 import statistics
 import subprocess
@@ -45,23 +35,19 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 
+import harness
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
-from harness import cores, on_cores, processor, row, timed
+from harness import on_cores, row, timed
 from peers.batch_roster import BatchPeer, clear_peers, linear_peers
-from peers.roster import installed
 from peers.scatter import Peaks, Scatter
 from scattered import CHECKED, Case, cases
 
 from guideload import peak_loads
 
-PACKAGES = ("numpy", "scipy", "numba", "jax", "pydiffsol", "exudyn", "numbalsoda")
+PACKAGES = ("numba", "jax", "pydiffsol", "exudyn")
 ROUNDS, PATIENCE = 7, 2.5  # runs of each, as long as they have not taken that many seconds
 QUICK_ROUNDS, QUICK_PATIENCE = 3, 0.5
 OURS = "guideload"
@@ -123,7 +109,7 @@ def main() -> None:
         print_case(measured)
     if asked.markdown:
         print_markdown(done)
-    print(made_on())
+    print(harness.made_on(*PACKAGES))
     if missing:
         print(f"left out: {', '.join(dict.fromkeys(missing))}")
     if asked.million:
@@ -140,7 +126,9 @@ def measure(case: Case, peers: list[BatchPeer], quick: bool) -> Measured:
     results = {threads: case.run(threads) for threads in (1, 2)}
     same = np.array_equal(results[1], results[2])
     jobs = [
-        Job(OURS, lambda n=threads: case.run(n), scenes, threads) for threads in (1, 2) if threads <= cores()
+        Job(OURS, lambda n=threads: case.run(n), scenes, threads)
+        for threads in (1, 2)
+        if threads <= harness.cores()
     ]
     for job in jobs:
         job.error = case.truth.error(results[job.threads])
@@ -164,11 +152,10 @@ def peer_job(case: Case, peer: BatchPeer) -> Job:
     count = peer.rough if case.rough and peer.rough else peer.scenes
     part = case.scatter.first(count)
     try:
-        run = peer.load()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            error = case.truth.error(run(part.first(CHECKED)))
-        return Job(peer.name, lambda: run(part), count, error=error)
+            error = case.truth.error(peer.run(part.first(CHECKED)))
+        return Job(peer.name, lambda: peer.run(part), count, error=error)
     except (RuntimeError, ArithmeticError, ValueError, OSError, subprocess.CalledProcessError) as failed:
         return Job(peer.name, list, count, failure=str(failed).partition("\n")[0][:100])
 
@@ -239,12 +226,6 @@ def print_markdown(done: list[Measured]) -> None:
 def short(value: float) -> str:
     """Two digits or more, no exponent."""
     return f"{float(f'{value:.3g}'):,.0f}".replace(",", " ") if value >= 10.0 else f"{value:.2g}"
-
-
-def made_on() -> str:
-    """Machine and versions."""
-    found = ", ".join(f"{name} {version(name)}" for name in PACKAGES if installed(name))
-    return f"{processor()}; Python {platform.python_version()}, {found}."
 
 
 if __name__ == "__main__":

@@ -8,9 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from peers.compiled import rate, rk4
+from peers.compiled import loads_of, rate, rk4
 from peers.laws import Law, Preloaded, Sided
-from peers.loads import loads_of
 from peers.problem import Array, Problem, problem
 from peers.truth import between_events
 from reference import cart, cart_clear, cart_stiff, cycle, noisy, preloaded, pulse, reference

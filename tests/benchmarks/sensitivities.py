@@ -11,20 +11,13 @@ JAX: the same states by a scan of the same propagator in double precision on one
 
 from __future__ import annotations
 
-import os
 import statistics
-import sys
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
+import harness
 import numpy as np
-from harness import by_turns
 from reference import cart, cart_clear, noisy, preloaded
 
 from guideload import Machine, Motion
@@ -44,7 +37,7 @@ HISTORIES = ("carriage_loads", "link_loads", "displacement", "velocity", "accele
 
 def in_turn(works: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
     """Median time of each work [s]."""
-    return {name: statistics.median(of) for name, of in by_turns(works, repeats).items()}
+    return {name: statistics.median(of) for name, of in harness.by_turns(works, repeats).items()}
 
 
 def plain(machine: Machine, motion: Motion, method: str) -> Solution:

@@ -23,19 +23,16 @@ from __future__ import annotations
 
 import argparse
 import statistics
-import sys
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import harness
 import numpy as np
-from numpy.typing import NDArray
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
-from harness import on_cores, processor, timed
+from harness import timed
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 from reference import cart, core_batch, cycle, example
 
 from guideload import Study
@@ -96,7 +93,7 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, metavar="FILE", help="where to write the chart")
     parser.add_argument("--drawn", action="store_true", help="only what drawn motions cost")
     asked = parser.parse_args()
-    on_cores(1)
+    harness.on_cores(1)
     if asked.drawn:
         print(*drawn_motions(asked.quick), sep="\n")
         return
@@ -105,7 +102,7 @@ def main() -> None:
         for line in lines:
             print_line(line)
     print(*drawn_motions(asked.quick), sep="\n")
-    made_on = f"One thread of {processor()}."
+    made_on = f"One thread of {harness.processor()}."
     print(made_on)
     if asked.picture:
         draw(panels, made_on, asked.picture)

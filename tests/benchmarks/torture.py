@@ -15,7 +15,6 @@ import argparse
 import json
 import multiprocessing
 import os
-import sys
 import time
 import warnings
 from collections.abc import Callable
@@ -25,15 +24,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
-os.environ["OMP_NUM_THREADS"] = "1"
-os.environ["RAYON_NUM_THREADS"] = "1"
-os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
+import harness
 import numpy as np
-from harness import processor, row
-from peers.roster import installed
+from harness import row, write_block
 from peers.small import Equations, Solve, scipy_leg, sundials_leg
 from torture import RTOL, Scene
 from torture_scenes import scenes
@@ -274,13 +267,6 @@ def draw(found: dict[str, list[Outcome]]) -> None:
         figure.savefig(ATLAS, dpi=110)
 
 
-def put(page: str, name: str, block: str) -> str:
-    """The page with a block between its marks."""
-    begin, end = f"<!-- torture.py: {name} -->\n", f"<!-- torture.py: end of {name} -->"
-    head, _, rest = page.partition(begin)
-    return f"{head}{begin}{block}\n{end}{rest.partition(end)[2]}"
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help="tables and picture of docs/torture.md")
@@ -290,7 +276,7 @@ def main() -> None:
     known = json.loads(asked.results.read_text()) if asked.results and asked.results.exists() else {}
     found: dict[str, list[Outcome]] = {}
     for method, (package, _) in methods().items():
-        if asked.only in method and (method in known or installed(package)):
+        if asked.only in method and (method in known or harness.installed(package)):
             found[method] = [Outcome(*of) for of in known.get(method, ())] or outcomes(method)
             if asked.results:
                 known[method] = [(of.error, of.seconds, of.refusal) for of in found[method]]
@@ -306,10 +292,9 @@ def main() -> None:
                         f"    {scene.name:26}{one.cell:14}{1e3 * one.seconds:10.2f} ms  {one.refusal[:150]}"
                     )
     if asked.write:
-        page = PAGE.read_text(encoding="utf-8")
-        page = put(put(page, "scenes", table_of_scenes()), "results", tables(found))
-        page = put(page, "made on", f"Made on one thread of {processor()}.")
-        PAGE.write_text(page, encoding="utf-8")
+        write_block(PAGE, "scenes", table_of_scenes())
+        write_block(PAGE, "results", tables(found))
+        write_block(PAGE, "made on", f"Made on one thread of {harness.processor()}.")
         draw(found)
 
 

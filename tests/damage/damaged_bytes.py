@@ -16,43 +16,12 @@ EXTREME_BYTES = [
 EXTREME_CELLS = [
     *("", " ", "nan", "-inf", "inf", "1e308", "-1e308", "1e400", "5e-324", "1e-300", "-0", "0", "7" * 400),
     *("x", "True", "0x10", "1,2", "1.2.3", "1'000", "1e", "--1", "1_000", "9223372036854775807", "-1e20"),
-    *(
-        "2024-01-31 10:00:00",
-        "31.12.9999 23:59:59",
-        "0001-01-01 00:00:00",
-        "25:61:61",
-        "#N/A",
-        "1e25",
-        "1e17",
-    ),
-    *(
-        '"',
-        '""',
-        '"1',
-        '1"',
-        "'",
-        "\x00",
-        "\x1b[2J",
-        "\u0663",
-        "é",
-        "\ufeff",
-        "\u2028",
-        ";",
-        "\t",
-        "x [nan]",
-        "t [1/0]",
-    ),
-    *(
-        "A1" * 66000,
-        '"' + "1" * 131072 + '"',
-        '"' + ",;\t" * 50000 + '"',
-        "{0}",
-        "%s",
-        "#",
-        "//",
-        "Name",
-        "EOF",
-    ),
+    *("2024-01-31 10:00:00", "31.12.9999 23:59:59", "0001-01-01 00:00:00", "25:61:61"),
+    *("#N/A", "1e25", "1e17"),
+    *('"', '""', '"1', '1"', "'", "\x00", "\x1b[2J", "\u0663"),
+    *("é", "\ufeff", "\u2028", ";", "\t", "x [nan]", "t [1/0]"),
+    *("A1" * 66000, '"' + "1" * 131072 + '"', '"' + ",;\t" * 50000 + '"', "{0}", "%s"),
+    *("#", "//", "Name", "EOF"),
 ]
 
 
@@ -129,17 +98,8 @@ def _extreme(content: bytes, rng: Generator) -> bytes:
 
 
 KINDS = [
-    _cut,
-    _head_lost,
-    _flipped,
-    _flipped,
-    _filled,
-    _random,
-    _swapped,
-    _doubled,
-    _left_out,
-    _extreme,
-    _extreme,
+    *(_cut, _head_lost, _flipped, _flipped, _filled, _random),
+    *(_swapped, _doubled, _left_out, _extreme, _extreme),
 ]
 
 
@@ -176,16 +136,8 @@ def _line(content: bytes, rng: Generator) -> bytes:
     lines = content.split(b"\n")
     at = int(rng.integers(len(lines))) if rng.random() < 0.7 else 0
     extra = (
-        b"",
-        b'"',
-        b",,,,,,",
-        b"# note",
-        b"x\xff\xfe",
-        lines[at],
-        lines[-1],
-        lines[at] * 3,
-        b"\x00" * 9,
-        b"1 2 3",
+        *(b"", b'"', b",,,,,,", b"# note", b"x\xff\xfe"),
+        *(lines[at], lines[-1], lines[at] * 3, b"\x00" * 9, b"1 2 3"),
     )
     action = int(rng.integers(3))
     chosen = extra[int(rng.integers(len(extra)))]

@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 
 HELPERS = Path(__file__).parent
 LIMIT = 300.0  # s; an interrupted call ends within a second, but not on a busy machine
@@ -34,29 +35,8 @@ def signalled(
     words: Sequence[object], number: int, after: float, folder: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a command of guideload in `folder`; send it a signal `after` seconds [s] from its first line on."""
-    with (
-        TemporaryFile("w+") as errors,
-        subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, *map(str, words)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            text=True,
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-        ) as process,
-    ):
-        timer = threading.Timer(LIMIT, process.kill)
-        timer.start()
-        assert process.stdout is not None
-        first = process.stdout.readline()
-        time.sleep(after)
-        process.send_signal(number)
-        out = first + process.stdout.read()
-        code = process.wait()
-        timer.cancel()
-        errors.seek(0)
-        return subprocess.CompletedProcess([], code, out, errors.read())
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    return _ended(["-c", PROGRAM, *map(str, words)], number, after, cwd=folder, env=environment)
 
 
 def run_process(source: str, *, interrupt: bool = False) -> subprocess.CompletedProcess[str]:
@@ -64,21 +44,29 @@ def run_process(source: str, *, interrupt: bool = False) -> subprocess.Completed
     # A process that was started in the background ignores Ctrl-C, and so do the processes that it starts.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     lines = f"import sys; sys.path.insert(0, {str(HELPERS)!r})\n{heard}\n{source}"
+    return _ended(["-c", lines], signal.SIGINT if interrupt else None, INTO)
+
+
+def _ended(
+    arguments: Sequence[str], number: int | None, after: float, **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """Run Python with these arguments; send it a signal, if one is given, `after` seconds from its first line on."""
+    command = [sys.executable, *arguments]
     with (
         TemporaryFile("w+") as errors,
         subprocess.Popen(
-            [sys.executable, "-c", lines], stdout=subprocess.PIPE, stderr=errors, text=True
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, text=True, **options
         ) as process,
     ):
         timer = threading.Timer(LIMIT, process.kill)
         timer.start()
         assert process.stdout is not None
         first = process.stdout.readline()
-        if interrupt and first:
-            time.sleep(INTO)
-            process.send_signal(signal.SIGINT)
+        if number is not None and first:
+            time.sleep(after)
+            process.send_signal(number)
         out = first + process.stdout.read()
         code = process.wait()
         timer.cancel()
         errors.seek(0)
-        return subprocess.CompletedProcess([], code, out, errors.read())
+        return subprocess.CompletedProcess(command, code, out, errors.read())

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from peers.loads import loads_of
+from peers.compiled import fill, loads_of
 from peers.problem import Array, At, Call, Problem
 
 
@@ -19,8 +19,6 @@ def cvode(method: str, *, limited: bool) -> Callable[[Problem], At]:
 
     def prepare(given: Problem) -> At:
         from sksundae.cvode import CVODE
-
-        from peers.compiled import fill
 
         right, loads = fill(given), loads_of(given)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from peers.compiled import loads_of
 from peers.laws import diffsl
-from peers.loads import loads_of
 from peers.problem import Array, At, Call, Problem
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from peers.loads import loads_of
+from peers import compiled as by_numba
+from peers.compiled import loads_of
 from peers.problem import Array, At, Call, Problem
 
 WITH_JACOBIAN = ("Radau", "BDF", "LSODA")
@@ -30,12 +31,7 @@ def solve_ivp(method: str, *, limited: bool, compiled: bool) -> Callable[[Proble
     """
 
     def prepare(given: Problem) -> At:
-        if compiled:
-            from peers.compiled import rate as compiled_rate
-
-            right = compiled_rate(given)
-        else:
-            right = rate(given)
+        right = by_numba.rate(given) if compiled else rate(given)
         loads = loads_of(given)
         options: dict[str, Any] = {"method": method, "t_eval": given.time}
         if limited:

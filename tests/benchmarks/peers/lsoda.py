@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numba
 import numpy as np
 
-from peers.loads import loads_of
+from peers.compiled import fill, loads_of
 from peers.problem import Array, At, Call, Problem
 
 STEPS = 1_000_000
@@ -16,10 +17,7 @@ def numbalsoda(solver: str) -> Callable[[Problem], At]:
     """numbalsoda.lsoda or .dop853; they have one absolute tolerance and no largest step to set."""
 
     def prepare(given: Problem) -> At:
-        import numba
         import numbalsoda as package
-
-        from peers.compiled import fill
 
         given = given.scaled
         n, inner, solve = given.b.size, fill(given), getattr(package, solver)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 from guideload import Machine
-from peers import cvode, diffsol, ivp, linear, lsoda, multibody, xla
+from peers import compiled, cvode, diffsol, ivp, linear, lsoda, multibody, xla
 from peers.problem import At, Call, Problem
 
 Prepare = Callable[[Problem], At]
@@ -39,8 +38,8 @@ def roster(machine: Machine) -> list[Peer]:
     peers = [
         Peer("scipy lsim", "scipy", _exact(linear.lsim), (0.0,), only_linear=True),
         Peer("scipy lfilter per mode", "scipy", _exact(linear.lfilter), (0.0,), only_linear=True),
-        Peer("Numba exact propagator", "numba", _exact(_propagator), (0.0,), only_linear=True),
-        Peer("Numba RK4", "numba", _rk4, STEPS, fixed=True),
+        Peer("Numba exact propagator", "numba", _exact(compiled.propagator), (0.0,), only_linear=True),
+        Peer("Numba RK4", "numba", compiled.rk4, STEPS, fixed=True),
         Peer("solve_ivp RK45", "numba", _ivp("RK45", False), EVERY_OTHER),
         Peer("solve_ivp RK45, max_step", "numba", _ivp("RK45", True), EVERY_OTHER, from_rest=False),
     ]
@@ -75,10 +74,6 @@ def roster(machine: Machine) -> list[Peer]:
     return peers
 
 
-def installed(package: str) -> bool:
-    return find_spec(package) is not None
-
-
 def _exact(peer: Callable[[Problem], Call]) -> Prepare:
     """A peer that has no setting."""
 
@@ -87,18 +82,6 @@ def _exact(peer: Callable[[Problem], Call]) -> Prepare:
         return lambda _: call
 
     return prepare
-
-
-def _propagator(given: Problem) -> Call:
-    from peers.compiled import propagator
-
-    return propagator(given)
-
-
-def _rk4(given: Problem) -> At:
-    from peers.compiled import rk4
-
-    return rk4(given)
 
 
 def _ivp(method: str, limited: bool) -> Prepare:

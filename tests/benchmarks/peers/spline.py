@@ -3,11 +3,11 @@
 The snap of the axis (fourth derivative of its position) is white noise of unknown density, the samples have white
 noise of unknown variance. The posterior mean is the curve s that minimises, with q the ratio of the two,
 
-    sum (s(t_i) - y_i)^2 + q * integral (d^4 s / dt^4)^2 dt        (position; third derivative for velocity)
+    sum (s(t_i) - y_i)^2 + q * integral (d^4 s / dt^4)^2 dt
 
 (Whittaker 1923, Reinsch 1967, Wahba 1978 for the equivalence; Eilers and Marx 1996 for the B-spline form). s is a
-spline of degree 4 (velocity: 3) whose penalised derivative is piecewise constant, so the integral is exact for uneven
-time stamps too. All matrices are banded: time is O(n).
+spline of degree 4 whose penalised derivative is piecewise constant, so the integral is exact for uneven time stamps
+too. All matrices are banded: time is O(n).
 
 q maximises the restricted likelihood (REML; Wahba 1985, Anderssen and Bloomfield 1974) with the noise profiled out,
 which is bounded. Not below quantum^2/12: at slow constant speed the rounding error is a tone that follows the signal,
@@ -19,63 +19,40 @@ is 0.3 to 2; on the others it is 4 to 200.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.interpolate import BSpline
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from guideload.base.arrays import Array
-from guideload.smoothing.kinematics import UNIT, Kind, Kinematics, constant_motion, noise_warning
-
-# Order of the penalised derivative and degree of the spline: white snap in both cases.
-ORDER = {"position": 4, "velocity": 3}
+Array = NDArray[np.float64]
+ORDER = 4  # of the penalised derivative, and degree of the spline
 # Bounds of log10 lambda (lambda: the strength, for time in knot distances). Below 1e-3 the spline passes through the
 # samples. Above 1e4 it bends over more than 3 knots: a mesh twice as coarse is as good, and rounding of the order of
-# lambda * 2^(2 order) * 1e-16 must stay far below the quantum over the travel (1e-7 in the finest logs known).
+# lambda * 2^8 * 1e-16 must stay far below the quantum over the travel (1e-7 in the finest logs known).
 LOWEST, HIGHEST = -3.0, 4.0
 NOISE_RATIO = 4.0  # most noise over noise between neighbours: twice the largest where moves are resolved
 FEWEST_INTERVALS = 8  # of a mesh: fewer cannot follow one move of an axis
 
 
-def smoothing_spline(time: Array, value: Array, kind: Kind, quantum: float) -> Kinematics:
-    """Smooth samples (n,) m or m/s at `time` (n,) s, n >= 8, rounded to the quantum (0 if unknown)."""
-    order = ORDER[kind]
-    middle = float(value.mean())
-    size = float(np.abs(value - middle).max())
-    if np.ptp(value) == 0.0:
-        return constant_motion(time, value, kind)
+def smoothing_spline(time: Array, position: Array, quantum: float) -> Array:
+    """Acceleration (n,) m/s2 from positions (n,) m at `time` (n,) s, n >= 8, rounded to the quantum (0 if unknown)."""
+    middle = float(position.mean())
+    size = float(np.abs(position - middle).max())
     # Unit scale and unit sampling step, for conditioning.
-    samples = (value - middle) / size
+    samples = (position - middle) / size
     step = float(np.median(np.diff(time)))
     stamps = (time - time[0]) / step
     lowest = max(quantum / size, 1e-13) / np.sqrt(12.0)  # 1e-13: rounding of doubles
     bounds = (lowest, max(lowest, NOISE_RATIO * _noise_between_neighbours(samples)))
     factor = 1
-    fit = _Fit(stamps, samples, order, bounds)
+    fit = _Fit(stamps, samples, bounds)
     while fit.needs_coarser_mesh() and stamps[-1] / (2 * factor) >= FEWEST_INTERVALS:
         factor *= 2
-        fit = _Fit(stamps / factor, samples, order, bounds)
-    strength = fit.best()
-    _, coefficients, noise = fit.at(strength)
-    curve = _Spline(fit.knots, order, coefficients)
-    unit = step * factor
-    first = fit.first
-    values = [curve.at(fit.stamps, first)]
-    for power in (1, 2):
-        curve = curve.derivative()
-        values.append(curve.at(fit.stamps, first) / unit**power)
-    bandwidth = (factor / 10.0**strength) ** (0.5 / order) / (2.0 * np.pi * unit)
-    note = (
-        f"penalised spline (white snap), strength by restricted likelihood: noise {noise * size:.2g} "
-        f"{UNIT[kind]} rms (quantum {quantum:.2g} {UNIT[kind]}), motion followed up to {bandwidth:.3g} Hz"
-    )
-    if warning := noise_warning(noise * size, value, quantum, step):
-        note += f"; warning: {warning}"
-    if kind == "position":
-        return Kinematics(values[0] * size + middle, values[1] * size, values[2] * size, bandwidth, note)
-    travel = _Spline(fit.knots, order, coefficients).integral().at(fit.stamps, first) * unit
-    position = travel * size + middle * (time - time[0])
-    return Kinematics(position, values[0] * size + middle, values[1] * size, bandwidth, note)
+        fit = _Fit(stamps / factor, samples, bounds)
+    _, coefficients = fit.at(fit.best())
+    curve = BSpline(fit.knots, coefficients, ORDER)
+    return np.asarray(curve(stamps / factor, 2) / (step * factor) ** 2 * size)
 
 
 def _noise_between_neighbours(samples: Array) -> float:
@@ -91,39 +68,31 @@ def _noise_between_neighbours(samples: Array) -> float:
 class _Fit:
     """The penalised least-squares system of one mesh: a knot near each sample, at most one per unit of time."""
 
-    def __init__(self, stamps: Array, samples: Array, order: int, bounds: tuple[float, float]) -> None:
+    def __init__(self, stamps: Array, samples: Array, bounds: tuple[float, float]) -> None:
         breaks = np.unique(np.round(stamps))
         breaks[-1] = stamps[-1]
         if breaks.size > 2 and breaks[-1] - breaks[-2] < 0.5:  # a short last interval would be a stiff one
             breaks = np.delete(breaks, -2)
-        self.stamps, self.samples, self.order = stamps, samples, order
-        self.lowest, self.highest = bounds
-        self.knots = np.concatenate([np.repeat(breaks[0], order), breaks, np.repeat(breaks[-1], order)])
-        self.first = np.clip(np.searchsorted(breaks, stamps, side="right") - 1, 0, breaks.size - 2)
-        self.count = self.knots.size - order - 1
-        self.rows = _basis(self.knots, order, stamps, self.first)
-        self.roughness = _roughness(self.knots, order)
-        self.normal = _gram(self.rows, self.first, self.count)
-        self.penalty = _gram(self.roughness, np.arange(self.count - order), self.count)
-        self.right = np.zeros(self.count)
-        for column in range(order + 1):
-            self.right += np.bincount(self.first + column, self.rows[:, column] * samples, self.count)
+        self.samples, (self.lowest, self.highest) = samples, bounds
+        self.knots = np.concatenate([np.repeat(breaks[0], ORDER), breaks, np.repeat(breaks[-1], ORDER)])
+        self.values = BSpline.design_matrix(stamps, self.knots, ORDER)
+        self.roughness = _roughness(self.knots)
+        self.normal, self.penalty = (_lower_bands(of.T @ of) for of in (self.values, self.roughness))
+        self.right = self.values.T @ samples
 
-    def at(self, strength: float) -> tuple[float, Array, float]:
-        """-2 log restricted likelihood (up to a constant), coefficients, and noise for lambda = 10^strength."""
-        from scipy.linalg import cho_solve_banded, cholesky_banded  # 0.2 s of import, needed here only
-
+    def at(self, strength: float) -> tuple[float, Array]:
+        """-2 log restricted likelihood (up to a constant) and coefficients for lambda = 10^strength."""
         weight = 10.0**strength
         lower = cholesky_banded(self.normal + weight * self.penalty, lower=True, check_finite=False)
         coefficients: Array = cho_solve_banded((lower, True), self.right, check_finite=False)
-        residual = self.samples - _rows_times(self.rows, self.first, coefficients)
-        rough = _rows_times(self.roughness, np.arange(self.count - self.order), coefficients)
+        residual = self.samples - self.values @ coefficients
+        rough = self.roughness @ coefficients
         square = float(residual @ residual + weight * (rough @ rough))
-        freedom = self.samples.size - self.order
+        freedom = self.samples.size - ORDER
         variance = min(max(square / freedom, self.lowest**2), self.highest**2)
         deviance = freedom * np.log(variance) + square / variance
-        deviance += 2.0 * float(np.log(lower[0]).sum()) - (self.count - self.order) * np.log(weight)
-        return float(deviance), coefficients, float(np.sqrt(variance))
+        deviance += 2.0 * float(np.log(lower[0]).sum()) - rough.size * np.log(weight)
+        return float(deviance), coefficients
 
     def needs_coarser_mesh(self) -> bool:
         """Whether the likelihood grows up to the largest strength, so that a coarser mesh is needed."""
@@ -149,73 +118,17 @@ class _Fit:
         return here + float(np.clip(0.5 * stride * (below - above) / curvature, -stride, stride))
 
 
-@dataclass(frozen=True)
-class _Spline:
-    """B-spline whose end knots are repeated `degree` + 1 times (de Boor 1978)."""
-
-    knots: Array
-    degree: int
-    coefficients: Array
-
-    def at(self, stamps: Array, first: NDArray[np.intp]) -> Array:
-        """Values at `stamps`, the i-th in knot interval first[i]."""
-        return _rows_times(_basis(self.knots, self.degree, stamps, first), first, self.coefficients)
-
-    def derivative(self) -> _Spline:
-        count, degree = self.coefficients.size, self.degree
-        widths = self.knots[degree + 1 : degree + count] - self.knots[1:count]
-        return _Spline(self.knots[1:-1], degree - 1, np.diff(self.coefficients) * degree / widths)
-
-    def integral(self) -> _Spline:
-        """The integral from the first knot."""
-        count, degree = self.coefficients.size, self.degree
-        widths = (self.knots[degree + 1 : degree + 1 + count] - self.knots[:count]) / (degree + 1)
-        knots = np.concatenate([self.knots[:1], self.knots, self.knots[-1:]])
-        return _Spline(knots, degree + 1, np.concatenate([[0.0], np.cumsum(self.coefficients * widths)]))
+def _roughness(knots: Array) -> sparse.csr_array:
+    """Rows D: |D c|^2 is the integral of the squared fourth derivative of the spline with coefficients c."""
+    rows = sparse.eye_array(knots.size - ORDER - 1, format="csr")
+    for degree in range(ORDER, 0, -1):
+        knots = knots[1:-1]
+        count = rows.shape[0] - 1
+        rates = degree / (knots[degree : degree + count] - knots[:count])
+        rows = sparse.diags_array([-rates, rates], offsets=[0, 1], shape=(count, count + 1)) @ rows
+    return sparse.diags_array(np.sqrt(np.diff(knots))) @ rows
 
 
-def _basis(knots: Array, degree: int, stamps: Array, first: NDArray[np.intp]) -> Array:
-    """(n, degree + 1) values of the B-splines first[i] ... first[i] + degree (Cox-de Boor recursion)."""
-    rows = np.ones((stamps.size, degree + 1), order="F")
-    for d in range(1, degree + 1):
-        carried = np.zeros(stamps.size)
-        for r in range(d):
-            left, right = knots[first + degree + 1 + r - d], knots[first + degree + 1 + r]
-            share = rows[:, r] / (right - left)
-            rows[:, r] = carried + (right - stamps) * share
-            carried = (stamps - left) * share
-        rows[:, d] = carried
-    return rows
-
-
-def _roughness(knots: Array, order: int) -> Array:
-    """(intervals, order + 1) rows D: |D c|^2 is the integral of the squared order-th derivative of the spline c."""
-    count = knots.size - order - 1
-    rows = np.ones((count, 1))
-    for degree in range(order, 0, -1):
-        inner = knots[order - degree : knots.size - order + degree]
-        size = rows.shape[0]
-        widths = inner[degree + 1 : degree + size] - inner[1:size]
-        wider = np.zeros((size - 1, rows.shape[1] + 1))
-        wider[:, :-1] -= rows[:-1]
-        wider[:, 1:] += rows[1:]
-        rows = wider * (degree / widths)[:, None]
-    scaled: Array = rows * np.sqrt(np.diff(knots[order : knots.size - order]))[:, None]
-    return scaled
-
-
-def _gram(rows: Array, first: NDArray[np.intp], count: int) -> Array:
-    """Lower bands (order + 1, count) of A^T A, where row i of A is rows[i] from column first[i] on."""
-    width = rows.shape[1]
-    bands = np.zeros((width, count))
-    for a in range(width):
-        for b in range(a + 1):
-            bands[a - b] += np.bincount(first + b, rows[:, a] * rows[:, b], count)
-    return bands
-
-
-def _rows_times(rows: Array, first: NDArray[np.intp], coefficients: Array) -> Array:
-    total = np.zeros(rows.shape[0])
-    for column in range(rows.shape[1]):
-        total += rows[:, column] * coefficients[first + column]
-    return total
+def _lower_bands(matrix: sparse.csr_array) -> Array:
+    """(ORDER + 1, n) of a symmetric matrix, as SciPy's banded solvers take them."""
+    return np.array([np.pad(matrix.diagonal(-band), (0, band)) for band in range(ORDER + 1)])

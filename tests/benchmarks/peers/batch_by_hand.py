@@ -1,4 +1,4 @@
-"""Numba: a scene after another, each by a kernel written by hand."""
+"""The exact propagator by hand, in NumPy with all scenes in step and in Numba scene by scene."""
 
 from __future__ import annotations
 
@@ -8,9 +8,30 @@ from functools import cache
 import numba
 import numpy as np
 
-from peers.compiled import rk4 as rk4_of_one
 from peers.problem import Array
-from peers.scatter import Peaks, Run, Scatter, systems
+from peers.scatter import Peaks, Scatter, systems
+
+
+def by_numpy(of: Scatter) -> Peaks:
+    """All scenes take each step together; the axis over scenes is the last one, along which NumPy's loops run."""
+    given, u = systems(of), of.nominal.u
+    p, g0, g1 = given.propagators()
+    n, count = p.shape[1], len(of)
+    # x and u at both ends of the step make one vector, so that a step is one contraction.
+    step = np.ascontiguousarray(
+        np.concatenate([p, g0[:, :, None], g1[:, :, None]], axis=2).transpose(1, 2, 0)
+    )
+    c, rest = np.ascontiguousarray(given.c.transpose(1, 2, 0)), np.ascontiguousarray(given.rest.T)
+    x, load = np.zeros((n + 2, count)), rest.copy()
+    low, high = rest.copy(), rest.copy()
+    for k in range(u.size - 1):
+        x[n], x[n + 1] = u[k], u[k + 1]
+        x[:n] = np.einsum("ijs,js->is", step, x)
+        np.einsum("ijs,js->is", c, x[:n], out=load)
+        load += rest
+        np.minimum(low, load, out=low)
+        np.maximum(high, load, out=high)
+    return np.maximum(-low, high).T
 
 
 @cache
@@ -47,8 +68,8 @@ def _propagate(n: int, m: int) -> Callable[..., None]:
     return kernel
 
 
-def propagator(of: Scatter) -> Peaks:
-    """The exact propagator of linear scenes, extremes on the fly."""
+def by_numba(of: Scatter) -> Peaks:
+    """One scene after another, extremes on the fly."""
     given = systems(of)
     p, g0, g1 = given.propagators()
     peaks = np.empty_like(given.rest)
@@ -56,14 +77,3 @@ def propagator(of: Scatter) -> Peaks:
     kernel = _propagate(p.shape[1], peaks.shape[1])
     kernel(by_columns, g0, g1, c, given.rest, of.nominal.u, peaks)
     return peaks
-
-
-def rk4(step: float) -> Run:
-    """Classical RK4 with a fixed step in ms, the law of the links written in."""
-
-    def run(of: Scatter) -> Peaks:
-        given = systems(of)
-        loads = (rk4_of_one(given.problem(scene))(step)() for scene in range(len(of)))
-        return np.array([np.abs(load).max(axis=0).ravel() for load in loads])
-
-    return run
