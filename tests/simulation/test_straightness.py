@@ -84,7 +84,8 @@ def test_a_slow_passage_gives_the_loads_at_rest_of_each_place() -> None:
         np.testing.assert_allclose(result.carriage_loads[k], here, atol=2e-3 * size)
     # Not while it starts and stops, which excites vibration.
     steady = slice(place.size // 4, 3 * place.size // 4)
-    quasi_static = Histories(result.machine, result.quantities).quasi_static_resultants()
+    histories = Histories(result.machine, result.quantities)
+    quasi_static = histories.resultants(histories.quasi_static)
     np.testing.assert_allclose(
         result.data["resultant"].values[steady], quasi_static[steady], atol=2e-3 * size
     )

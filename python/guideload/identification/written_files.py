@@ -63,10 +63,10 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
             edits += [mirrored] if mirrored else []
     for one in (one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key):
         number = one.parameter
-        path, comment = tuple(number.key.split(".")), _comment(found, number.name, one, number.unit)
-        edit = _edit(path, one.value, number.unit, comment, places, text)
+        keys, comment = number.key.split("."), _comment(found, number.name, one, number.unit)
+        edit = _edit(tuple(keys), one.value, number.unit, comment, places, text)
         if edit is None:
-            table = ".".join(path[:-1])
+            table = ".".join(keys[:-1])
             raise RunError(
                 f"{number.key}: the machine file has no table [{table}] for the identified value: add one"
             )
