@@ -92,7 +92,9 @@ def test_figures_of_runs_and_their_derivatives(
 
     runs = [LoadCase("light", machine, motions[0], 3.0), LoadCase("heavy", heavy(machine), motions[1], 40.0)]
     figure = carriage_target(found, quantity, runs)
-    assert figure.value == pytest.approx({"life": min}.get(quantity, max)(computed(0, 1.0)), rel=1e-9)
+    # The mean load of a figure with derivatives is that of loads linear between the instants.
+    rel = 1e-9 if quantity == "peak_resultant" else 2e-5
+    assert figure.value == pytest.approx({"life": min}.get(quantity, max)(computed(0, 1.0)), rel=rel)
     figure = carriage_target(found, quantity, runs, "1b")
     gradient = []
     for index, one in enumerate(found.estimates):
