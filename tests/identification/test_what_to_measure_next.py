@@ -101,7 +101,7 @@ def test_figures_of_runs_and_their_derivatives(
         ends = (computed(index, np.exp(sign * STEP))[1] for sign in (1.0, -1.0))
         gradient.append(np.subtract(*ends) / (2.0 * STEP))
         assert one.value * figure.derivatives[one.name] == pytest.approx(
-            gradient[-1], abs=1e-5 * figure.value
+            gradient[-1], abs=max(rel, 1e-5) * figure.value
         )
     sigma = np.sqrt(np.array(gradient) @ found.covariance @ gradient) / figure.value
     assert np.log(figure.high / figure.low) == pytest.approx(2.0 * 1.96 * sigma, rel=1e-3)
