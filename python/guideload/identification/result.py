@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import chi2, norm
@@ -13,6 +14,7 @@ from scipy.stats import chi2, norm
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
+from guideload.base.notebook import as_html
 from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.measured import Measured, NuisanceParameter
 from guideload.identification.modal_test import ModalTest
@@ -33,6 +35,9 @@ from guideload.identification.unknowns import Unknown, UnknownTable, machine_wit
 from guideload.machine.machine import Machine
 from guideload.parameters.parameters import Parameter, Parameters
 from guideload.sensitivity.varied import NO_MOTION
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # ---- tests of the residuals: is their size that of the noise, are they white, do they have a trend?
 
@@ -162,7 +167,7 @@ class NuisanceEstimate:
     is_identified: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification:
     """The numbers of a machine under measured data.
 
@@ -221,6 +226,22 @@ class Identification:
     def machine(self) -> Machine:
         """The machine with the most probable values."""
         return machine_with(self.nominal, ((parameter, value) for parameter, value, _ in self.identified))
+
+    def __repr__(self) -> str:
+        known = sum(one.is_identified for one in self.estimates)
+        return (
+            f"<Identification of {self.nominal.name}: {known} of {len(self.estimates)} unknowns identified>"
+        )
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self), self.table())
+
+    def table(self) -> pd.DataFrame:
+        """A row per unknown; columns as the fields of `UnknownEstimate`."""
+        import pandas as pd
+
+        rows = [asdict(one) for one in self.estimates]
+        return pd.DataFrame(rows).set_index("name").drop(columns="profile")
 
     def nuisance_estimates(self, data: Measured) -> tuple[NuisanceEstimate, ...]:
         """Estimates of the nuisance parameters of one of the data sets."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arguments import checked
+from guideload.base.notebook import as_html
 from guideload.base.number_text import fixed, kilometres, number
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import Repetition
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Life:
     """Life and static safety under the loads of one record, which repeats.
 
@@ -159,6 +160,12 @@ class Life:
         It simulates drawn motions, so it takes longer than everything else.
         """
         return life_bands(self.record, self.carriages)
+
+    def __repr__(self) -> str:
+        return f"<Life of {self.record.result.machine.name}: {kilometres(self.machine)} km, all carriages together>"
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self), self.table())
 
     def table(self) -> pd.DataFrame:
         """A row per carriage; names of columns end in the unit."""

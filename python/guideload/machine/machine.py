@@ -22,6 +22,8 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
 from guideload.base.file_model import FileModel
+from guideload.base.notebook import as_html
+from guideload.base.number_text import number
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
@@ -104,6 +106,17 @@ class Machine(FileModel):
         default=ReportHead(),
         description="the table [report]: project, customer and others, for the head of reports",
     )
+
+    def _repr_html_(self) -> str:
+        import pandas as pd
+
+        rows = [
+            {"rail": one.rail, "product": one.product or "", "x_m": x, "y_m": y, "z_m": z}
+            for one, (x, y, z) in zip(self.carriages, self.carriage_centers.tolist(), strict=True)
+        ]
+        names = pd.Index([one.name for one in self.carriages], name="carriage")
+        mass = f"{number(self.whole_body.mass)} kg moved, free {', '.join(self.free)}"
+        return as_html(f"{self.name}: {self.model_level}, {mass}", pd.DataFrame(rows, index=names))
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:

@@ -14,6 +14,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
 from guideload.base.finite import require_finite
+from guideload.base.notebook import as_html
 from guideload.base.number_text import counted, digits
 from guideload.base.quantities import Quantities
 from guideload.base.units import quantity
@@ -151,6 +152,9 @@ class Result:
         load = self._estimate["resultant" if self.machine.carriages else "link_load"]
         head = f"Result({self.machine.name!r}, method={self.method!r}, largest load {digits(np.abs(load).max(), 4)} N"
         return f"{head}, {' '.join(doubts) or warnings})"
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self), self.peaks())
 
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z) and its time, static and dynamic resultant, peaks of the components.

@@ -20,6 +20,7 @@ from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
 from guideload.base.finite import finite_json
+from guideload.base.notebook import as_html
 from guideload.base.units import quantity as to_unit
 from guideload.life.rating_life import failure_probability
 from guideload.study import statistics
@@ -45,6 +46,9 @@ class StudyResult(StudyColumns):
     def __repr__(self) -> str:
         head = f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, finished={self.finished}"
         return f"{head}, {' '.join(self.doubts) or self.second_look_text})"
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self), self.summary())
 
     @classmethod
     @checked
