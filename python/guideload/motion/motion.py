@@ -131,6 +131,11 @@ class Motion:
                 raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
 
     @property
+    def excitation(self) -> Motion:
+        """What acts on the body, without the histories that do not."""
+        return Motion(self.time, self.acceleration, wrench=self.wrench)
+
+    @property
     def usable_bandwidth(self) -> float:
         """Frequency [Hz] up to which the motion shows accelerations; inf if it is known exactly."""
         return np.inf if self.exact else usable_bandwidth(self.time, self.bandwidth)
@@ -301,9 +306,7 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
     histories: dict[str, Any] = {}
     for name in HISTORIES:
         if (history := getattr(motion, name)) is not None:
-            flat = history.reshape(history.shape[0], -1)
-            values = with_last(flat[first] + share * (flat[first + 1] - flat[first]), flat)
-            histories[name] = values.reshape(-1, *history.shape[1:])
+            histories[name] = _between(history, first, shares)
     if motion.velocity is not None and motion.position is not None:
         h = np.diff(motion.time)[first, None]
         (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
@@ -323,6 +326,17 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
         uncertainty=uncertainty,
         **histories,
     )
+
+
+def _between(history: Array, first: NDArray[np.int64], shares: Array) -> Array:
+    """Values at shares of the intervals that begin with `first`, and the last one."""
+    values = np.zeros((first.size + 1, *history.shape[1:]))
+    columns, flat = values.reshape(first.size + 1, -1), history.reshape(history.shape[0], -1)
+    for k in np.flatnonzero(flat.any(axis=0)):  # mostly one of three: the others are quickly zero
+        column = flat[:, k]
+        columns[:-1, k] = column[first] + shares * np.diff(column)[first]
+    columns[-1] = flat[-1]
+    return values
 
 
 def usable_bandwidth(time: Array, bandwidth: float) -> float:

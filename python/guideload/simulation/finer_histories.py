@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
+from guideload.motion.motion import Motion
 from guideload.simulation.instants import fastest_vibration, limited, slowest_vibration, with_parts
 from guideload.simulation.run import Run
 
@@ -163,15 +164,8 @@ def _bows(run: Run, at: NDArray[np.intp]) -> tuple[Array, float, float]:
         first = np.array(stretches.first)
         stretches = replace(stretches, first=tuple((first + np.searchsorted(at, first)).tolist()))
     wrench = None if motion.wrench is None else with_places(motion.wrench)
-    solution = (stretches or run.machine.scene).solve(
-        with_places(motion.time),
-        with_places(motion.acceleration),
-        wrench,
-        method=run.method,
-        rtol=run.rtol,
-        start=run.start,
-    )
-    loads = run.link_loads(solution=solution)
+    finer = Motion(with_places(motion.time), with_places(motion.acceleration), wrench=wrench)
+    loads = run.link_loads(solution=run.solved(finer, stretches))
     inside = at + 1 + np.arange(at.size)
     line = (1.0 - PLACE) * loads[inside - 1] + PLACE * loads[inside + 1]
     bow = np.zeros(motion.time.size - 1)

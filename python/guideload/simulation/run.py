@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
 from guideload.simulation.feet import Feet
-from guideload.simulation.instants import with_enough_instants
+from guideload.simulation.instants import STEP, fastest_vibration, with_enough_instants
 from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
@@ -62,21 +62,41 @@ class Run:
     @cached_property
     def solution(self) -> Solution:
         """The solution under the motion."""
-        return self.solution_under(self.motion.acceleration)
+        return self.solved(self.motion, self.stretches)
 
     def solution_under(self, acceleration: Array) -> Solution:
         """The solution under another acceleration (n, 3) [m/s2] at the samples of the motion."""
-        return self.scene.solve(
-            self.motion.time,
-            acceleration,
-            self.motion.wrench,
+        return self.solved(replace(self.motion, acceleration=acceleration), self.stretches)
+
+    def solved(self, motion: Motion, stretches: Stretches | None) -> Solution:
+        """The solution under another motion, with its stretches between changes of payload.
+
+        Of a machine with contacts, exact steps are not longer than a sixth of a period: to find all contact changes in
+        a longer one takes longer than the shorter ones.
+        """
+        times = self.times
+        if times is None and self.has_long_steps and np.all(np.diff(motion.time) > 0.0):
+            times = motion.time
+            motion, stretches = with_enough_instants(self.machine, motion.excitation, stretches)
+        return (stretches or self.machine.scene).solve(
+            motion.time,
+            motion.acceleration,
+            motion.wrench,
             method=self.method,
             rtol=self.rtol,
             step=self.step,
-            times=self.times,
+            times=times,
             start=self.start,
             travel=self.travel,
         )
+
+    @cached_property
+    def has_long_steps(self) -> bool:
+        """Whether exact steps of a machine with contacts last longer than a sixth of a period."""
+        if self.method != "exact" or self.machine.model_level == "linear":
+            return False
+        longest = float(np.diff(self.sample_times).max(initial=0.0))
+        return longest * fastest_vibration(self.machine) > STEP
 
     def extremes(self, dynamic: bool = False) -> list[Array] | None:
         """Smallest and largest loads of the carriages at any time, and their times [s], each (carriage, 8).
@@ -89,7 +109,7 @@ class Run:
             return None
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
-            motion, stretches = with_enough_instants(machine, motion, stretches)
+            motion, stretches = with_enough_instants(machine, motion.excitation, stretches)
         groups, places = machine.links_of_carriages, machine.carriage_places
         return (stretches or machine.scene).peaks(
             motion.time,

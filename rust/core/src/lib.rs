@@ -155,6 +155,8 @@ pub use output::{
 };
 
 #[cfg(feature = "std")]
+pub use excitation::repeated_lengths;
+#[cfg(feature = "std")]
 pub use output::{ReferenceMotion, Watched};
 
 // Judge: the equivalent load of a carriage over its travel.

@@ -1,11 +1,12 @@
 //! Conversion of NumPy arrays, names and errors.
 
 use core::ops::Range;
+use std::sync::OnceLock;
 
 use guideload::sensitivity::SensitivityError;
 use guideload::{
     BatchError, ChangeError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError,
-    SceneError, Start, Stopped,
+    SceneError, Start, Stopped, repeated_lengths,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{
@@ -293,6 +294,8 @@ pub struct Samples {
     pub time: Vec<f64>,
     pub acceleration: Vec<[f64; 3]>,
     pub wrench: Option<Vec<[f64; 6]>>,
+    /// Of the intervals, where they recur; see [`repeated_lengths`].
+    lengths: OnceLock<Vec<f64>>,
 }
 
 impl Samples {
@@ -303,6 +306,7 @@ impl Samples {
     ) -> PyResult<Self> {
         Ok(Self {
             time: numbers(time, "time")?,
+            lengths: OnceLock::new(),
             acceleration: rows(acceleration, "acceleration")?,
             wrench: wrench.map(|wrench| rows(wrench, "wrench")).transpose()?,
         })
@@ -317,7 +321,8 @@ impl Samples {
         let length = self.acceleration.len();
         let wrench = self.wrench.as_ref().map(|wrench| &wrench[..]);
         if part == (0..self.time.len()) {
-            return Ok(Excitation::new(&self.time, &self.acceleration, wrench)?);
+            let excitation = Excitation::new(&self.time, &self.acceleration, wrench)?;
+            return Ok(excitation.with_repeated_lengths(|| self.lengths()));
         }
         if part.end > usize::min(self.time.len(), length)
             || wrench.is_some_and(|wrench| wrench.len() < part.end)
@@ -326,7 +331,13 @@ impl Samples {
             return Err(ExcitationError::Length { field, expected, got }.into());
         }
         let wrench = wrench.map(|wrench| &wrench[part.clone()]);
-        Ok(Excitation::new(&self.time[part.clone()], &self.acceleration[part], wrench)?)
+        let excitation = Excitation::new(&self.time[part.clone()], &self.acceleration[part.clone()], wrench)?;
+        let intervals = part.start..part.end.saturating_sub(1);
+        Ok(excitation.with_repeated_lengths(|| self.lengths().get(intervals).unwrap_or_default()))
+    }
+
+    fn lengths(&self) -> &[f64] {
+        self.lengths.get_or_init(|| repeated_lengths(&self.time).unwrap_or_default())
     }
 }
 

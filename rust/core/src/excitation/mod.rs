@@ -1,12 +1,16 @@
 //! Excitation: acceleration of L and external load, given by samples and linear between them (first-order hold).
 //!
-//! `forcing`: the modal force that an excitation makes on a system. `riding`: the motion of riders.
+//! `forcing`: the modal force that an excitation makes on a system. `repeated`: lengths of intervals that recur. `riding`: the motion of riders.
 
 mod forcing;
+#[cfg(feature = "std")]
+mod repeated;
 mod riding;
 
 pub use forcing::Ramp;
 pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
+#[cfg(feature = "std")]
+pub use repeated::repeated_lengths;
 pub(crate) use riding::travel_after;
 pub use riding::{Instant, MAX_RIDERS, RiderMotion};
 
@@ -25,8 +29,18 @@ enum Knots<'a> {
         start: f64,
         step: f64,
     },
-    /// Explicit times, with their step if they are uniform to within rounding.
-    At(&'a [f64], Option<f64>),
+    /// Explicit times.
+    At(&'a [f64], Spacing<'a>),
+}
+
+/// Distances of explicit times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Spacing<'a> {
+    /// The step of times that are uniform to within rounding.
+    Uniform(f64),
+    /// The lengths of the intervals, of which many are the same, see [`repeated_lengths`].
+    Repeated(&'a [f64]),
+    Any,
 }
 
 /// Acceleration of L and external load over time.
@@ -65,6 +79,17 @@ impl<'a> Excitation<'a> {
             });
         }
         Self { knots: knots(time), acceleration, wrench, riders: &[] }.checked()
+    }
+
+    /// If the times are uneven, with the lengths of the intervals, from [`repeated_lengths`]; as it is if that gives none.
+    #[cfg(feature = "std")]
+    pub fn with_repeated_lengths(self, lengths: impl FnOnce() -> &'a [f64]) -> Self {
+        let Knots::At(time, Spacing::Any) = self.knots else { return self };
+        let lengths = lengths();
+        if lengths.len() + 1 != time.len() {
+            return self;
+        }
+        Self { knots: Knots::At(time, Spacing::Repeated(lengths)), ..self }
     }
 
     /// Samples every `step` s from `start` s on; only the accelerations need to be stored.
@@ -106,7 +131,12 @@ impl<'a> Excitation<'a> {
         let knots = match self.knots {
             _ if samples.len() == self.count() => self.knots,
             Knots::Every { start, step } => Knots::Every { start: start + step * samples.start as f64, step },
-            Knots::At(time, _) => knots(&time[samples.clone()]),
+            Knots::At(time, spacing) => match (knots(&time[samples.clone()]), spacing) {
+                (Knots::At(part, Spacing::Any), Spacing::Repeated(lengths)) => {
+                    Knots::At(part, Spacing::Repeated(&lengths[samples.start..samples.end - 1]))
+                }
+                (part, _) => part,
+            },
         };
         let wrench = self.wrench.map(|wrench| &wrench[samples.clone()]);
         Self { knots, acceleration: &self.acceleration[samples], wrench, riders: &[] }
@@ -138,8 +168,9 @@ impl<'a> Excitation<'a> {
     #[cfg_attr(feature = "std", inline(always))]
     pub fn interval(&self, k: usize) -> f64 {
         match self.knots {
-            Knots::Every { step, .. } | Knots::At(_, Some(step)) => step,
-            Knots::At(time, None) => time[k + 1] - time[k],
+            Knots::Every { step, .. } | Knots::At(_, Spacing::Uniform(step)) => step,
+            Knots::At(_, Spacing::Repeated(lengths)) => lengths[k],
+            Knots::At(time, Spacing::Any) => time[k + 1] - time[k],
         }
     }
 
@@ -316,7 +347,7 @@ fn check_order(time: &[f64]) -> Result<(), ExcitationError> {
 fn knots(time: &[f64]) -> Knots<'_> {
     let count = time.len();
     if count < 2 {
-        return Knots::At(time, None);
+        return Knots::At(time, Spacing::Any);
     }
     let (start, end) = (time[0], time[count - 1]);
     let step = (end - start) / (count - 1) as f64;
@@ -326,5 +357,5 @@ fn knots(time: &[f64]) -> Knots<'_> {
     let on_grid = |(k, t): (u32, &f64)| (start + step * f64::from(k) - t).abs() <= rounding;
     // With a step of two roundings or less a jump could pass for two samples apart.
     let uniform = step > 2.0 * rounding && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
-    Knots::At(time, uniform.then_some(step))
+    Knots::At(time, if uniform { Spacing::Uniform(step) } else { Spacing::Any })
 }

@@ -172,7 +172,11 @@ impl Record for Peaks<'_> {
             since -= excitation.interval(sample);
             sample += 1;
         }
+        // At a sample but for rounding: there is no piece in between.
         let time = excitation.time(sample) + since;
+        if since <= 4.0 * f64::EPSILON * time.abs() && !self.between.jumps_at([Some((sample, since)), None]) {
+            since = 0.0;
+        }
         let input = if self.needs_input { excitation.input_at(time) } else { NO_INPUT };
         self.add(time, Some((sample, since)), state, &input);
     }
