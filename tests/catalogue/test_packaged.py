@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import statistics
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,13 @@ import pytest
 from machines import machine
 
 from guideload.base.errors import ConfigError, ValueRefused
+from guideload.base.toml import tomllib
 from guideload.catalogue import packaged
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.packaged import packaged_catalogue, packaged_product
 from guideload.catalogue.product import Product
 from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 FACTS_OF_USER = {
     "name": "p",
