@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import statistics
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,13 @@ import pytest
 from machines import machine
 
 from guideload.base.errors import ConfigError, ValueRefused
+from guideload.base.toml import tomllib
 from guideload.catalogue import packaged
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.packaged import packaged_catalogue, packaged_product
 from guideload.catalogue.product import Product
 from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 FACTS_OF_USER = {
     "name": "p",
@@ -213,16 +208,19 @@ def test_unknown_names_tell_a_near_one() -> None:
 
 # ---- machines that name packaged products
 
+TABLE: dict[str, Any] = {"rail": "1", "damping_y": 1e4, "damping_z": 1e4}
+
 
 def named(product: str, preload_class: str | None = None, **keys: object) -> Machine:
     """A machine on two carriages of one rail, which name a product."""
-    tables = [
-        {"name": name, "rail": "1", "x": x, "damping_y": 1e4, "damping_z": 1e4, "product": product}
-        | ({} if preload_class is None else {"preload_class": preload_class})
-        | keys
-        for name, x in (("a", -0.2), ("b", 0.2))
-    ]
-    return machine(*tables)  # type: ignore[arg-type]
+    table = TABLE | {"product": product, "preload_class": preload_class} | keys
+    return machine(*(table | {"name": name, "x": x} for name, x in (("a", -0.2), ("b", 0.2))))  # type: ignore[arg-type]
+
+
+def alone(product: str, preload_class: str | None = None, products: Any = (), **keys: object) -> Carriage:
+    """A carriage that names a product, on a machine that cannot rotate."""
+    table = TABLE | {"name": "a", "x": 0.0, "product": product, "preload_class": preload_class} | keys
+    return machine(table, products=products, free=["y", "z"]).carriages[0]  # type: ignore[arg-type]
 
 
 def test_a_machine_takes_law_length_and_width_from_a_packaged_product() -> None:
@@ -250,20 +248,7 @@ def test_every_packaged_product_carries_a_machine() -> None:
 
 def test_own_values_win() -> None:
     own = {**FACTS_OF_USER, "name": "HGH25CA"}
-    built = machine(
-        {
-            "name": "a",
-            "rail": "1",
-            "x": 0.0,
-            "damping_y": 1e4,
-            "damping_z": 1e4,
-            "product": "HGH25CA",
-            "width": 0.02,
-        },
-        products=[own],
-        free=["y", "z"],
-    )
-    assert [one.maker for one in built.products] == ["mine"] and built.carriages[0].stiffness_y == 1e8
+    assert alone("HGH25CA", products=[own], width=0.02).stiffness_y == 1e8
     carriage = named("HGW25CC", "ZA", stiffness_y="50 N/um", width="30 mm").carriages[0]
     assert (carriage.stiffness_y, carriage.width) == (5e7, 0.03)
     estimate = packaged_product("HGW25CC").stiffness_estimate("ZA")
@@ -272,12 +257,7 @@ def test_own_values_win() -> None:
     assert (
         named("HGW25CC", "ZA", stiffness_y="50 N/um", stiffness_roll="1 kN m/rad").carriages[0].width is None
     )
-    assert one_of_two_rails(stiffness_y="50 N/um").width is None
-
-
-def one_of_two_rails(**keys: object) -> Carriage:
-    keys = {"rail": "1", "x": 0.0, "damping_y": 1e4, "damping_z": 1e4, "name": "a"} | keys
-    return machine({**keys, "product": "HGW25CC", "preload_class": "ZA"}, free=["y", "z"]).carriages[0]  # type: ignore[arg-type]
+    assert alone("HGW25CC", "ZA", stiffness_y="50 N/um").width is None
 
 
 @pytest.mark.parametrize(
@@ -298,6 +278,5 @@ def test_a_product_without_stiffness_names_what_an_estimate_lacks() -> None:
     mine = {key: value for key, value in FACTS_OF_USER.items() if key != "preload_classes"}
     for classes_, words in (([], "preload_classes"), ([{"name": "A"}], "share_of_C of A")):
         with pytest.raises(ConfigError) as caught:
-            table = {"name": "a", "rail": "1", "x": 0.0, "damping_y": 1e4, "damping_z": 1e4, "product": "p"}
-            machine(table, products=[{**mine, "preload_classes": classes_}], free=["y", "z"])  # type: ignore[arg-type]
+            alone("p", products=[{**mine, "preload_classes": classes_}])
         assert len(caught.value.problems) == 1 and f"add {words} to its record" in str(caught.value)

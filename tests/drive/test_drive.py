@@ -6,20 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import link
+from machines import link, table
 from moves import BRISK
 from reference import cart, cart_clear, preloaded
 
 from guideload import (
     ArgumentError,
     Body,
-    Carriage,
     ConfigError,
     Drive,
     Friction,
     Machine,
     Motion,
-    Rail,
     simulate,
 )
 from guideload.drive import DriveRequirements, drive_requirements
@@ -45,15 +43,8 @@ def motion(sign: float = 1.0) -> Motion:
 
 def slide(mass: float, friction: Friction, gravity: tuple[float, float, float] = (0.0, -G, 0.0)) -> Machine:
     """A point-like mass in the middle of four stiff carriages."""
-    rails = [Rail(name=name, position=(0.0, z)) for name, z in (("l", -0.2), ("r", 0.2))]
-    values = {"length": 0.05, "stiffness_y": 1e9, "stiffness_z": 1e9, "damping_y": 1e5, "damping_z": 1e5}
-    carriages = [
-        Carriage(name=f"{rail.name}{i}", rail=rail.name, x=x, **values)
-        for rail in rails
-        for i, x in enumerate((-0.3, 0.3))
-    ]
-    body = Body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.diag([1.0, 1.0, 1.0]) * mass * 0.01)
-    return Machine(body=body, rails=rails, carriages=carriages, friction=friction, gravity=gravity)
+    body = Body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.eye(3) * mass * 0.01)
+    return table(body, 0.6, 0.4, friction=friction, gravity=gravity)
 
 
 def constant(acceleration: float, speed: float) -> Motion:
@@ -69,19 +60,19 @@ def at_start(machine: Machine, move: Motion) -> float:
 
 def test_printed_forces_of_a_horizontal_table() -> None:
     """THK: 80 kg, mu 0.003, 15 N of seals, 6.67 m/s2: 550, 17, -516 N when it starts, moves evenly, stops."""
-    table = slide(80.0, Friction(coefficient=0.003, seal=15.0 / 4))
-    forces = [at_start(table, constant(a, 1.0)) for a in (6.67, 0.0, -6.67)]
+    horizontal = slide(80.0, Friction(coefficient=0.003, seal=15.0 / 4))
+    forces = [at_start(horizontal, constant(a, 1.0)) for a in (6.67, 0.0, -6.67)]
     assert forces == pytest.approx([550.0, 17.0, -516.0], abs=1.0)
 
 
 def test_printed_forces_of_a_vertical_table() -> None:
     """THK: 50 kg, 20 N of friction, 1.5 m/s2, g 9.8; up 585, 510, 435 N, down 395, 470, 545 N."""
-    table = slide(50.0, Friction(seal=5.0), gravity=(-9.8, 0.0, 0.0))
-    up = [at_start(table, constant(a, 1.0)) for a in (1.5, 0.0, -1.5)]
-    down = [at_start(table, constant(a, -1.0)) for a in (-1.5, 0.0, 1.5)]
+    vertical = slide(50.0, Friction(seal=5.0), gravity=(-9.8, 0.0, 0.0))
+    up = [at_start(vertical, constant(a, 1.0)) for a in (1.5, 0.0, -1.5)]
+    down = [at_start(vertical, constant(a, -1.0)) for a in (-1.5, 0.0, 1.5)]
     assert up == pytest.approx([585.0, 510.0, 435.0], abs=1e-6)
     assert down == pytest.approx([395.0, 470.0, 545.0], abs=1e-6)
-    assert drive_requirements(simulate(table, constant(0.0, 0.0))).holding_force == pytest.approx(490.0)
+    assert drive_requirements(simulate(vertical, constant(0.0, 0.0))).holding_force == pytest.approx(490.0)
 
 
 def geared(**changes: object) -> DriveRequirements:

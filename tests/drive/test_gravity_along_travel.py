@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from machines import table
 
 from guideload import (
     Body,
-    Carriage,
     Drive,
     Friction,
     Link,
     Machine,
     Motion,
     Moves,
-    Rail,
     frequency_response,
     simulate,
 )
@@ -31,16 +30,10 @@ RISE = Moves(
 def axis(angle: float = 90.0, **changes: object) -> Machine:
     """A table on two rails that rise by an angle [deg]; x points up the rails, its centre of mass is ARM off them."""
     up = np.radians(angle)
-    rails = [Rail(name=name, position=(0.0, z)) for name, z in (("l", -0.15), ("r", 0.15))]
-    values = {"length": 0.05, "stiffness_y": 1e8, "stiffness_z": 1e8, "damping_y": 4e4, "damping_z": 4e4}
-    carriages = [
-        Carriage(name=f"{rail.name}{end}", rail=rail.name, x=x, **values)
-        for rail in rails
-        for end, x in (("-", -REACH), ("+", REACH))
-    ]
+    keys = {"stiffness_y": 1e8, "stiffness_z": 1e8, "damping_y": 4e4, "damping_z": 4e4}
     body = Body(mass=MASS, center_of_mass=(0.0, ARM, 0.0), inertia=np.eye(3) * 0.5)
     gravity = (-G * np.sin(up), -G * np.cos(up), 0.0)
-    return Machine(body=body, rails=rails, carriages=carriages, gravity=gravity, **changes)
+    return table(body, 2.0 * REACH, 0.3, gravity=gravity, **keys, **changes)
 
 
 def pairs() -> float:

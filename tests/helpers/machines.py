@@ -36,3 +36,29 @@ def machine(*carriages: Carriage, **changes: Any) -> Machine:
     rails = [Rail(name="1", position=(0.05, -0.35))]
     values = {"body": body(), "rails": rails, "carriages": carriages or [carriage()]}
     return Machine(**(values | changes))
+
+
+def table(body: Body, spacing: float, gauge: float, middle: Any = (0.0, 0.0, 0.0), **changes: Any) -> Machine:
+    """A body on two rails `gauge` [m] apart, each with two stiff short carriages `spacing` [m] apart.
+
+    middle: m from L, of the four carriages. changes: of all carriages, or of the machine.
+    """
+    x, y, z = middle
+    keys: dict[str, Any] = {"length": 0.05, "stiffness_y": 1e9, "stiffness_z": 1e9}
+    keys |= {"damping_y": 1e5, "damping_z": 1e5}
+    keys |= {key: changes.pop(key) for key in keys.keys() & changes.keys()}
+    rails = [Rail(name=side, position=(y, z + 0.5 * sign * gauge)) for side, sign in (("l", -1), ("r", 1))]
+    carriages = [
+        Carriage(name=f"{rail.name}{end}", rail=rail.name, x=x + 0.5 * sign * spacing, **keys)
+        for rail in rails
+        for end, sign in (("-", -1), ("+", 1))
+    ]
+    return Machine(body=body, rails=rails, carriages=carriages, **changes)
+
+
+def bouncing(mass: float, stiffness: float, damping: float, **changes: Any) -> Machine:
+    """A mass that moves along y alone, on one carriage; changes: of the carriage."""
+    keys = {"stiffness_y": stiffness, "stiffness_z": stiffness, "damping_y": damping, "damping_z": damping}
+    block = body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.eye(3))
+    rails = [Rail(name="1", position=(0.0, 0.0))]
+    return machine(carriage(**(keys | changes)), body=block, rails=rails, free=("y",))

@@ -135,6 +135,11 @@ def written(folder: Path, **columns: Any) -> Path:
     return file
 
 
+def log(folder: Path, time: np.ndarray, position: np.ndarray) -> Path:
+    """A file of an axis whose encoder counts micrometres."""
+    return written(folder, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+
+
 @pytest.mark.parametrize("stamps", ["seconds", "dates", "cycles", "none"])
 def test_blocks_together_are_the_motion_of_the_whole_file(tmp_path: Path, stamps: str) -> None:
     """A smoothing that reaches less far than the margin is the same; and so are the stamps, however they count."""
@@ -170,7 +175,7 @@ def test_damaged_stamps_where_blocks_meet_lose_no_other_sample(tmp_path: Path, d
     time, position = recorded()
     bound = np.linspace(0, COUNT, 4).astype(int)[1]
     time[bound] = np.nan if damage == "empty" else time[bound] - 3.0
-    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    file = log(tmp_path, time, position)
     blocks = list(motion_blocks(file, rows=ROWS, repair="all"))
     joined = np.concatenate([blocks[0].time, *(block.time[1:] for block in blocks[1:])])
     np.testing.assert_allclose(joined, np.delete(time, bound), rtol=0.0, atol=1e-9)
@@ -181,16 +186,16 @@ def test_a_clock_that_is_set_back_is_refused(tmp_path: Path, row: int) -> None:
     """A repair moves all later rows, which later blocks would not know."""
     time, position = recorded()
     time[row:] -= 3.0
-    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    file = log(tmp_path, time, position)
     with pytest.raises(TraceError, match="set back within rows"):
         list(motion_blocks(file, rows=ROWS, repair="all"))
 
 
 def test_a_record_that_stands_still_for_whole_blocks(tmp_path: Path) -> None:
     time, position = recorded()
-    position = np.where(time < 12.0, position[0], np.round(position / 1e-6) * 1e-6)
     run = LongRun(cart())
-    for block in motion_blocks(written(tmp_path, **{"t [s]": time, "x [m]": position}), rows=ROWS):
+    still = np.where(time < 12.0, position[0], position)
+    for block in motion_blocks(log(tmp_path, time, still), rows=ROWS):
         run.add(block)
     assert run.samples == COUNT
     assert run.blocks[0].distance == pytest.approx(0.0, abs=1e-9)
@@ -212,18 +217,9 @@ def test_without_ratings_or_travel_there_is_no_life() -> None:
 def test_the_command_prints_the_answer_and_writes_the_table(tmp_path: Path) -> None:
     time, position = recorded()
     time[2 * ROWS] = np.nan
-    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
-    arguments = (
-        "long-run",
-        MACHINE,
-        file,
-        "--rows",
-        ROWS,
-        "--repair",
-        "empty",
-        "-o",
-        tmp_path / "blocks.csv",
-    )
+    file = log(tmp_path, time, position)
+    options = ("--rows", ROWS, "--repair", "empty", "-o", tmp_path / "blocks.csv")
+    arguments = ("long-run", MACHINE, file, *options)
     done = guideload(*arguments)
     assert f"{COUNT - 1} samples" in done.output
     assert f"left out, row {2 * ROWS + 1}" in done.output
@@ -236,7 +232,7 @@ def test_the_command_prints_the_answer_and_writes_the_table(tmp_path: Path) -> N
 def test_the_values_before_a_block_that_fails_are_not_lost(tmp_path: Path) -> None:
     time, position = recorded()
     time[2 * ROWS :] -= 3.0
-    file = written(tmp_path, **{"t [s]": time, "x [m]": np.round(position / 1e-6) * 1e-6})
+    file = log(tmp_path, time, position)
     table = tmp_path / "blocks.csv"
     options = ("--rows", ROWS, "--repair", "all", "-o", table)
     done = guideload("long-run", MACHINE, file, *options, code=2)

@@ -34,6 +34,12 @@ def carriage(**keys: Any) -> Carriage:
     return Carriage(**{**KEYS, **keys})
 
 
+def on_it(one: Carriage, **changes: Any) -> Machine:
+    """50 kg on one carriage, centred in L."""
+    block = body(mass=50.0, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3))
+    return Machine(body=block, rails=[Rail(name="1", position=(0.0, 0.0))], carriages=[one], **changes)
+
+
 @pytest.mark.parametrize(
     "keys",
     [
@@ -67,12 +73,7 @@ def test_series_stiffness_frequency_and_tilting_of_a_machine() -> None:
     """k/(1 + k c) along y; the distances of stated stiffnesses are those of the carriage alone."""
     stiffness, roll = 2e8, 3e4
     one = carriage(stiffness_y=stiffness, compliance_y=COMPLIANCE, stiffness_roll=roll)
-    machine = Machine(
-        body=body(mass=50.0, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3)),
-        rails=[Rail(name="1", position=(0.0, 0.0))],
-        carriages=[one],
-        free=("y",),
-    )
+    machine = on_it(one, free=("y",))
     series = stiffness / (1.0 + stiffness * COMPLIANCE)
     assert Modes.of(machine).frequency == pytest.approx(np.sqrt(series / 50.0) / (2.0 * np.pi), rel=1e-12)
     (_, _, matrix), _ = machine.scene.matrices()
@@ -83,12 +84,7 @@ def test_damping_is_that_of_a_maxwell_chain_to_first_order() -> None:
     """Spring and damper of the carriage in series with the structure's spring: the exact decay of a light mass."""
     stiffness, damping, mass = 2e8, 2e2, 50.0
     one = carriage(stiffness_y=stiffness, damping_y=damping, compliance_y=COMPLIANCE)
-    machine = Machine(
-        body=body(mass=mass, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3)),
-        rails=[Rail(name="1", position=(0.0, 0.0))],
-        carriages=[one],
-        free=("y",),
-    )
+    machine = on_it(one, free=("y",))
     # State: body y, v and the carriage's deflection e; structure force (y - e)/c = k e + b e'.
     flow = np.array(
         [
@@ -109,11 +105,7 @@ def test_preloaded_laws_are_refused_with_the_way_out() -> None:
 
 
 def test_studies_refuse_a_stiffness_in_series_and_vary_its_damping() -> None:
-    machine = Machine(
-        body=body(mass=50.0, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3)),
-        rails=[Rail(name="1", position=(0.0, 0.0))],
-        carriages=[carriage(stiffness_y=2e8, compliance_y="4 um/kN", width="30 mm")],
-    )
+    machine = on_it(carriage(stiffness_y=2e8, compliance_y="4 um/kN", width="30 mm"))
     time = np.linspace(0.0, 0.02, 41)
     motion = Motion.along_x(time, np.sin(300.0 * time))
 

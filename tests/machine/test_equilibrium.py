@@ -19,17 +19,9 @@ def between_carriages(other_side: float) -> Machine:
     stiff, soft = 2e8, other_side * 2e8
     rails = [Rail(name="left", position=(0.0, -0.25)), Rail(name="right", position=(0.0, 0.25))]
     sides = {"left": {"positive": soft, "negative": stiff}, "right": {"positive": stiff, "negative": soft}}
+    keys = {"length": 0.04, "stiffness_z": 2e8, "damping_y": 1e4, "damping_z": 1e4}
     carriages = [
-        Carriage(
-            name=rail,
-            rail=rail,
-            x=x,
-            length=0.04,
-            stiffness_y=sides[rail],
-            stiffness_z=2e8,
-            damping_y=1e4,
-            damping_z=1e4,
-        )
+        Carriage(name=rail, rail=rail, x=x, stiffness_y=sides[rail], **keys)
         for rail, x in (("left", 0.3), ("right", -0.3))
     ]
     body = Body(mass=800.0, center_of_mass=(-0.01, 1.6, -1.4), inertia=np.diag([90.0, 120.0, 75.0]).tolist())

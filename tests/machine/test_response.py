@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import machines
 import numpy as np
 import pandas as pd
 import pytest
 from command_line import MACHINE, guideload, refused
-from machines import body, carriage, machine
 from reference import cart, cart_clear
 
 from guideload import (
@@ -16,7 +16,6 @@ from guideload import (
     Machine,
     Motion,
     PointOfInterest,
-    Rail,
     frequency_response,
     plots,
     simulate,
@@ -33,10 +32,7 @@ def with_points(base: Machine) -> Machine:
 
 def bouncing(**changes: object) -> Machine:
     """A mass that moves along y alone."""
-    values = {"stiffness_y": STIFFNESS, "stiffness_z": STIFFNESS, "damping_y": DAMPING, "damping_z": DAMPING}
-    spring = carriage(**(values | changes))
-    mass = body(mass=MASS, center_of_mass=(0, 0, 0), inertia=np.eye(3))
-    return with_points(machine(spring, body=mass, rails=[Rail(name="1", position=(0.0, 0.0))], free=("y",)))
+    return with_points(machines.bouncing(MASS, STIFFNESS, DAMPING, **changes))
 
 
 def test_one_degree_of_freedom() -> None:

@@ -28,11 +28,14 @@ def with_payload() -> Machine:
     return ref.cart().model_copy(update={"payloads": (part,)})
 
 
-@pytest.mark.parametrize("rate", [100, 200, 500, 1000])
-@pytest.mark.parametrize(
+every_machine = pytest.mark.parametrize(
     ("machine", "error"),
     [(ref.cart, 1e-10), (ref.cart_clear, 1e-10), (with_payload, 1e-10), (ref.preloaded, 1e-5)],
 )
+
+
+@pytest.mark.parametrize("rate", [100, 200, 500, 1000])
+@every_machine
 def test_peaks_at_any_rate_are_the_same(machine: Callable[[], Machine], error: float, rate: int) -> None:
     coarse, dense = (peak_loads(machine(), sampled(each)) for each in (rate, 10_000))
     for size, of in (("largest", slice(0, 8)), ("smallest", slice(0, 6))):
@@ -40,10 +43,7 @@ def test_peaks_at_any_rate_are_the_same(machine: Callable[[], Machine], error: f
         assert np.abs(mine - theirs).max() <= error * np.abs(theirs).max()
 
 
-@pytest.mark.parametrize(
-    ("machine", "error"),
-    [(ref.cart, 1e-10), (ref.cart_clear, 1e-10), (with_payload, 1e-10), (ref.preloaded, 1e-5)],
-)
+@every_machine
 def test_so_are_those_of_a_motion_given_by_its_corners(machine: Callable[[], Machine], error: float) -> None:
     """Intervals of many periods, beside short ones."""
     corners, dense = (
@@ -54,10 +54,7 @@ def test_so_are_those_of_a_motion_given_by_its_corners(machine: Callable[[], Mac
 
 
 @pytest.mark.parametrize("rate", [100, 500])
-@pytest.mark.parametrize(
-    ("machine", "error"),
-    [(ref.cart, 1e-10), (ref.cart_clear, 1e-10), (with_payload, 1e-10), (ref.preloaded, 1e-5)],
-)
+@every_machine
 def test_so_are_those_of_studies(machine: Callable[[], Machine], error: float, rate: int) -> None:
     """Drive force and largest resultants of each sample; stiffness scatters, and with it the fastest vibration."""
     cases = {"body.mass": [1000.0, 1400.0], "carriages[1a].stiffness_y [N/um]": [150.0, 80.0]}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import reference as ref
 
-from guideload import Body, Link, Machine, Motion, simulate
+from guideload import Machine, Motion, simulate
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.machine.payloads import Payload
 
@@ -25,21 +25,11 @@ def carrying(machine: Machine, *payloads: Payload) -> Machine:
     return machine.model_copy(update={"payloads": payloads})
 
 
-def one_dof(**payloads: Any) -> Machine:
-    """20 kg on one vertical spring of 80 kN/m and a damper of 200 N s/m."""
-    up = Link(name="spring", point=(0.0, 0.0, 0.0), direction=(0.0, 1.0, 0.0), stiffness=8e4, damping=200.0)
-    body = Body(mass=20.0, center_of_mass=(0.0, 0.0, 0.0), inertia=INERTIA)
-    return Machine(body=body, links=[up], free=("y",), **payloads)
-
-
-def still(duration: float, rate: float = 1000.0) -> Motion:
-    time = np.arange(int(duration * rate) + 1) / rate
-    return Motion.along_x(time, np.zeros(time.size))
-
-
 def test_a_payload_picked_up_at_rest_gives_the_step_response_of_the_textbook():
     part = payload(mass=5.0, center_of_mass=(0.0, 0.0, 0.0), times=[(0.1, 9.0)])
-    result = simulate(one_dof(payloads=[part]), still(1.0))
+    spring = ref.translating(20.0, [("y", (0.0, 1.0, 0.0), 8e4, 200.0)])
+    still = Motion.along_x(np.arange(1001) / 1000.0, np.zeros(1001))
+    result = simulate(carrying(spring, part), still)
     time, load = result.quantities["time"], result.quantities["link_load"][:, 0]
     elastic = result.quantities["link_load_elastic"][:, 0]
     after = np.flatnonzero(time == 0.1)[1]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import machines
 import numpy as np
 import pytest
-from machines import body, carriage, machine
 from reference import cart, cart_clear, cycle
 
-from guideload import ArgumentError, Machine, Motion, PointOfInterest, Rail, Result, simulate
+from guideload import ArgumentError, Machine, Motion, PointOfInterest, Result, simulate
 from guideload.base.errors import ReadError
 from guideload.html_report import run_page
 from guideload.reports.run import result_report
@@ -26,10 +26,7 @@ def with_points(base: Machine, *places: tuple[float, float, float], window: floa
 
 def bouncing(window: float | None = None, place: tuple[float, float, float] = (0.3, 0.2, 0.1)) -> Machine:
     """A mass that moves along y alone."""
-    spring = carriage(stiffness_y=STIFFNESS, stiffness_z=STIFFNESS, damping_y=DAMPING, damping_z=DAMPING)
-    mass = body(mass=MASS, center_of_mass=(0, 0, 0), inertia=np.eye(3))
-    rails = [Rail(name="1", position=(0.0, 0.0))]
-    return with_points(machine(spring, body=mass, rails=rails, free=("y",)), place, window=window)
+    return with_points(machines.bouncing(MASS, STIFFNESS, DAMPING), place, window=window)
 
 
 def braked(rest: float = 0.5) -> Motion:

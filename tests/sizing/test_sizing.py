@@ -32,11 +32,12 @@ from guideload.base.number_text import digits
 from guideload.base.warnings import WarningText
 from guideload.cli.inputs import EXAMPLES
 from guideload.drive import drive_requirements
+from guideload.machine.bodies import joined
 from guideload.machine.drive import Drive
 from guideload.machine.modes import Modes
 from guideload.reports.report import Table
 from guideload.reports.sizing import limit_report, sizing_report
-from guideload.sizing import largest, size
+from guideload.sizing import Sizing, largest, size
 from guideload.sizing.limits import at_pace, with_payload
 from guideload.sizing.requirements import margins_of
 from guideload.sizing.size import with_product
@@ -75,13 +76,13 @@ CATALOGUE = Catalogue(
 
 
 @pytest.fixture(scope="module")
-def sized() -> object:
+def sized() -> Sizing:
     return size(cart(), MOTION, CATALOGUE, conditions=WANTED)
 
 
-def test_every_candidate_is_a_run_of_its_own(sized: object) -> None:
+def test_every_candidate_is_a_run_of_its_own(sized: Sizing) -> None:
     """Life, safety and first mode are those of a machine with this product."""
-    for one in sized.candidates[:-1]:  # type: ignore[attr-defined]
+    for one in sized.candidates[:-1]:
         machine = with_product(cart(), one.product, one.preload_class)
         life = life_of(simulate(machine, MOTION), WANTED)
         assert one.life.machine == life.machine
@@ -90,19 +91,20 @@ def test_every_candidate_is_a_run_of_its_own(sized: object) -> None:
         assert one.holds == (life.machine >= 2e6 and life.weakest.static.safety >= 3.0)
 
 
-def test_ranked_by_the_rating_for_one_distance(sized: object) -> None:
+def test_ranked_by_the_rating_for_one_distance(sized: Sizing) -> None:
     """A rating counts for the same travel; what cannot be run is last and says why."""
-    names = [one.name for one in sized.candidates]  # type: ignore[attr-defined]
+    names = [one.name for one in sized.candidates]
     assert names == ["small Z0", "middle", "middle of 50 km", "large Z0", "large Z1", "unrated"]
-    same = sized.candidates[1:3]  # type: ignore[attr-defined]
+    same = sized.candidates[1:3]
     assert same[0].life.machine == pytest.approx(same[1].life.machine, rel=1e-12)
-    assert "rating" in sized.candidates[-1].reason  # type: ignore[attr-defined]
-    first = sized.smallest  # type: ignore[attr-defined]
-    assert first.holds and not any(one.holds for one in sized.candidates if one.size < first.size)  # type: ignore[attr-defined]
-    assert list(sized.table().index) == names  # type: ignore[attr-defined]
+    assert "rating" in sized.candidates[-1].reason
+    first = sized.smallest
+    assert first is not None and first.holds
+    assert not any(one.holds for one in sized.candidates if one.size < first.size)
+    assert list(sized.table().index) == names
 
 
-def test_the_next_smaller_product_is_named_with_its_best_class(sized: Any) -> None:
+def test_the_next_smaller_product_is_named_with_its_best_class(sized: Sizing) -> None:
     """Of the products in the table that are smaller, the largest, and of its classes the one that comes nearest."""
     wanted = 1.01 * max(one.life.weakest.static.safety for one in sized.candidates if one.life is not None)
     largest_one = product("largest", 9e4, static_moments={key: 50 * value for key, value in MOMENTS.items()})
@@ -133,11 +135,11 @@ def test_damping_ratios_stay() -> None:
 
 
 @pytest.mark.parametrize("quantity", ["pace", "payload", "overhang"])
-def test_limits_are_where_a_requirement_fails(quantity: str) -> None:
+def test_limits_are_where_a_requirement_fails(quantity: Any) -> None:
     """At the limit all requirements are met; a thousandth beyond it the named one is not."""
     machine = with_product(cart(), CATALOGUE["large"], "Z0")
     places: dict[str, Any] = {"payload": {"at": (0.3, 0.2, 0.1)}, "overhang": {"direction": (0, 0, 1)}}
-    limit = largest(machine, MOTION, quantity, conditions=WANTED, **places.get(quantity, {}))  # type: ignore[arg-type]
+    limit = largest(machine, MOTION, quantity, conditions=WANTED, **places.get(quantity, {}))
     assert limit.margins.hold and limit.margins.smallest == pytest.approx(1.0, abs=2e-3)
     beyond = {
         "pace": lambda: (machine, at_pace(MOTION, 1.001 * limit.value)),
@@ -149,7 +151,7 @@ def test_limits_are_where_a_requirement_fails(quantity: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["speed", "acceleration", "deceleration", "jerk"])
-def test_limits_of_moves_are_where_a_requirement_fails(name: str) -> None:
+def test_limits_of_moves_are_where_a_requirement_fails(name: Any) -> None:
     """A bound in the middle of what the limit changes: it is met at the value found, and not a thousandth beyond."""
     machine = with_product(cart(), CATALOGUE["large"], "Z0")
     jerk = 60.0 if name == "jerk" else 8.0  # slower ramps make the machine vibrate too little to tell
@@ -162,17 +164,17 @@ def test_limits_of_moves_are_where_a_requirement_fails(name: str) -> None:
     moves = Moves(moves=listed, rate=512)
 
     def found(factor: float, conditions: LifeConditions) -> Life:
-        return life_of(simulate(machine, moves.with_limit(name, factor).motion()), conditions)  # type: ignore[arg-type]
+        return life_of(simulate(machine, moves.with_limit(name, factor).motion()), conditions)
 
     low, high = (found(factor, WANTED).weakest.static.safety for factor in (1.0, 2.0))
     assert high < 0.999 * low
     wanted = LifeConditions(safety=0.5 * (low + high))
-    limit = largest(machine, moves, name, conditions=wanted)  # type: ignore[arg-type]
-    factor = limit.value / moves.limit(name)  # type: ignore[arg-type]
+    limit = largest(machine, moves, name, conditions=wanted)
+    factor = limit.value / moves.limit(name)
     assert 1.0 < factor < 2.0 and limit.margins.hold
     assert margins_of(found(factor, wanted)).hold and not margins_of(found(1.001 * factor, wanted)).hold
     # Asked for more than it has, it is lowered.
-    lowered = largest(machine, moves.with_limit(name, 2.0), name, conditions=wanted)  # type: ignore[arg-type]
+    lowered = largest(machine, moves.with_limit(name, 2.0), name, conditions=wanted)
     assert lowered.value == pytest.approx(limit.value, rel=1e-3)
 
 
@@ -197,20 +199,23 @@ def test_pace_keeps_the_travel() -> None:
     assert np.abs(gain - fast.velocity[1:, 0]).max() < 1e-3
 
 
-def test_a_payload_is_a_point_mass() -> None:
-    """Mass, first moment and inertia about L add up."""
-    body, at = cart().body, np.array([0.3, -0.2, 0.5])
-    loaded = with_payload(body, 70.0, at)
-    assert loaded.mass == body.mass + 70.0
+@pytest.mark.parametrize("size", [0.0, 3.0])
+def test_bodies_that_are_joined_have_the_sum_of_their_moments(size: float) -> None:
+    """Mass, first moment and inertia about L add up; a payload is a point mass."""
+    body, at, inertia = cart().body, np.array([0.3, -0.2, 0.5]), size * np.eye(3)
+    loaded = joined(body, 70.0, at, inertia)
+    assert loaded == with_payload(body, 70.0, at) or size
     moment = body.mass * np.array(body.center_of_mass) + 70.0 * at
-    assert loaded.mass * np.array(loaded.center_of_mass) == pytest.approx(moment, rel=1e-13)
+    assert (loaded.mass, loaded.center_of_mass) == (body.mass + 70.0, pytest.approx(moment / loaded.mass))
 
-    def about_reference(one: object) -> np.ndarray:
-        r = np.array(one.center_of_mass)  # type: ignore[attr-defined]
-        return one.central_inertia() + one.mass * (r @ r * np.eye(3) - np.outer(r, r))  # type: ignore[attr-defined, no-any-return]
+    def about_reference(mass: float, r: np.ndarray, central: np.ndarray) -> np.ndarray:
+        return np.asarray(central + mass * (r @ r * np.eye(3) - np.outer(r, r)))
 
-    expected = about_reference(body) + 70.0 * (at @ at * np.eye(3) - np.outer(at, at))
-    assert about_reference(loaded) == pytest.approx(expected, rel=1e-12)
+    first, both = (
+        about_reference(one.mass, np.array(one.center_of_mass), one.central_inertia())
+        for one in (body, loaded)
+    )
+    assert both == pytest.approx(first + about_reference(70.0, at, inertia), rel=1e-12)
 
 
 def test_what_cannot_be_sized_is_refused() -> None:

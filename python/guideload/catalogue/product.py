@@ -252,12 +252,11 @@ class Product(ConfigModel):
             along = {"y": stiffness.press, "z": stiffness.side}
         else:
             along = {"y": {"positive": stiffness.lift, "negative": stiffness.press}, "z": stiffness.side}
-        preload = {} if found.preload is None else {"rolling": self.type}
-        return {
-            axis: {f"stiffness_{axis}": value, **preload}
-            | ({} if found.preload is None else {f"preload_{axis}": found.preload})
-            for axis, value in along.items()
-        }
+        laws = {axis: {f"stiffness_{axis}": value} for axis, value in along.items()}
+        if found.preload is not None:
+            for axis, keys in laws.items():
+                keys |= {"rolling": self.type, f"preload_{axis}": found.preload}
+        return laws
 
     @property
     def loaded_length(self) -> float | None:

@@ -98,18 +98,15 @@ def largest(
             runs[value] = margins_of(life), moved, changed
         return runs[value][0]
 
-    low, high = _bracket(margins, unit, quantity)
-    value = high
+    value, high = _bracket(margins, unit, quantity)
     if math.isfinite(high):
-        value = float(
-            brentq(
-                lambda value: margins(value).smallest - 1.0, low, high, rtol=ACCURACY, xtol=ACCURACY * high
-            )
-        )
-        value = value if margins(value).hold else value - 2.0 * ACCURACY * high
+        near = ACCURACY * high
+        value = float(brentq(lambda x: margins(x).smallest - 1.0, value, high, rtol=ACCURACY, xtol=near))
+        value = value if margins(value).hold else value - 2.0 * near
         margins(value)
-    found, moved, changed = runs[value if math.isfinite(high) else low]
-    return Limit(quantity, value, found, (min(runs), max(runs)), moved, changed)
+    found, moved, changed = runs[value]
+    largest_value = value if math.isfinite(high) else high
+    return Limit(quantity, largest_value, found, (min(runs), max(runs)), moved, changed)
 
 
 def _vector(
