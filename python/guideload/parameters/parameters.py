@@ -135,12 +135,6 @@ class Parameters:
         self.machine = machine
         self.of_part: dict[tuple[str, str], dict[str, Parameter]] = {}
         self.needs: dict[tuple[str, str], dict[str, str]] = {}
-        self.names = {
-            "rails": [rail.name for rail in machine.rails],
-            "carriages": [carriage.name for carriage in machine.carriages],
-            "links": [link.name for link in machine.links],
-            "payloads": [payload.name for payload in machine.payloads],
-        }
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
             self._add("rails", rail.name, {"rail": rail.name}, of_rail(machine, i))
@@ -179,7 +173,7 @@ class Parameters:
             return self._keyed(path, ("", ""), path)
         kind, quoted, bare, key = match["kind"], match["quoted"], match["bare"], match["key"]
         if quoted is None and bare in (None, "*"):
-            names = self.names[kind]
+            names = self._names(kind)
         else:
             names = [self._name(path, kind, quoted, bare)]
         if not names:
@@ -207,9 +201,12 @@ class Parameters:
             )
         return tuple(found)
 
+    def _names(self, kind: str) -> list[str]:
+        return [name for of, name in self.of_part if of == kind]
+
     def _name(self, path: str, kind: str, quoted: str | None, bare: str | None) -> str:
         """The name of the part in brackets: a name with or without quotes, or an index from 0."""
-        known = self.names[kind]
+        known = self._names(kind)
         text = quoted if quoted is not None else bare or ""
         index = int(text) if quoted is None and text.isdecimal() else len(known)
         by_index = known[index] if index < len(known) else None
