@@ -78,6 +78,12 @@ def cart(damping: float = 5e4, **laws: Any) -> Machine:
     return on_rails((-0.5, 0.5), 0.06, ("y", "z", "rx", "ry", "rz"), damping, **laws)
 
 
+def two_carriages(**laws: Any) -> Machine:
+    """A carriage on each rail, held to one side along y and along z by gravity."""
+    bare = on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws)
+    return bare.model_copy(update={"gravity": (0.0, -9.3, -3.1)})
+
+
 def warnings_of(audit: Audit) -> tuple[str, ...]:
     """The warnings of an audit but those of units: one mode of the cart is damped by more than guides damp."""
     units = ("damping", "frequency", "sag")

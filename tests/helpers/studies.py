@@ -1,6 +1,6 @@
 """Studies whose distributions are known: peaks that are sums of independent normal factors, without the core."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,7 +11,6 @@ from scipy import stats
 
 from guideload.machine.machine import Machine
 from guideload.study.metadata import ParameterMetadata, StudyMetadata
-from guideload.study.quantities import column_name
 from guideload.study.result import StudyResult
 
 
@@ -129,21 +128,10 @@ def study(
         for (load, statistic), share in shares.items()
     }
     results |= {("drive", 0, "min"): -0.5 * peaks.mean(axis=1), ("drive", 0, "max"): 0.2 * peaks.mean(axis=1)}
-    names = [
-        column_name(load, statistic) + (f"[{gantry.carriages[i].name}]" if load != "drive" else "")
-        for load, i, statistic in results
-    ]
     parameters = [ParameterMetadata(name="body.mass", unit="kg", targets=("body.mass",))] + [
         ParameterMetadata(name=f"k[{i}]", unit="1", targets=(f"carriages[{i}].stiffness_y",))
         for i in range(1, factors)
     ]
-    data = {one.name: column.copy() for one, column in zip(parameters, values.T, strict=True)}
-    data |= dict(zip(names, results.values(), strict=True))
-    finished = len(values) if finished is None else finished
-    for name, column in data.items():
-        column[finished:] = np.nan
-        if name in names:
-            column[list(failed or {})] = np.nan
     metadata = StudyMetadata(
         machine=gantry,
         motion="cycle.csv",
@@ -158,6 +146,13 @@ def study(
         exponent=3.0,
         limits=limits or {},
     )
+    data = {one.name: column.copy() for one, column in zip(parameters, values.T, strict=True)}
+    data |= dict(zip(metadata.columns, results.values(), strict=True))
+    finished = len(values) if finished is None else finished
+    for name, column in data.items():
+        column[finished:] = np.nan
+        if name in metadata.columns:
+            column[list(failed or {})] = np.nan
     labels = [carriage.name for carriage in gantry.carriages]
     stored = _histories(labels, min(histories, samples), peaks) if histories else None
     return StudyResult(Columns(data, failed or {}, stored, finished), metadata)
@@ -180,18 +175,15 @@ def changed(result: StudyResult, **changes: Any) -> StudyResult:
     return StudyResult(result.store, result.metadata.model_copy(update=changes))
 
 
-def recording(result: StudyResult, recorded: Iterable[tuple[str, str]], **changes: Any) -> StudyResult:
+def recording(result: StudyResult, recorded: Sequence[tuple[str, str]], **changes: Any) -> StudyResult:
     """The study as if it had recorded these loads and statistics only; the values are those of the peak resultant."""
     carriages = result.metadata.carriages
-    measures, columns = [], []
-    for load, statistic in recorded:
-        for i, label in enumerate(carriages if load != "drive" else [""]):
-            measures.append((load, i, statistic))
-            columns.append(column_name(load, statistic) + (f"[{label}]" if label else ""))
-    known = result.store.data
-    data = {column: known.get(column, known[f"max_resultant_N[{carriages[0]}]"]) for column in columns}
-    store = replace(result.store, data={**known, **data})
-    return changed(StudyResult(store, result.metadata), measures=measures, **changes)
+    places = {load: range(1 if load == "drive" else len(carriages)) for load, _ in recorded}
+    measures = [(load, i, statistic) for load, statistic in recorded for i in places[load]]
+    found, known = changed(result, measures=measures, **changes), result.store.data
+    peak = known[f"max_resultant_N[{carriages[0]}]"]
+    data = {column: known.get(column, peak) for column in found.metadata.columns}
+    return StudyResult(replace(result.store, data={**known, **data}), found.metadata)
 
 
 def chosen(result: StudyResult) -> StudyResult:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from precise_derivatives import SIZE_OF_ZERO, STEP, at_rest, differences, matrices_of, with_value
 from reference import DIGITS, body, cart, paper, random_machine, translating
 
-from guideload import Link, Machine, Rail
+from guideload import Link, Machine
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.machine.response import frequency_response
 from guideload.sensitivity import VariedMachine
@@ -192,6 +192,11 @@ def precise_response(machine: Machine, hertz: float, point: Any) -> Any:
 Force = Callable[[Any, dict[str, Any]], Any]
 
 
+def hanging(**keys: Any) -> Machine:
+    link = Link(name="spring", point=(0, 0, 0), direction=(0, 1, 0), damping=100.0, **keys)
+    return Machine(body=body(mass=100.0, center_of_mass=(0, 0, 0)), links=[link], free=("y",))
+
+
 def preloaded(d: Any, keys: dict[str, Any]) -> Any:
     n = {"ball": mpf(3) / 2, "roller": mpf(10) / 9}[keys["rolling"]]
     d0 = 2 * n * keys["preload"] / keys["stiffness"]
@@ -222,11 +227,7 @@ LAWS: dict[str, tuple[dict[str, Any], Force]] = {
 def test_every_law_in_50_digits(law: str) -> None:
     """Static position, load and frequency of a hanging mass by every parameter of its law."""
     keys, force = LAWS[law]
-    link = Link(name="spring", point=(0, 0, 0), direction=(0, 1, 0), damping=100.0, **keys)
-    machine = Machine(
-        body=body(mass=100.0, center_of_mass=(0, 0, 0)), rails=[Rail(name="r", position=(0, 0))], links=[link],
-        free=("y",),
-    )  # fmt: skip
+    machine = hanging(**keys)
     values = {key: value for key, value in keys.items() if isinstance(value, float)}
     if isinstance(keys.get("stiffness"), dict):
         values |= {f"stiffness.{side}": value for side, value in keys["stiffness"].items()}
@@ -288,11 +289,6 @@ def test_numbers_that_vary_together_have_the_sum_of_their_derivatives() -> None:
     assert (together.columns[0].form, factor.columns[0].form) == ("value", "factor")
     close(together.d_stiffness[0], alone.d_stiffness.sum(axis=0), 1e-14)
     close(factor.d_stiffness[0], cart().scene.matrices()[0][2], 1e-14)
-
-
-def hanging(**keys: Any) -> Machine:
-    link = Link(name="spring", point=(0, 0, 0), direction=(0, 1, 0), damping=100.0, **keys)
-    return Machine(body=body(mass=100.0, center_of_mass=(0, 0, 0)), links=[link], free=("y",))
 
 
 def test_what_has_no_derivative_is_refused_with_the_reason() -> None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from precise_contacts import precise_contacts
 from precise_derivatives import assert_near, central_differences, differences, histories_of
-from reference import on_rails, random_motion
+from reference import random_motion, two_carriages
 
 from guideload import Body, Link, Machine, Motion, peak_loads, sensitivities, simulate
 from guideload.base.errors import ArgumentError
@@ -22,12 +22,6 @@ Array = NDArray[Any]
 # Relative to the largest entry of each history; 2e-11 are found. A change is located to 1e-13 of the deflections, and
 # during the delay the derivatives follow the segment before it.
 DIGITS_ASKED = 1e-9
-HELD = (0.0, -9.3, -3.1)  # gravity that holds the links along y and along z to one side
-
-
-def two_carriages(**laws: Any) -> Machine:
-    one = on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws)
-    return Machine(**one.model_dump() | {"gravity": HELD})
 
 
 def shaken(seed: int, size: float = 8.0, count: int = 20) -> Motion:

@@ -14,12 +14,12 @@ from reference import (
     cart,
     cart_stiff,
     example,
-    on_rails,
     paper,
     piece,
     pulse,
     random_machine,
     random_motion,
+    two_carriages,
 )
 
 from guideload import Machine, Motion, life_of, peak_loads, sensitivities, simulate
@@ -103,14 +103,7 @@ def test_gradient_backwards_is_the_sum_of_the_histories() -> None:
                 assert (np.abs(run.gradient(weights, quantity) - ahead) <= 1e-10 * size + 1e-300).all()
 
 
-HELD = {"gravity": (0.0, -9.3, -3.1)}
 PRELOADED = {"preload_y": 900.0, "rolling": "ball"}
-
-
-def two_carriages(**laws: Any) -> Machine:
-    """Held to one side by gravity along y and z."""
-    bare = on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws)
-    return Machine(**bare.model_dump() | HELD)
 
 
 QUANTITIES = ("carriage_loads", "link_loads", "displacement", "velocity", "acceleration", "reaction")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from precise_derivatives import assert_near, central_differences
-from reference import on_rails, preloaded, random_motion
+from reference import preloaded, random_motion, two_carriages
 from scipy.integrate import solve_ivp
 
 from guideload import Body, Link, Machine, Motion, sensitivities
@@ -148,9 +148,6 @@ def test_gradient_and_peak_follow_the_histories() -> None:
 
 def test_a_damper_that_acts_only_in_contact_is_refused() -> None:
     laws = {"preload_y": 900.0, "rolling": "ball", "clearance_z": 2e-6, "damping_in_contact": True}
-    machine = Machine(
-        **on_rails((0.0,), 0.30, ("y", "z", "rx", "ry", "rz"), 5e4, **laws).model_dump()
-        | {"gravity": (0.0, -9.3, -3.1)}
-    )
+    machine = two_carriages(**laws)
     with pytest.raises(ArgumentError, match="damping_in_contact = false"):
         sensitivities(machine, random_motion(1, count=4), of="force", to="body.mass")

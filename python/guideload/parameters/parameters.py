@@ -127,18 +127,14 @@ def _range_of(row: Row) -> Range:
 class Parameters:
     """All parameters of a machine and its motion.
 
-    of_part  by part, ("carriages", "1a") or ("", "") for the machine, and key: the parameter, or `need` of its Row
+    of_part  parameters by part, ("carriages", "1a") or ("", "") for the machine, and key
+    needs    what a law needs to have a parameter that it does not have, by part and key
     """
 
     def __init__(self, machine: Machine, motion: Motion) -> None:
         self.machine = machine
-        self.of_part: dict[tuple[str, str], dict[str, Parameter | str]] = {}
-        self.names = {
-            "rails": [rail.name for rail in machine.rails],
-            "carriages": [carriage.name for carriage in machine.carriages],
-            "links": [link.name for link in machine.links],
-            "payloads": [payload.name for payload in machine.payloads],
-        }
+        self.of_part: dict[tuple[str, str], dict[str, Parameter]] = {}
+        self.needs: dict[tuple[str, str], dict[str, str]] = {}
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
             self._add("rails", rail.name, {"rail": rail.name}, of_rail(machine, i))
@@ -153,14 +149,13 @@ class Parameters:
 
     def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
         part = f"{part_path(kind, name)}." if kind else ""
-        self.of_part[kind, name] = {
-            row.key: row.need
-            if row.value is None
-            else Parameter(
-                part + row.key, row.unit, row.value, row.floor, tuple(row.sets), owners, _range_of(row)
-            )
-            for row in rows
-        }
+        found, needs = self.of_part.setdefault((kind, name), {}), self.needs.setdefault((kind, name), {})
+        for row in rows:
+            if row.value is None:
+                needs[row.key] = row.need
+            else:
+                given = row.unit, row.value, row.floor, tuple(row.sets), owners, _range_of(row)
+                found[row.key] = Parameter(part + row.key, *given)
 
     # ---- finding
 
@@ -178,7 +173,7 @@ class Parameters:
             return self._keyed(path, ("", ""), path)
         kind, quoted, bare, key = match["kind"], match["quoted"], match["bare"], match["key"]
         if quoted is None and bare in (None, "*"):
-            names = self.names[kind]
+            names = self._names(kind)
         else:
             names = [self._name(path, kind, quoted, bare)]
         if not names:
@@ -206,9 +201,12 @@ class Parameters:
             )
         return tuple(found)
 
+    def _names(self, kind: str) -> list[str]:
+        return [name for of, name in self.of_part if of == kind]
+
     def _name(self, path: str, kind: str, quoted: str | None, bare: str | None) -> str:
         """The name of the part in brackets: a name with or without quotes, or an index from 0."""
-        known = self.names[kind]
+        known = self._names(kind)
         text = quoted if quoted is not None else bare or ""
         index = int(text) if quoted is None and text.isdecimal() else len(known)
         by_index = known[index] if index < len(known) else None
@@ -225,14 +223,15 @@ class Parameters:
 
     def _keyed(self, path: str, part: tuple[str, str], key: str) -> tuple[Parameter, ...]:
         """The parameter of a part with this key, or all parameters whose keys begin with it."""
-        keys = self.of_part[part]
-        meant = [keys[key]] if isinstance(keys.get(key), Parameter) else []
-        meant = meant or [keys[full] for full in keys if key in _beginnings(full)]
-        parameters = tuple(one for one in meant if isinstance(one, Parameter))
-        if parameters:
-            return parameters
-        if key in keys or meant:
-            need = keys[key] if key in keys else meant[0]
+        keys, needs = self.of_part[part], self.needs[part]
+        if key in keys:
+            return (keys[key],)
+        if meant := tuple(one for full, one in keys.items() if key in _beginnings(full)):
+            return meant
+        need = needs.get(key) or next(
+            (text for full, text in needs.items() if key in _beginnings(full)), None
+        )
+        if need is not None:
             place = f"{part[0]}[{part[1]}] has" if part[0] else "there is"
             raise ValueRefused("a parameter of this machine", path, f"{place} none; it takes {need}")
         near = get_close_matches(path, self._all_paths, n=NEAR, cutoff=0.5)
@@ -245,15 +244,14 @@ class Parameters:
         paths = dict.fromkeys(
             f"{kind}.*.{written}" if kind else written
             for (kind, _), keys in self.of_part.items()
-            for key, parameter in keys.items()
-            if isinstance(parameter, Parameter)
+            for key in keys
             for written in (key, *_beginnings(key))
         )
         return [*paths, *(parameter.path for parameter in self if parameter.owners)]
 
     def __iter__(self) -> Iterator[Parameter]:
         for keys in self.of_part.values():
-            yield from (one for one in keys.values() if isinstance(one, Parameter))
+            yield from keys.values()
 
     # ---- changing
 

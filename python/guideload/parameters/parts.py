@@ -60,14 +60,8 @@ def of_rail(machine: Machine, index: int) -> Iterator[Row]:
         links = [(("point", k, i + 1), 1.0) for k in machine.links_of_rails[index].tolist()]
         centers = [(("center", j, i + 1), 1.0) for j in carriages]
         yield Row(f"position.{axis}", "m", "", rail.position[i], [*links, *centers])
-    yield Row(
-        "roll",
-        "rad",
-        "",
-        None,
-        [],
-        "a rail turned in the machine file: links of a study keep their directions",
-    )
+    need = "a rail turned in the machine file: links of a study keep their directions"
+    yield Row("roll", "rad", "", None, [], need)
     yield from _of_mounting_error(machine, rail.mounting_error, machine.links_of_rails[index])
 
 
@@ -116,10 +110,8 @@ def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
     for rotation, of_suffix, distance in STATED:
         if of_suffix == suffix and getattr(carriage, f"stiffness_{rotation}") is not None:
             number = getattr(carriage.distances, rotation)
-            need = (
-                f"{distance} = {number:.9g} (m) in place of stiffness_{rotation}, which then varies with it"
-            )
-            return row._replace(value=None, need=need)
+            in_place = f"in place of stiffness_{rotation}, which then varies with it"
+            return row._replace(value=None, need=f"{distance} = {number:.9g} (m) {in_place}")
     return row
 
 

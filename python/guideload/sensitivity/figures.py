@@ -64,16 +64,11 @@ class CarriageQuantities:
             derivatives[:, i] = by[0]
             if np.abs(by - by[0]).max() > np.sqrt(TIE) * np.abs(by[0]).max() or not values[i]:
                 derivatives[:, i] = np.nan
-                times = self.at_peaks.motion.time[instants]
-                self.notes.append(
-                    f"peak_resultant of carriage {name} has no derivative: "
-                    + (
-                        f"it is reached at {times.min():.6g} s and at {times.max():.6g} s, where the load changes "
-                        "differently"
-                        if values[i]
-                        else "the carriage carries nothing"
-                    )
-                )
+                times, reason = self.at_peaks.motion.time[instants], "the carriage carries nothing"
+                if values[i]:
+                    ends = f"{times.min():.6g} s and at {times.max():.6g} s"
+                    reason = f"it is reached at {ends}, where the load changes differently"
+                self.notes.append(f"peak_resultant of carriage {name} has no derivative: {reason}")
         return values, derivatives
 
     def peak_changes(self, carriage: int, steps: Array) -> tuple[float, Array]:

@@ -34,13 +34,13 @@ Of = str | Sequence[str]
 class _Derivatives:
     """What the quantities of one call are made of; a run is computed only for those that need it."""
 
-    def __init__(self, varied: VariedMachine, motion: Motion, start: Start) -> None:
-        self.varied, self.motion, self.start = varied, motion, start
-        self.at_rest = varied.at()
+    def __init__(self, machine: Machine, to: To, motion: Motion, start: Start) -> None:
+        self.machine, self.motion, self.start = machine, motion, start
+        self.at_rest = VariedMachine(machine, to, motion).at()
 
     @cached_property
     def run(self) -> RunDerivatives:
-        return RunDerivatives(self.varied.machine, self.at_rest, self.motion, self.start)
+        return RunDerivatives(self.machine, self.at_rest, self.motion, self.start)
 
     @cached_property
     def of_carriages(self) -> CarriageQuantities:
@@ -52,20 +52,16 @@ class _Derivatives:
 
     def resultant(self) -> Array:
         """Derivatives of the y-z resultant (p, time, carriage): along the load; nan where it is zero."""
-        machine = self.varied.machine
-        loads = self.run.solution.group_loads(machine.links_of_carriages, machine.carriage_places, "total")
-        across = loads[:, :, 1:3]
+        across = self.run.carriage_loads()[:, :, 1:3]
         size = np.linalg.norm(across, axis=2, keepdims=True)
         direction = np.divide(across, size, out=np.full_like(across, np.nan), where=size > 0.0)
         return np.asarray((self.run.history("carriage_loads")[..., 1:3] * direction).sum(axis=-1))
 
     def points(self, quantity: str) -> Array:
         """Derivatives of the motion of all points (p, time, point, 3)."""
-        if not self.varied.machine.points:
-            raise ArgumentError(
-                f"of: expected a machine with [[points]], {self.varied.machine.name} has none"
-            )
-        return moved(self.varied.machine, self.run.history(quantity))
+        if not self.machine.points:
+            raise ArgumentError(f"of: expected a machine with [[points]], {self.machine.name} has none")
+        return moved(self.machine, self.run.history(quantity))
 
 
 OF_CARRIAGE, OF_POINT = ("time", "carriage", "axis"), ("time", "point", "axis")
@@ -125,7 +121,7 @@ def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: St
     for name in names:
         if name not in NAMES:
             raise ArgumentError(f"of: expected names out of {joined(NAMES)}, got {name!r}")
-    wanted = _Derivatives(VariedMachine(machine, to, motion), motion, start)
+    wanted = _Derivatives(machine, to, motion, start)
     data, notes = {}, dict[str, None]()
     dims: tuple[str, ...]
     for name in names:

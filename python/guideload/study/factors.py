@@ -176,8 +176,8 @@ def estimated_entries(entries: Sequence[VariedParameter], parameters: Parameters
             continue
         title = " ".join(filter(None, ("estimated stiffness of", carriage.product, carriage.preload_class)))
         for key in ("stiffness_y", "stiffness_z"):
-            parameter = parameters.of_part["carriages", carriage.name][key]
-            if isinstance(parameter, Parameter) and parameter.path not in taken:
+            parameter = parameters.of_part["carriages", carriage.name].get(key)
+            if parameter is not None and parameter.path not in taken:
                 if parameter.value == estimate.stiffness:
                     found.setdefault(title, (estimate.sigma, []))[1].append(parameter.path)
     for title, (sigma, paths) in found.items():

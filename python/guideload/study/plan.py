@@ -130,13 +130,8 @@ class Plan:
         """The batch of a motion times a factor, with other arguments of the scene and of the batch."""
         machine, metadata = self.metadata.machine, self.metadata
         of_scene = arguments_of(machine) | {"changes": self.changes} | dict(scene or {})
-        settings: dict[str, Any] = {"measures": metadata.measures, "rules": self._rules()}
-        settings |= {
-            "method": metadata.method,
-            "rtol": metadata.rtol,
-            "start": metadata.start,
-            "exponent": metadata.exponent,
-        }
+        own = ("measures", "method", "rtol", "start", "exponent")
+        settings: dict[str, Any] = {key: getattr(metadata, key) for key in own} | {"rules": self._rules()}
         if self.draw_seed is not None:
             settings["draws"] = self._draws(motion.time, factor), len(self.factors)
         return Batch(

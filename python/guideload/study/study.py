@@ -187,7 +187,9 @@ class Study(StudyOptions):
         metadata = metadata.model_copy(update={"limits": limits})
         posterior = [posterior_digest(motion)] if self.posterior else []
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)
-        seed = draw_seed(self.seed) if self.posterior else None
+        # 0 to 4 are the keys of samples, second look and populations.
+        draws = np.random.SeedSequence(self.seed, spawn_key=(5,)).generate_state(1, np.uint64)
+        seed = int(draws[0]) if self.posterior else None
         return Plan(metadata, motion, factors, changes, design, cases, histories, seed)
 
     def _require_one_source(self) -> None:
@@ -259,18 +261,9 @@ def require_posterior(machine: Machine, motion: Motion, cases: object) -> None:
         raise refused_at(PLACE, "false for a drive with pressure_angle", True, hint)
 
 
-def draw_seed(seed: int) -> int:
-    """The seed of the draws of the motion in a study with this seed."""
-    # 0 to 4 are those of samples, second look and populations.
-    return int(np.random.SeedSequence(seed, spawn_key=(5,)).generate_state(1, np.uint64)[0])
-
-
 def posterior_digest(motion: Motion) -> str:
     """SHA-256 of all numbers on which the draws depend."""
     uncertainty = motion.uncertainty
     assert uncertainty is not None
-    step, variance, covariance, segment, density, oscillator = uncertainty.model
-    chain = [step, variance, covariance, segment.astype(np.float64), density]
-    if oscillator is not None:
-        chain.append(np.array(oscillator, dtype=np.float64))
+    chain = (np.asarray(part, dtype=np.float64) for part in uncertainty.model if part is not None)
     return digest(*chain, np.array([float(uncertainty.derivative)]), uncertainty.unit, uncertainty.time)
