@@ -145,11 +145,11 @@ def _estimate(
     time: Array, value: Array, kind: Kind, samples: ScaledSamples, candidates: list[MixtureComponent]
 ) -> MotionEstimate:
     """The estimate of a mixture of adapted models, in SI units."""
-    at = 2 if kind == "position" else 1  # index of the acceleration in the state
     shares = _shares(candidates)
     order = next(iter(shares))
     leading = next(i for i, each in enumerate(candidates) if each.order == order)
     model = candidates[leading].model
+    at = model.smoother.fit.acceleration
     weights = np.array([each.weight for each in candidates])
     mean = np.asarray(sum(each.weight * each.mean for each in candidates))
     between = np.zeros(time.size)
