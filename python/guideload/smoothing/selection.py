@@ -1,9 +1,4 @@
-"""Orders of the white derivative, tried on the samples and weighted: the candidates of the mixture.
-
-The orders are weighted by their leave-one-out predictive likelihood. Each takes part twice, with densities that differ
-as the samples suggest, and with nearly even ones. An oscillator between the drive and the encoder takes part if it is
-much more likely than every order without one; then all candidates have it.
-"""
+"""Orders of the white derivative, tried on the samples and weighted: the candidates of the mixture of `estimation`."""
 
 from __future__ import annotations
 
@@ -56,18 +51,6 @@ class MixtureComponent:
     mean: Array
     variance: Array
     error_variance: Array
-
-    @classmethod
-    def of(cls, weight: float, model: AdaptedModel) -> MixtureComponent:
-        """The candidate with the posterior of its model."""
-        fit = model.smoother.fit
-        mean, variances = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
-        variance = variances[:, fit.acceleration]
-        quiet = model.fit.noise < QUIET**2 * model.smoother.samples.quantum
-        scales = RINGING_SCALE if fit.oscillator else SCALE
-        scale = scales[fit.order] * (ROUNDED if quiet else 1.0)
-        error_variance = scale**2 * variance * model.error_share(variance)
-        return cls(weight, model, mean, variance, error_variance)
 
     @property
     def order(self) -> int:
@@ -155,7 +138,13 @@ def _component(samples: ScaledSamples, trial: Trial, weight: float) -> MixtureCo
     else:
         prior = float(np.mean([model.weight for model in trial.models]))
         model = adapted_in_pieces(samples, trial.fit, prior)
-    return MixtureComponent.of(weight, model)
+    mean, variances = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
+    variance = variances[:, trial.fit.acceleration]
+    quiet = model.fit.noise < QUIET**2 * samples.quantum
+    scales = RINGING_SCALE if trial.rings else SCALE
+    scale = scales[trial.fit.order] * (ROUNDED if quiet else 1.0)
+    error_variance = scale**2 * variance * model.error_share(variance)
+    return MixtureComponent(weight, model, mean, variance, error_variance)
 
 
 def _best(trials: list[Trial], rings: bool) -> float:

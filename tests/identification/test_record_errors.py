@@ -1,4 +1,4 @@
-"""Errors that a measured trace makes in a log: whitened, their level found, their covariance never less than drawn."""
+"""Errors of records in time: serial ones widen intervals; those that a trace makes in a log are whitened."""
 
 from __future__ import annotations
 
@@ -14,9 +14,51 @@ from guideload import Motion
 from guideload.base.arrays import Array
 from guideload.identification import identify, parse_place
 from guideload.identification.model import Model
-from guideload.identification.records import _filtered, _filters, _larger, _levels
+from guideload.identification.records import (
+    _filtered,
+    _filters,
+    _larger,
+    _levels,
+    inflation,
+    long_run_root,
+)
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.smoothing import smooth
+
+# ---- serial errors
+
+
+N, MEMORY, SEEDS = 1000, 0.8, 600
+
+
+def test_interval_of_a_mean_under_correlated_errors() -> None:
+    """Errors e_k = 0.8 e_{k-1} + white: the sum of n has nine times the standard deviation of independent ones."""
+    white = np.random.default_rng(0).standard_normal((SEEDS, N + 100))
+    errors = lfilter([1.0 - MEMORY], [1.0, -MEMORY], white)[:, 100:]
+    spreads = np.array([np.linalg.norm(long_run_root(one[:, None])) for one in errors])
+    inside = np.mean(abs(errors.sum(axis=1)) < 1.96 * spreads)
+    # 0.95 +- 2.6 standard errors of a share of 600, less 0.01 for the n finite.
+    assert 0.918 < inside < 0.973
+    assert np.median(spreads) == pytest.approx(np.sqrt(N), rel=0.05)
+
+
+def test_independent_errors_are_not_inflated() -> None:
+    rng = np.random.default_rng(1)
+    slopes = rng.standard_normal((20_000, 3)) * [1.0, 1e4, 1e-3]
+    scores = slopes * rng.standard_normal((20_000, 1))
+    assert inflation(slopes.T @ slopes, long_run_root(scores)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_directions_without_information_do_not_count() -> None:
+    rng = np.random.default_rng(2)
+    slopes = rng.standard_normal((20_000, 1)) * [[1.0, 1.0, 0.0]]  # the sum of two, never the third
+    scores = 2.0 * slopes * rng.standard_normal((20_000, 1))
+    # 3 standard errors of the estimated covariance.
+    assert inflation(slopes.T @ slopes, long_run_root(scores)) == pytest.approx(4.0, rel=0.25)
+
+
+# ---- errors that come from the trace
+
 
 QUANTUM = 1e-6  # m, of the encoder
 
