@@ -1,19 +1,25 @@
-"""Made measurements of a machine whose parameters are known."""
+"""Made measurements of a machine whose parameters are known, and their derivatives by differences."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from guideload import Machine, PointOfInterest
+from guideload.base.arrays import Array
+from guideload.identification.measured import Measured
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.model import Model, parse_place
+from guideload.identification.responses import Deflection, Deflections
 from guideload.identification.unknowns import Unknown, UnknownTable, resolve_unknowns
 
 CORNERS = ((-0.5, 0.1, -0.35), (0.5, 0.1, -0.35), (-0.5, 0.1, 0.35), (0.5, 0.1, 0.35), (0.1, -1.2, 0.2))
 LEVELS = (0.01, 0.1, 0.05)
+ROUNDING = 1e-9  # of the largest derivative
 
 
 def with_corners(machine: Machine) -> Machine:
@@ -24,6 +30,58 @@ def with_corners(machine: Machine) -> Machine:
 
 def unknown(machine: Machine, *tables: UnknownTable) -> tuple[Unknown, ...]:
     return resolve_unknowns(tables, machine)
+
+
+def derivative_errors(
+    data: Measured, model: Model, z: Array, nuisance: Array, step: float = 1e-5, own_steps: ArrayLike = ()
+) -> tuple[Array, Array]:
+    """Differences of the derivatives of residuals from central differences, over the largest of each.
+
+    By the unknowns (p,), with this step, and by the nuisance parameters (q,), with `own_steps`.
+    """
+    found = data.residuals(model.at(z), nuisance)
+    by_unknowns = _differences(
+        lambda at: data.residuals(model.at(at), nuisance).values, z, np.full(z.size, step)
+    )
+    errors = _over_largest(found.by_unknowns.T - by_unknowns, by_unknowns)
+    if not np.size(own_steps):
+        return errors, np.zeros(0)
+    own = _differences(lambda at: data.residuals(model.at(z), at).values, nuisance, np.asarray(own_steps))
+    return errors, _over_largest(found.by_nuisance.T - own, own)
+
+
+def _over_largest(errors: Array, values: Array) -> Array:
+    """(k,) largest error of each row over its largest value; over that of all rows where it is rounding alone."""
+    largest = abs(values).max(axis=1)
+    return np.asarray(
+        abs(errors).max(axis=1) / np.where(largest > ROUNDING * largest.max(), largest, largest.max())
+    )
+
+
+def _differences(function: Callable[[Array], Array], at: Array, steps: Array) -> Array:
+    """(k, m) derivatives of a function (m,) by its k arguments."""
+    ends = ((function(at + change), function(at - change)) for change in np.diag(steps))
+    return np.array([(up - down) / (2.0 * step) for (up, down), step in zip(ends, steps, strict=True)])
+
+
+def deflections(
+    model: Model,
+    truth: Array,
+    pairs: Sequence[tuple[str, str]],
+    noise: float = 0.01,
+    rng: np.random.Generator | None = None,
+) -> Deflections:
+    """Displacements under 1 kN of the machine at `truth`, at (place of the force, place of the sensor).
+
+    noise: level over the largest displacement; drawn and added if there is a generator.
+    """
+    places = [[parse_place(text, model.machine) for text in pair] for pair in pairs]
+    still = Deflections("static", tuple(Deflection(a, 1e3, b, 0.0) for a, b in places), 1e-7, True)
+    moved = still.computed(model.at(np.asarray(truth)))[0]
+    level = noise * float(abs(moved).max())
+    drawn = 0.0 if rng is None else rng.standard_normal(moved.size)
+    made = zip(still.values, (moved + level * drawn).tolist(), strict=True)
+    return replace(still, values=tuple(replace(one, moved=value) for one, value in made), level=level)
 
 
 def hammer_test(

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from guideload import Machine, Motion
+from guideload import Machine, Motion, PointOfInterest
 from guideload.base.arrays import Array
 from guideload.identification.motor_force import X
 from guideload.identification.sensor_log import Channel
+from guideload.identification.unknowns import UnknownTable
 from guideload.sensitivity import RunDerivatives, VariedMachine
 
 MASS, SEAL, VISCOUS, OFFSET = 95.0, 10.0, 200.0, -3.0
@@ -45,6 +46,22 @@ def axis(**others: object) -> Machine:
         "friction": {"seal": SEAL, "viscous": VISCOUS},
     }
     return Machine(**{**keys, **others})
+
+
+TOOL = PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))
+SOFT_TABLES = (
+    UnknownTable(path="carriages.*.stiffness_y"),
+    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
+)
+
+
+def soft_axis(stiffness: float = 1.0, damping: float = 1.0, **others: object) -> Machine:
+    """The axis on soft carriages, with modes from 13 to 60 Hz; factors on stiffness along y and on damping."""
+    machine = axis(points=[TOOL], **others)
+    values = {"stiffness_y": 1e7 * stiffness, "stiffness_z": 8e6}
+    values |= dict.fromkeys(("damping_y", "damping_z"), 1e3 * damping)
+    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
+    return machine.model_copy(update={"carriages": parts})
 
 
 def force_of(machine: Machine, motion: Motion, time: Array) -> Array:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hammer_tests import unknown
+from hammer_tests import deflections, unknown
 
 from guideload import Machine
-from guideload.identification import Deflection, Deflections, UnknownTable, identify, parse_place
+from guideload.identification import UnknownTable, identify
 from guideload.identification.model import Model
 from guideload.identification.written_files import machine_text
 
@@ -58,21 +58,20 @@ def test_the_file_gives_the_identified_machine(tmp_path: Path) -> None:
     source.write_text(TEXT.replace("\n", "\r\n"), encoding="utf-8", newline="")
     machine = Machine.from_toml(source)
     tables = [*TABLES, UnknownTable(path='rails["2"].position.z', spread="5 mm")]
-    truth = Model(machine, unknown(machine, *tables)).at(np.array([-0.2, 0.3, 0.0, 0.0, 0.0]))
-    places = [parse_place(f"p {axis}", machine) for axis in "yz"]
-    values = [Deflection(one, 1e3, one, 0.0) for one in places]
-    moved = Deflections("", tuple(values), 1e-7, True).computed(truth)[0].tolist()
-    made = (Deflection(one, 1e3, one, x) for one, x in zip(places, moved, strict=True))
-    found = identify(machine, tables, [Deflections("test", tuple(made), 1e-8, True)], starts=1)
+    tables.append(UnknownTable(path='carriages["2a"].x', spread="5 mm"))
+    model, truth = Model(machine, unknown(machine, *tables)), np.array([-0.2, 0.3, 0.0, 0.0, 0.0, 0.0])
+    data = deflections(model, truth, [("p y", "p y"), ("p z", "p z")], noise=1e-3)
+    found = identify(machine, tables, [data], starts=1)
     text = machine_text(found, source, tmp_path)
     (tmp_path / "after.toml").write_text(text, encoding="utf-8", newline="")
     after = Machine.from_toml(tmp_path / "after.toml")
     assert "# weighed\r\n" in text and text.count("\r\n") == text.count("\n")
-    assert text.count("from test") == 6 and text.count("NOT identified by test") == 3
+    assert text.count("from static") == 6 and text.count("NOT identified by static") == 4
     for one, other in zip(after.carriages, found.machine.carriages, strict=True):
         assert one.stiffness_y == pytest.approx(other.stiffness_y, rel=1e-5)
         assert one.stiffness_z == pytest.approx(other.stiffness_z, rel=1e-5)
     assert after.carriages[1].stiffness_y == pytest.approx(1.25 * after.carriages[0].stiffness_y, rel=1e-5)
+    assert after.carriages[2].x == pytest.approx(found.machine.carriages[2].x, rel=1e-5)
     assert after.rails[1].position == pytest.approx(found.machine.rails[1].position, rel=1e-5)
     assert np.array(after.body.inertia) == pytest.approx(np.array(found.machine.body.inertia), rel=1e-5)
     assert after.body.center_of_mass == pytest.approx(found.machine.body.center_of_mass, rel=1e-5)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hammer_tests import unknown
+from hammer_tests import derivative_errors, unknown
 from motor_records import MASS, OFFSET, SEAL, VISCOUS, axis, force_of, moves
 
 from guideload import Machine, Motion, motion_from_trace, read_trace
@@ -37,21 +37,10 @@ def test_derivatives_are_exact(motion: Motion) -> None:
     model = Model(machine, unknown(machine, *MASS_OF, UnknownTable(path="carriages.*.stiffness_y")))
     time = motion.time[50:-50] + 0.0003
     data = MotorForce.of(machine, motion, time, np.sin(time), torque=True, delayed=True)
-    z, nuisance, step = np.array([0.1, -0.2]), np.array([9.0, 180.0, 0.2, 0.002]), 1e-6
-    found = data.residuals(model.at(z), nuisance)
-
-    def slopes(at: object, size: int, units: np.ndarray) -> np.ndarray:
-        ends = [[at(side * step * unit) for side in (1, -1)] for unit in np.eye(size) * units]
-        return np.array(
-            [(up - down) / (2.0 * step * unit) for (up, down), unit in zip(ends, units, strict=True)]
-        ).T
-
-    by_z = slopes(lambda change: data.residuals(model.at(z + change), nuisance).values, 2, np.ones(2))
-    units = np.array([10.0, 100.0, 1.0, 1e-2])
-    by_nuisance = slopes(lambda change: data.residuals(model.at(z), nuisance + change).values, 4, units)
-    assert found.by_unknowns == pytest.approx(by_z, abs=1e-6 * abs(by_z).max())
-    for one, numeric in zip(found.by_nuisance.T, by_nuisance.T, strict=True):
-        assert one == pytest.approx(numeric, abs=1e-4 * abs(numeric).max())
+    nuisance = np.array([9.0, 180.0, 0.2, 0.002])
+    own_steps = 1e-6 * np.array([10.0, 100.0, 1.0, 1e-2])
+    errors, own = derivative_errors(data, model, np.array([0.1, -0.2]), nuisance, 1e-6, own_steps)
+    assert errors.max() < 1e-6 and own.max() < 1e-4
 
 
 def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> None:
@@ -62,7 +51,7 @@ def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> Non
     data = MotorForce.of(nominal, motion, time, force, delayed=True)
     found = identify(nominal, MASS_OF, [data], starts=1)
     assert found.estimates[0].value == pytest.approx(MASS, rel=1e-6)
-    nuisance = found.fit.objective.nuisance_values(found.fit.minimum.x)[0]
+    nuisance = found.nuisance_values(found.data[0])
     assert nuisance == pytest.approx([SEAL, VISCOUS, OFFSET, delay], rel=1e-5)
 
 
@@ -135,11 +124,8 @@ def test_in_one_direction_only_the_sum_of_dry_friction_and_offset_is_known(
     ends = [float(end) for end in re.search(r"\((\S+) to (\S+)\)$", group.words).groups()]
     assert ends[0] < lever * (2.0 * SEAL + OFFSET) < ends[1] and np.ptp(ends) < 2.0 * lever
     by_name = {one.parameter.name.split()[0]: one for one in found.nuisance_estimates(data)}
-    assert [by_name[name].is_identified for name in ("friction.seal", "friction.viscous", "offset")] == [
-        False,
-        True,
-        False,
-    ]
+    identified = {name for name, one in by_name.items() if one.is_identified}
+    assert identified == {"friction.viscous"} and len(by_name) == 3
     text = " ".join(identification_report(found).text().split())
     assert group.words in text and "friction.seal none" in text
     both = MotorForce.of(nominal, motion, motion.time, force_of(true, motion, motion.time) + OFFSET)

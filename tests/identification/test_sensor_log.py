@@ -4,41 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hammer_tests import unknown
-from motor_records import axis, moves, shown_by
+from hammer_tests import derivative_errors, unknown
+from motor_records import SOFT_TABLES, TOOL, moves, shown_by, soft_axis
 from reference import cart_clear
 
-from guideload import Machine, Motion, PointOfInterest
+from guideload import Machine, Motion
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, TraceError
 from guideload.identification.fit import COARSE, Objective
 from guideload.identification.model import Model, parse_place
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
-from guideload.identification.unknowns import UnknownTable
 
-TABLES = (
-    UnknownTable(path="carriages.*.stiffness_y"),
-    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
-)
 DELAY, OFFSETS, GAINS = 12.345678, np.array([-9.8, 0.1, 1e-5]), np.array([1.02, 1.0, 1.0])
 STIFFER, MORE_DAMPED = 1.15, 0.7
-
-
-def machine_with(stiffness: float = 1.0, damping: float = 1.0) -> Machine:
-    machine = axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
-    parts = [
-        one.model_copy(
-            update={
-                "stiffness_y": 1e7 * stiffness,
-                "stiffness_z": 8e6,
-                "damping_y": 1e3 * damping,
-                "damping_z": 1e3 * damping,
-            }
-        )
-        for one in machine.carriages
-    ]
-    return machine.model_copy(update={"carriages": tuple(parts)})
 
 
 def channels_on(machine: Machine) -> tuple[Channel, ...]:
@@ -57,61 +36,50 @@ def motion() -> Motion:
 @pytest.fixture(scope="module")
 def log(motion: Motion) -> tuple[Array, Array]:
     """Stamps of another clock at 870 Hz, and what the sensors of the true machine show there."""
-    true = machine_with(STIFFER, MORE_DAMPED)
+    true = soft_axis(STIFFER, MORE_DAMPED)
     time = np.arange(0.05, 1.95, 1.0 / 870.0)
     return time + DELAY, GAINS * shown_by(true, motion, channels_on(true), time) + OFFSETS
 
 
 def test_derivatives_are_exact(motion: Motion, log: tuple[Array, Array]) -> None:
     """Against central differences, by the unknowns, offsets, gain and delay."""
-    machine = machine_with()
+    machine = soft_axis()
     data = SensorLog.of(machine, motion, channels_on(machine), *log)
-    model = Model(machine, unknown(machine, *TABLES))
-    z = np.array([0.1, -0.2])
+    model = Model(machine, unknown(machine, *SOFT_TABLES))
     nuisance = np.array([0.3, -0.1, 1e-5, 1.01, data.delay + 1e-3])
-    found = data.residuals(model.at(z), nuisance)
-    for derivative, at, units in (
-        (found.by_unknowns, lambda c: data.residuals(model.at(z + c), nuisance).values, np.full(2, 1e-5)),
-        (
-            found.by_nuisance,
-            lambda c: data.residuals(model.at(z), nuisance + c).values,
-            np.array([1.0, 1.0, 1e-4, 0.1, 1e-6]),
-        ),
-    ):
-        for one, unit, size in zip(derivative.T, np.eye(units.size), units, strict=True):
-            slope = (at(size * unit) - at(-size * unit)) / (2.0 * size)
-            assert one == pytest.approx(slope, abs=1e-5 * abs(slope).max())
+    own_steps = [1.0, 1.0, 1e-4, 0.1, 1e-6]
+    errors, own = derivative_errors(data, model, np.array([0.1, -0.2]), nuisance, own_steps=own_steps)
+    assert errors.max() < 1e-5 and own.max() < 1e-5
 
 
 def test_exact_log_gives_stiffness_damping_and_the_delay_of_the_clocks(
     motion: Motion, log: tuple[Array, Array]
 ) -> None:
-    machine = machine_with()
+    machine = soft_axis()
     data = SensorLog.of(machine, motion, channels_on(machine), *log)
-    found = identify(machine, TABLES, [data], starts=2)
+    found = identify(machine, SOFT_TABLES, [data], starts=2)
     stiffness, damping = (one.value for one in found.estimates)
     assert stiffness == pytest.approx(1e7 * STIFFER, rel=1e-6)
     assert damping == pytest.approx(1e3 * MORE_DAMPED, rel=1e-5)
-    nuisance = found.fit.objective.nuisance_values(found.fit.minimum.x)[0]
-    assert nuisance[3:] == pytest.approx([GAINS[0], DELAY], rel=1e-6)
+    assert found.nuisance_values(found.data[0])[3:] == pytest.approx([GAINS[0], DELAY], rel=1e-6)
 
 
 def test_intervals_cover_in_noise(motion: Motion, log: tuple[Array, Array]) -> None:
     """Two seeds; the share over many is measured by tests/benchmarks/identification.py."""
-    machine, (time, values) = machine_with(), log
+    machine, (time, values) = soft_axis(), log
     for seed in range(2):
         noise = np.random.default_rng(seed).standard_normal(values.shape)
         data = SensorLog.of(
             machine, motion, channels_on(machine), time, values + 0.1 * values.std(axis=0) * noise
         )
-        stiffness, damping = identify(machine, TABLES, [data], starts=1).estimates
+        stiffness, damping = identify(machine, SOFT_TABLES, [data], starts=1).estimates
         for one, true in ((stiffness, 1e7 * STIFFER), (damping, 1e3 * MORE_DAMPED)):
             sigma = (one.high - one.low) / 3.92
             assert abs(one.value - true) < 4.0 * sigma and sigma < 0.05 * true
 
 
 def test_a_log_of_other_moves_is_refused(motion: Motion, log: tuple[Array, Array]) -> None:
-    machine, (time, values) = machine_with(), log
+    machine, (time, values) = soft_axis(), log
     with pytest.raises(TraceError, match="resembles the expected motion at no delay.*same moves"):
         noise = np.random.default_rng(0).standard_normal(values.shape)
         SensorLog.of(machine, motion, channels_on(machine), time, noise)
@@ -120,8 +88,7 @@ def test_a_log_of_other_moves_is_refused(motion: Motion, log: tuple[Array, Array
 
 
 def test_machines_that_are_not_linear_are_refused(motion: Motion, log: tuple[Array, Array]) -> None:
-    machine = cart_clear()
-    machine = machine.model_copy(update={"points": (PointOfInterest(name="tool", at=(0.05, 0.4, 0.1)),)})
+    machine = cart_clear().model_copy(update={"points": (TOOL,)})
     with pytest.raises(
         ArgumentError, match="links of the level piecewise linear.*give its stiffness as one number"
     ):
@@ -130,10 +97,10 @@ def test_machines_that_are_not_linear_are_refused(motion: Motion, log: tuple[Arr
 
 def test_a_search_does_not_depend_on_the_zero_of_a_clock(motion: Motion, log: tuple[Array, Array]) -> None:
     """A coarse search, too, ends at the true stiffness, wherever the clock of the logger has its zero."""
-    machine, ends = machine_with(), []
+    machine, ends = soft_axis(), []
     for later in (0.0, 1e4):
         data = SensorLog.of(machine, motion, channels_on(machine), log[0] + later, log[1])
-        objective = Objective(Model(machine, unknown(machine, *TABLES)), [data])
+        objective = Objective(Model(machine, unknown(machine, *SOFT_TABLES)), [data])
         end = objective.search(objective.expected, tolerance=COARSE)
         ends.append(end.x - objective.expected)
     assert np.exp(ends[0][0]) == pytest.approx(STIFFER, rel=1e-3)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hammer_tests import deflections, unknown
 from lives import cart
 from motor_records import moves
 
@@ -14,8 +15,6 @@ from guideload import Machine, Motion, PointOfInterest, peak_loads
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.duty.duty_cycle import LoadCase, duty_cycle
 from guideload.identification import (
-    Deflection,
-    Deflections,
     Identification,
     UnknownTable,
     identify,
@@ -24,11 +23,10 @@ from guideload.identification import (
 )
 from guideload.identification.description import CandidateTable, IdentifyFile
 from guideload.identification.modal_test import ModalTest
-from guideload.identification.model import Excitation
+from guideload.identification.model import Excitation, Model
 from guideload.identification.next_measurement import TargetQuantity, TargetTable, carriage_target
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.identification.unknowns import machine_with
-from guideload.parameters.parameters import Parameters
 
 TABLES = (
     UnknownTable(path="carriages.*.stiffness_y", each="rail"),
@@ -50,22 +48,15 @@ def machine() -> Machine:
 def found(machine: Machine) -> Identification:
     """The cart after a few deflections, which its machine file explains exactly."""
     pairs = [("tool y", "tool y"), ("tool z", "tool z"), ("end y", "tool y")]
-    values = tuple(Deflection(parse_place(a, machine), 1e3, parse_place(b, machine), 0.0) for a, b in pairs)
-    data = Deflections("static", values, 1e-7, True)
-    nominal = identify(machine, TABLES, [data], starts=1).fit.objective.model.at(np.zeros(3))
-    shown = (replace(one, moved=float(x)) for one, x in zip(values, data.computed(nominal)[0], strict=True))
-    return identify(machine, TABLES, [replace(data, values=tuple(shown))], starts=1)
+    exact = deflections(Model(machine, unknown(machine, *TABLES)), np.zeros(3), pairs)
+    return identify(machine, TABLES, [replace(exact, level=1e-7)], starts=1)
 
 
-def changed(machine: Machine, found: Identification, index: int, factor: float) -> Machine:
+def changed(found: Identification, index: int, factor: float) -> Machine:
     """The identified machine with another value of one unknown."""
-    parameters = Parameters(machine, moves(0.2))
-    values = (
-        (parameters.at(path)[0], estimate.value * (factor if i == index else 1.0))
-        for i, (one, estimate) in enumerate(zip(found.unknowns, found.estimates, strict=True))
-        for path in one.targets
-    )
-    return machine_with(machine, values)
+    moved = found.estimates[index]
+    values = ((one, value * (factor if of is moved else 1.0)) for one, value, of in found.identified)
+    return machine_with(found.nominal, values)
 
 
 def heavy(machine: Machine) -> Machine:
@@ -82,7 +73,7 @@ def test_figures_of_runs_and_their_derivatives(
     motions = moves(1.0), moves(0.6, seed=3)
 
     def computed(index: int, factor: float) -> np.ndarray:
-        one = changed(machine, found, index, factor)
+        one = changed(found, index, factor)
         cases = [LoadCase("a", one, motions[0], 3.0), LoadCase("b", heavy(one), motions[1], 40.0)]
         cycle = duty_cycle(cases, 3600.0)
         if quantity == "peak_resultant":

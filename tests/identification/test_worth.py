@@ -8,19 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hammer_tests import unknown, with_corners
+from hammer_tests import deflections, unknown, with_corners
 from reference import cart
 
 from guideload import Machine, Modes
-from guideload.identification import (
-    Deflection,
-    Deflections,
-    UnknownTable,
-    compare,
-    identify,
-    parse_place,
-    rank_measurements,
-)
+from guideload.identification import Deflections, UnknownTable, compare, identify, rank_measurements
 from guideload.identification.description import identify_file
 from guideload.identification.fit import fit
 from guideload.identification.model import Model
@@ -38,14 +30,9 @@ PAIRS = [(a, b) for a in ("p0 y", "p2 y", "p1 z") for b in ("p0 y", "p1 y", "p2 
 def still(
     truth: np.ndarray, noise: float, seed: int = 0, pairs: list[tuple[str, str]] = PAIRS
 ) -> Deflections:
-    """Displacements under 1 kN of the cart with these stiffnesses, with noise relative to the largest."""
+    """Displacements of the cart with these stiffnesses."""
     model = Model(MACHINE, unknown(MACHINE, *TABLES))
-    values = tuple(Deflection(parse_place(a, MACHINE), 1e3, parse_place(b, MACHINE), 0.0) for a, b in pairs)
-    moved = Deflections("", values, 1e-6, True).computed(model.at(truth))[0]
-    level = noise * float(abs(moved).max())
-    noisy = moved + level * np.random.default_rng(seed).standard_normal(moved.size)
-    made = (replace(one, moved=float(value)) for one, value in zip(values, noisy, strict=True))
-    return Deflections("static", tuple(made), level, True)
+    return deflections(model, truth, pairs, noise, np.random.default_rng(seed))
 
 
 def test_intervals_hold_the_truth() -> None:

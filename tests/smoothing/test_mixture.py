@@ -51,10 +51,10 @@ def test_orders_that_do_not_survive_rounding_drop_out(monkeypatch):
     before = selection.weighted(samples, 0)
     adapted, failing = selection._component, {before[0].order}
 
-    def fails(samples, trial, weight, at):
-        if trial.order in failing:
+    def fails(samples, trial, weight):
+        if trial.fit.order in failing:
             raise RunError("the result is beyond the range of numbers")
-        return adapted(samples, trial, weight, at)
+        return adapted(samples, trial, weight)
 
     monkeypatch.setattr(selection, "_component", fails)
     after = selection.weighted(samples, 0)

@@ -160,7 +160,7 @@ class AlternativeTable(ConfigModel):
 
 
 def _figure(value: object) -> str | TargetTable:
-    """The name of an unknown, or a figure of a run. Raises ValueRefused, or ValidationError for `FigureTable`."""
+    """The name of an unknown, or a figure of a run. Raises ValueRefused, or ValidationError for `TargetTable`."""
     if isinstance(value, dict | TargetTable):
         return TargetTable.model_validate(value)
     if not isinstance(value, str):
@@ -169,6 +169,13 @@ def _figure(value: object) -> str | TargetTable:
 
 
 KINDS = ("modal_tests", "frequency_responses", "deflections", "motor_forces", "sensor_logs")
+FILES = {  # keys with names of files
+    "alternatives": ("machine",),
+    "frequency_responses": ("file",),
+    "motor_forces": ("trace", "file"),
+    "sensor_logs": ("trace", "file"),
+    "candidates": ("motion",),
+}
 
 
 class IdentifyFile(ConfigModel):
@@ -211,14 +218,9 @@ class IdentifyFile(ConfigModel):
     def files(self) -> dict[KeyPath, str]:
         """Names of the files that it names, by their keys."""
         files: dict[KeyPath, str | None] = {("machine",): self.machine, ("trace",): self.trace}
-        files |= {("alternatives", i, "machine"): one.machine for i, one in enumerate(self.alternatives)}
-        files |= {
-            ("frequency_responses", i, "file"): one.file for i, one in enumerate(self.frequency_responses)
-        }
-        for kind in ("motor_forces", "sensor_logs"):
-            for i, record in enumerate(getattr(self, kind)):
-                files |= {(kind, i, key): getattr(record, key) for key in ("trace", "file")}
-        files |= {("candidates", i, "motion"): one.motion for i, one in enumerate(self.candidates)}
+        for kind, keys in FILES.items():
+            for i, table in enumerate(getattr(self, kind)):
+                files |= {(kind, i, key): getattr(table, key) for key in keys}
         if isinstance(self.figure, TargetTable):
             files |= {("figure", key): getattr(self.figure, key) for key in ("motion", "duty")}
         return {key: name for key, name in files.items() if name is not None}
@@ -321,7 +323,7 @@ def candidate_measurements(
 def target_quantity(
     described: IdentifyFile, file: str | PathLike[str], found: Identification
 ) -> TargetQuantity | None:
-    """The figure by which candidates are ranked; None for all unknowns. Raises as `FigureTable.of`."""
+    """The figure by which candidates are ranked; None for all unknowns. Raises as `TargetTable.of`."""
     if isinstance(described.figure, TargetTable):
         return described.figure.of(found, Path(file).parent)
     return None if described.figure is None else unknown_target(found, described.figure)

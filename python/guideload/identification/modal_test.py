@@ -90,7 +90,7 @@ class ModalTest(Measured):
         band: tuple[float, float],
     ) -> ModalTest:
         """What a test would show of a machine: its modes within a band [Hz] that move where the hammer strikes."""
-        computed = _Computed.of(cls(name, (), tuple(places), levels, (True,) * 3), model)
+        computed = _Computed.of(model, places)
         moved, frequency = abs(_real_shapes(model, [hammer])[0][:, 0]), np.exp(computed.log_frequency)
         seen = moved > LEAST_MOVED * abs(computed.shapes).max(axis=1)
         seen &= (frequency >= band[0]) & (frequency <= band[1])
@@ -142,7 +142,7 @@ class ModalTest(Measured):
 
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         values, slopes = np.full(len(self._rows), LOST), np.zeros((model.z.size, len(self._rows)))
-        computed, at = _Computed.of(self, model), 0
+        computed, at = _Computed.of(model, self.places, self.damped), 0
         pairs, fits = self._paired(computed)
         for i, k in pairs:
             rows = slice(at, at + self._counts[i])
@@ -153,7 +153,7 @@ class ModalTest(Measured):
 
     def pairs(self, model: ModelAt) -> tuple[ModePair, ...]:
         """Every measured mode with its computed one at this machine."""
-        computed = _Computed.of(self, model)
+        computed = _Computed.of(model, self.places, self.damped)
         found, reasons = dict(self._paired(computed)[0]), dict(self.rejected)
         pairs = []
         for i, mode in enumerate(self.modes):
@@ -172,7 +172,7 @@ class ModalTest(Measured):
 
     def settled(self, model: ModelAt, nuisance: Array) -> ModalTest:
         """The test without measured modes that no computed mode resembles, or that are too many."""
-        computed, rejected = _Computed.of(self, model), {}
+        computed, rejected = _Computed.of(model, self.places, self.damped), {}
         for i, mode in enumerate(self.modes):
             if mode.shape is None or len(self.places) < LEAST_PLACES:
                 continue
@@ -260,15 +260,16 @@ class _Computed:
         return np.asarray(np.linalg.norm(self.shapes, axis=1))
 
     @classmethod
-    def of(cls, test: ModalTest, model: ModelAt) -> _Computed:
+    def of(cls, model: ModelAt, places: Sequence[SensorPlace], damped: bool = False) -> _Computed:
+        """damped: whether the frequencies are those of the damped vibration."""
         vibrates = model.modes.eigenvalue.imag > 0.0  # the others are overdamped
         eigenvalue, by = model.modes.eigenvalue[vibrates], _known(model.modes.d_eigenvalue[:, vibrates])
         size, size_by = abs(eigenvalue), (by / eigenvalue).real
-        turning = eigenvalue.imag if test.damped else size
-        log_by = by.imag / eigenvalue.imag if test.damped else size_by
+        turning = eigenvalue.imag if damped else size
+        log_by = by.imag / eigenvalue.imag if damped else size_by
         damping = np.maximum(-eigenvalue.real / size, LEAST_DAMPING)
         log = np.log(turning / (2.0 * np.pi))
-        shapes, shapes_by = _real_shapes(model, test.places)
+        shapes, shapes_by = _real_shapes(model, places)
         return cls(log, log_by, damping, -by.real / size - damping * size_by, shapes, shapes_by)
 
 

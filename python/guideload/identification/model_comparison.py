@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,7 +33,7 @@ class ComparedModel:
     score: float
     behind: float
     uncertainty: float
-    is_best: bool
+    is_best: bool = False
 
 
 def compare(candidates: Mapping[str, Identification]) -> tuple[ComparedModel, ...]:
@@ -47,15 +47,15 @@ def compare(candidates: Mapping[str, Identification]) -> tuple[ComparedModel, ..
             "measured mode that another has; remove this mode from the file"
         )
     best = max(scores, key=lambda name: float(scores[name].sum()))
-    levels = []
+    models = []
     for name, one in candidates.items():
         difference = scores[best] - scores[name]
         behind, deviation = float(difference.sum()), float(np.std(difference) * np.sqrt(difference.size))
-        levels.append((name, len(one.unknowns), float(scores[name].sum()), behind, deviation))
-    close = [row for row in levels if row[3] <= min(CERTAIN * row[4], OVERWHELMING)]
-    simplest = min(close, key=lambda row: (row[1], row[3]))[0]
-    ranked = sorted(levels, key=lambda row: row[3])
-    return tuple(ComparedModel(*row, is_best=row[0] == simplest) for row in ranked)
+        models.append(ComparedModel(name, len(one.unknowns), float(scores[name].sum()), behind, deviation))
+    close = [one for one in models if one.behind <= min(CERTAIN * one.uncertainty, OVERWHELMING)]
+    simplest = min(close, key=lambda one: (one.unknowns, one.behind))
+    ranked = sorted(models, key=lambda one: one.behind)
+    return tuple(replace(one, is_best=one is simplest) for one in ranked)
 
 
 def _scores(found: Identification) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -115,9 +115,8 @@ class FrequencyResponses(Measured):
             values += [rest.real, rest.imag]
             slopes += [by.real, by.imag]
             scales += [by_gain.real, by_gain.imag]
-        by_nuisance = np.concatenate(scales)[:, None] if nuisance.size else np.zeros((len(self.labels), 0))
-        by_values = np.concatenate(slopes)
-        return Residuals(np.concatenate(values), by_values * model.slopes, by_nuisance)
+        by_nuisance = np.concatenate(scales)[:, None][:, : nuisance.size]
+        return Residuals(np.concatenate(values), np.concatenate(slopes) * model.slopes, by_nuisance)
 
     def settled(self, model: ModelAt, nuisance: Array) -> FrequencyResponses:
         """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
@@ -151,11 +150,7 @@ def read_curves(
     for curve in read:
         inside = (curve.frequency >= low) & (curve.frequency <= high) & (curve.frequency > 0.0)
         if inside.any():
-            curves.append(
-                ResponseCurve(
-                    curve.force, curve.place, curve.derivatives, curve.frequency[inside], curve.value[inside]
-                )
-            )
+            curves.append(replace(curve, frequency=curve.frequency[inside], value=curve.value[inside]))
     if not curves:
         raise ValueRefused("frequency responses in the wanted range", file.name, "it has none there")
     return tuple(curves)
@@ -202,7 +197,8 @@ def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Res
         raise ArgumentError(
             f"{file}: universal files are read by the package pyuff: pip install 'guideload[uff]', or export a CSV file"
         ) from None
-    for one in _sets(pyuff.UFF(str(file))):
+    found = pyuff.UFF(str(file)).read_sets()
+    for one in found if isinstance(found, list) else [found]:
         if one.get("type") != 58 or one.get("func_type") != FREQUENCY_RESPONSE:
             continue
         kind = int(one.get("ordinate_spec_data_type", 0))
@@ -213,18 +209,12 @@ def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[Res
         yield ResponseCurve(hit, place, UFF_RESPONSES[kind], np.asarray(one["x"], dtype=np.float64), value)
 
 
-def _sets(file: Any) -> Sequence[dict[str, Any]]:
-    found = file.read_sets()
-    return found if isinstance(found, list) else [found]
-
-
 def _uff_place(one: dict[str, Any], which: str, machine: Machine, nodes: dict[str, str]) -> SensorPlace:
     node, direction = str(int(one[f"{which}_node"])), int(one[f"{which}_dir"])
     if abs(direction) not in UFF_AXES:
         raise ValueRefused("directions 1 to 3, x to z", direction, f"of node {node}")
-    return parse_place(
-        f"{nodes.get(node, node)} {'-' if direction < 0 else ''}{UFF_AXES[abs(direction)]}", machine
-    )
+    sign = "-" if direction < 0 else ""
+    return parse_place(f"{nodes.get(node, node)} {sign}{UFF_AXES[abs(direction)]}", machine)
 
 
 # ---- static deflections

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,11 +24,9 @@ from guideload.identification.uncertainty import (
     Undetermined,
     covariance,
     degrees_of_freedom,
-    information,
-    interval,
+    intervals,
     student_quantile,
     undetermined,
-    undetermined_nuisance,
 )
 from guideload.identification.unknowns import Unknown, UnknownTable, machine_with, resolve_unknowns
 from guideload.machine.machine import Machine
@@ -311,13 +308,8 @@ def identify(
     unknowns = resolve_unknowns(unknown, machine)
     found = fit(Model(machine, unknowns), data, starts)
     spread = covariance(found)
-    sigma, degrees = np.sqrt(np.diag(spread)), degrees_of_freedom(found, spread)
-    widening = sigma / np.sqrt(np.diag(found.covariance))
-    each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
-    intervals = tuple(interval(found, i, *one) for i, one in enumerate(islice(each, len(unknowns))))
-    groups = undetermined(unknowns, found.minimum.x, information(found), spread)
-    groups += tuple(undetermined_nuisance(found, spread))
-    return Identification(machine, unknowns, found, spread, intervals, groups, residual_tests(found))
+    ends, groups = intervals(found, spread), undetermined(found, spread)
+    return Identification(machine, unknowns, found, spread, ends, groups, residual_tests(found))
 
 
 # ---- as JSON

@@ -88,7 +88,7 @@ class SensorLog(Record):
     delay       s, stamp of the log minus that of the trace, where the search starts
     reach       s, how far it may go; 0 if both have one clock
     deviations  draws of the error of the trace's acceleration, none if it is exact
-    rounds      of the fit that are over: errors of the trace count from the second one on, near the right machine
+    fitted      whether a first fit is over: errors of the trace count near the right machine only
     whitening   of the residuals for these errors
     """
 
@@ -97,7 +97,7 @@ class SensorLog(Record):
     delay: float
     reach: float
     deviations: tuple[Excitation, ...] = ()
-    rounds: int = 0
+    fitted: bool = False
     whitening: Whitening | None = None
 
     @classmethod
@@ -121,9 +121,8 @@ class SensorLog(Record):
         """
         excitation = Excitation.of(machine, motion)
         stamps = excitation.motion.time
-        frequency = Modes.of(machine).frequency
-        window = window or 1.0 / (PER_PERIOD * float(frequency.max()))
-        delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(frequency.min())
+        window = window or _usual_window(machine)
+        delay, reach = 0.0, 0.0 if one_clock else 0.5 / float(Modes.of(machine).frequency.min())
         expected = _expected(name, machine, excitation, channels)
         if reach and all(one.gain_spread == np.inf for one in channels):
             raise ArgumentError(
@@ -167,8 +166,7 @@ class SensorLog(Record):
         assert channel.level is not None
         time = excitation.motion.time
         values = np.hypot(channel.shown(model.run(excitation).at(time), model.rest).values, channel.level)
-        window = 1.0 / (PER_PERIOD * float(Modes.of(model.machine).frequency.max()))
-        windows = Windows.of(time, np.ones(values.size, dtype=np.bool_), window, name)
+        windows = Windows.of(time, np.ones(values.size, dtype=np.bool_), _usual_window(model.machine), name)
         levels = np.array([channel.level])
         return cls(name, excitation, time, values[:, None], windows, levels, (channel,), np.ones(1), 0.0, 0.0)
 
@@ -225,8 +223,8 @@ class SensorLog(Record):
         """The log with its residuals whitened for the errors of the trace, near this machine."""
         if not self.deviations:
             return self
-        if self.rounds == 0:
-            return replace(self, rounds=1)
+        if not self.fitted:
+            return replace(self, fitted=True)
         if self.whitening is not None and self.whitening.is_near(model.z):
             return self
         errors = np.array(
@@ -260,6 +258,11 @@ class SensorLog(Record):
             if self.reach:
                 by_nuisance[-1, i] = -gain * by_time
         return predicted, by_unknowns, by_nuisance
+
+
+def _usual_window(machine: Machine) -> float:
+    """Length [s] of the windows if none is given."""
+    return 1.0 / (PER_PERIOD * float(Modes.of(machine).frequency.max()))
 
 
 def _run(model: ModelAt, excitation: Excitation) -> RunDerivatives:

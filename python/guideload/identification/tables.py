@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -38,7 +37,7 @@ from guideload.identification.responses import (
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import NumberOrText, optional
+from guideload.study.varied_parameters import PERCENT, NumberOrText, optional
 from guideload.traces.channels import Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]
@@ -46,7 +45,7 @@ Text = Annotated[StrictStr, Field(min_length=1)]
 
 def _share(value: object, unit: str, above: float, within: Range) -> float:
     """A plain number, or text in percent."""
-    if isinstance(value, str) and (match := re.fullmatch(r"\s*(-?\d+\.?\d*|\.\d+)\s*%\s*", value)):
+    if isinstance(value, str) and (match := PERCENT.fullmatch(value)):
         value = float(match[1]) / 100.0
     return number(value, unit, above=above, within=within)
 
@@ -77,7 +76,7 @@ class ModeTable(ConfigModel):
 class ModalTestTable(ConfigModel):
     """A modal test, as with a hammer: natural frequencies, damping ratios and mode shapes from a modal analysis."""
 
-    name: StrictStr = optional("a title for reports", "hammer test", min_length=1)
+    name: Text = optional("a title for reports", "hammer test")
     places: tuple[StrictStr, ...] = optional(
         'places of the shapes: points of the machine with an axis, e.g. ["tool y", "tool -z"]', ()
     )
@@ -135,7 +134,7 @@ class ModalTestTable(ConfigModel):
 class FrequencyResponsesTable(ConfigModel):
     """Measured frequency responses of a file: a table as `guideload response --csv` writes it, or UFF58."""
 
-    name: StrictStr = optional("a title for reports", "frequency responses", min_length=1)
+    name: Text = optional("a title for reports", "frequency responses")
     file: Text = Field(
         description='columns "frequency [Hz]", "tool y re [m/N]", "tool y im [m/N]" (or m/s/N, m/s^2/N); or a .uff file'
     )
@@ -181,7 +180,7 @@ class DeflectionTable(ConfigModel):
 class DeflectionsTable(ConfigModel):
     """Static deflections under known forces, of a machine with linear carriages and links."""
 
-    name: StrictStr = optional("a title for reports", "static deflections", min_length=1)
+    name: Text = optional("a title for reports", "static deflections")
     noise: Annotated[float, in_range(DEFLECTION, above=0.0)] | None = optional(
         'standard deviation of a displacement, e.g. "0.3 um"; estimated if left out'
     )

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from scipy.optimize import brentq
@@ -37,15 +38,6 @@ def covariance(fit: Fit) -> Array:
         rows.append(score_root(each, values, slopes, level) if isinstance(each, Record) else slopes)
     spread = np.vstack(rows) @ fit.covariance
     return np.asarray(spread.T @ spread)
-
-
-def information(fit: Fit) -> Array:
-    """(p, p) of the machine's unknowns from the data alone, whatever the nuisance parameters of the data are.
-
-    In units of what was known before: an eigenvalue of 3 halves the spread in its direction, 1/sqrt(1 + 3).
-    """
-    p, weights = fit.objective.p, fit.objective.weights
-    return marginal_information(fit.jacobian[:, :p] / weights[:p], fit.jacobian[:, p:], weights[p:])
 
 
 def marginal_information(by_unknowns: Array, by_nuisance: Array, weights: Array) -> Array:
@@ -112,6 +104,14 @@ class Interval:
 def student_quantile(degrees: float | Array) -> Array:
     """Standard deviations to either side that hold 95 % of t distributions."""
     return np.asarray(student.ppf(0.5 + 0.5 * LEVEL, degrees))
+
+
+def intervals(fit: Fit, covariance: Array) -> tuple[Interval, ...]:
+    """The intervals of the unknowns of the machine."""
+    sigma, degrees = np.sqrt(np.diag(covariance)), degrees_of_freedom(fit, covariance)
+    widening = sigma / np.sqrt(np.diag(fit.covariance))
+    each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
+    return tuple(interval(fit, i, *one) for i, one in enumerate(islice(each, fit.objective.p)))
 
 
 def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float = 1.0) -> Interval:
@@ -213,26 +213,31 @@ class Undetermined:
     words: str
 
 
-def undetermined(
-    unknowns: Sequence[Unknown], z: Array, information: Array, covariance: Array
-) -> tuple[Undetermined, ...]:
-    """The groups of unknowns that the data do not separate; information, covariance: see the file of that name."""
-    found = []
+def undetermined(fit: Fit, covariance: Array) -> tuple[Undetermined, ...]:
+    """The groups of unknowns, and of nuisance parameters of one data set, that the data do not separate.
+
+    covariance: (p + q, p + q) of the coordinates. Of the one combination that is determined the words give the value.
+    """
+    return (*_undetermined_unknowns(fit, covariance), *_undetermined_nuisance(fit, covariance))
+
+
+def _undetermined_unknowns(fit: Fit, covariance: Array) -> Iterator[Undetermined]:
+    """Groups of unknowns of the machine."""
+    unknowns, z, weights = fit.objective.model.unknowns, fit.minimum.x, fit.objective.weights
+    p = len(unknowns)
+    by_unknowns = fit.jacobian[:, :p] / weights[:p]
+    information = marginal_information(by_unknowns, fit.jacobian[:, p:], weights[p:])
     for group, determined, direction in _undetermined_groups(information):
         words = _words(unknowns, z, group, determined, direction)
         if words.endswith(SUM):
             value = sum(unknowns[i].value(z[i]) for i in group)
             slopes = np.array([unknowns[i].slope(z[i]) for i in group])
             words += _sum(value, slopes, covariance[np.ix_(group, group)], unknowns[group[0]].unit)
-        found.append(Undetermined(tuple(unknowns[i].name for i in group), determined, words))
-    return tuple(found)
+        yield Undetermined(tuple(unknowns[i].name for i in group), determined, words)
 
 
-def undetermined_nuisance(fit: Fit, covariance: Array) -> Iterator[Undetermined]:
-    """The groups of nuisance parameters of one data set that the data do not separate, as friction and offset.
-
-    covariance: (p + q, p + q) of the coordinates. Of the one combination that is determined the words give the value.
-    """
+def _undetermined_nuisance(fit: Fit, covariance: Array) -> Iterator[Undetermined]:
+    """Groups of nuisance parameters, as friction and offset."""
     objective = fit.objective
     weights, values = objective.weights, fit.minimum.x * objective.units
     for data, columns in zip(objective.data, objective.columns, strict=True):

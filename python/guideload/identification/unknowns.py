@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ConfigError, KeyRefused, Problem, ValueRefused, problem_at
+from guideload.base.errors import ConfigError, KeyPath, KeyRefused, Problem, ValueRefused, problem_at
 from guideload.base.number_text import joined
 from guideload.base.ranges import FACTOR
 from guideload.base.units import quantity
@@ -209,45 +209,41 @@ CROSS = ("position", "mounting_error")  # their first component is y
 KINDS = {"carriage": "carriages", "link": "links", "rail": "rails"}
 
 
+def key_path(machine: Machine, parameter: Parameter) -> KeyPath:
+    """The keys of a parameter in a machine file: ("carriages", 0, "stiffness_y"), ("rails", 1, "position", 0)."""
+    head, _, key = parameter.path.rpartition("].")
+    names = key.split(".")
+    keys: list[str | int] = [*names]
+    if names[:2] == ["body", "inertia"]:
+        keys[2:] = [AXES.index(axis) for axis in names[2]]
+    elif len(names) > 1 and names[-1] in AXES:
+        keys[-1] = AXES.index(names[-1]) - (names[-2] in CROSS)
+    if not head:
+        return tuple(keys)
+    kind = head.partition("[")[0]
+    owner = next(parameter.owners[one] for one, many in KINDS.items() if many == kind)
+    return (kind, [part.name for part in getattr(machine, kind)].index(owner), *keys)
+
+
 def machine_with(machine: Machine, values: Iterable[tuple[Parameter, float]]) -> Machine:
     """The machine with these values of its parameters, in SI. Raises ConfigError for an impossible one."""
-    parts: dict[str, Any] = {
-        kind: {part.name: part for part in getattr(machine, kind)} for kind in KINDS.values()
-    }
-    parts |= {"body": machine.body, "gravity": machine.gravity}
+    update: dict[str, Any] = {}
     for parameter, value in values:
-        key = parameter.path.rpartition("].")[2]
-        kind = next((KINDS[owner] for owner in KINDS if owner in parameter.owners), None)
-        if kind is not None:
-            name = parameter.owners[kind.removesuffix("s")]
-            parts[kind][name] = _changed(parts[kind][name], key.split("."), value)
-        elif key.startswith("gravity."):
-            parts["gravity"] = _replaced(parts["gravity"], AXES.index(key[-1]), value)
-        else:
-            parts["body"] = _changed(parts["body"], key.split(".")[1:], value)
-    update = {key: tuple(part.values()) if isinstance(part, dict) else part for key, part in parts.items()}
+        key, *keys = key_path(machine, parameter)
+        update[str(key)] = _with(update.get(str(key), getattr(machine, str(key))), keys, value)
     return machine.model_copy(update=update)
 
 
-def _changed(part: Any, keys: list[str], value: float) -> Any:
-    """A part of the machine with another value: of ["stiffness_y"], ["stiffness_y", "positive"], ["position", "z"]."""
+def _with(part: Any, keys: list[str | int], value: float) -> Any:
+    """A part of the machine with another value at some keys and indices in it."""
+    if not keys:
+        return value
     key, *inner = keys
-    before = getattr(part, key)
-    if not inner:
-        after: Any = value
-    elif key == "inertia":
-        i, j = map(AXES.index, inner[0])
-        rows = [list(row) for row in before]
-        rows[i][j] = rows[j][i] = value
-        after = rows
-    elif inner[0] == "scale":
-        after = tuple((deflection, value * force) for deflection, force in before)
-    elif inner[0] in AXES:
-        after = _replaced(before, AXES.index(inner[0]) - (key in CROSS), value)
-    else:
-        after = before.model_copy(update={inner[0]: value})
-    return part.model_copy(update={key: after})
-
-
-def _replaced(vector: tuple[float, ...], index: int, value: float) -> tuple[float, ...]:
-    return (*vector[:index], value, *vector[index + 1 :])
+    if key == "scale":  # of a curve
+        return tuple((deflection, value * force) for deflection, force in part)
+    if isinstance(key, int):
+        return (*part[:key], _with(part[key], inner, value), *part[key + 1 :])
+    changed = _with(getattr(part, key), inner, value)
+    if key == "inertia":
+        changed = _with(changed, inner[::-1], value)
+    return part.model_copy(update={key: changed})

@@ -21,8 +21,7 @@ from guideload.base.toml import Place, read_toml
 from guideload.base.units import factor
 from guideload.identification.result import Identification, NuisanceEstimate, UnknownEstimate
 from guideload.identification.uncertainty import NORMAL_QUANTILE
-from guideload.identification.unknowns import AXES, CROSS, KINDS, usual_unit
-from guideload.parameters.parameters import Parameter
+from guideload.identification.unknowns import key_path, usual_unit
 
 # ---- the machine file
 
@@ -50,7 +49,7 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
     places = read_toml(source)[1]
     edits = [*_of_files(places, text, source, folder)]
     for parameter, value, estimate in found.identified:
-        path, unit = _key_path(found, parameter), parameter.unit
+        path, unit = key_path(found.nominal, parameter), parameter.unit
         edit = _edit(path, value, unit, _comment(found, estimate.name, estimate, estimate.unit), places, text)
         if edit is None:
             way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
@@ -62,13 +61,12 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
             mirrored = _edit((*path[:2], path[3], path[2]), value, unit, "", places, text)
             edits += [mirrored] if mirrored else []
     for one in (one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key):
-        number = one.parameter
-        keys, comment = number.key.split("."), _comment(found, number.name, one, number.unit)
-        edit = _edit(tuple(keys), one.value, number.unit, comment, places, text)
+        number, keys = one.parameter, tuple(one.parameter.key.split("."))
+        comment = _comment(found, number.name, one, number.unit)
+        edit = _edit(keys, one.value, number.unit, comment, places, text)
         if edit is None:
-            table = ".".join(keys[:-1])
             raise RunError(
-                f"{number.key}: the machine file has no table [{table}] for the identified value: add one"
+                f"{number.key}: the machine file has no table [{keys[0]}] for the identified value: add one"
             )
         edits.append(edit)
     for edit in sorted(edits, reverse=True):
@@ -94,28 +92,11 @@ def _edit(
     if table is None or isinstance(path[-1], int):
         return None
     row = f"{path[-1]} = {_in_unit_as_written('', value, unit)}"
-    if text[table.first] == "[":
+    if not table.text:  # the header of a table
         return _Edit(table.last, table.last, f"\n{row}", comment)
     if text[table.first] == "{":
         return _Edit(table.first + 1, table.first + 1, f" {row},", comment)
     return None
-
-
-def _key_path(found: Identification, parameter: Parameter) -> KeyPath:
-    """The keys of a parameter in a machine file: ("carriages", 0, "stiffness_y"), ("rails", 1, "position", 0)."""
-    head, _, key = parameter.path.rpartition("].")
-    names = key.split(".")
-    keys: list[str | int] = [*names]
-    if names[:2] == ["body", "inertia"]:
-        keys = ["body", "inertia", *(AXES.index(axis) for axis in names[2])]
-    elif names[-1] in AXES:
-        keys[-1] = AXES.index(names[-1]) - (names[-2] in CROSS)
-    if not head:
-        return tuple(keys)
-    kind = head.partition("[")[0]
-    parts = [part.name for part in getattr(found.nominal, kind)]
-    owner = next(parameter.owners[one] for one, many in KINDS.items() if many == kind)
-    return (kind, parts.index(owner), *keys)
 
 
 def _in_unit_as_written(written: str, value: float, unit: str) -> str:

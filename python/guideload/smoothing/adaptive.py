@@ -6,15 +6,16 @@ that the process noise has a heavy tail (Student's t): dwells get a low density 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.cores import cores, threads
+from guideload.base.cores import Submit, cores, threads
 from guideload.motion.uncertainty import Segments
 from guideload.smoothing.stationary import (
     Adaptation,
@@ -42,6 +43,8 @@ PIECE = 100_000  # samples in a piece of a long trace; pieces are adapted indepe
 AVERAGED = 9  # segments whose normalised innovation variance is averaged
 NUDGE = 1e-2  # relative change of densities and noise for a difference quotient, far above rounding
 LEAST = 1e-2  # least variance of the error, over that of the model
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +61,14 @@ class AdaptedModel:
     fit: Adaptation
     weight: float
 
-    def with_jumps_located(self, order: int) -> AdaptedModel:
+    def with_jumps_located(self) -> AdaptedModel:
         """The model with the segments of jumps divided once more, and all densities adapted for longer.
 
-        order: of the white derivative of the position. Only order 3 without an oscillator, whose acceleration jumps;
-        all others give the same model. (With order 4 the error is smaller, too, but peaks overshoot.)
+        Only with order 3 without an oscillator, whose acceleration jumps; all others give the same model. (With order 4
+        the error is smaller, too, but peaks overshoot.)
         """
         stationary = self.smoother.fit
-        if order != ORDER_OF_JUMPS or stationary.oscillator is not None:
+        if stationary.order != ORDER_OF_JUMPS or stationary.oscillator is not None:
             return self
         segments = _divided(self.segment, self.fit.density, self.fit.density >= JUMP * stationary.density)
         fit = self.smoother.adapt(segments, self.fit.noise, LAST_ROUNDS, self.weight, self.fit.sites)
@@ -76,15 +79,15 @@ class AdaptedModel:
         """The sites, with an allowance for coloured noise in their variance."""
         return self.fit.value, self.fit.variance + (COLOUR - 1.0) * self.fit.noise
 
-    def error_share(self, variance: Array, derivative: int) -> Array:
-        """(n,) variance of the estimate's error over the model's `variance` (n,), for one number of the state.
+    def error_share(self, variance: Array) -> Array:
+        """(n,) variance of the estimate's error over the model's `variance` (n,), of the acceleration.
 
         The gain of the smoother minimises the variance, so the derivative of the variance with respect to a density or
         noise is the share of that process in the error (envelope theorem). Subtracted are the process noise that the
         samples do not have, by the normalised innovation variances, and the allowance for coloured measurement noise.
         """
         # White noise alone has a normalised innovation variance of 1/(2 N).
-        least = 0.5 / self.smoother.fit.order
+        least = 0.5 / self.smoother.fit.states
         present = (self.fit.innovation - least) / (1.0 - least)
         # Averaged over segments of similar density, as the value of one segment is too uncertain.
         similar = np.argsort(self.fit.density)
@@ -95,18 +98,18 @@ class AdaptedModel:
         value, noise = self.coloured_sites
         sites = value, noise + NUDGE * (self.fit.variance - noise)
         _, nudged = self.smoother.smooth((self.segment, density), sites)
-        ratio = np.divide(nudged[:, derivative], variance, out=np.ones_like(variance), where=variance > 0.0)
+        nudged = nudged[:, self.smoother.fit.acceleration]
+        ratio = np.divide(nudged, variance, out=np.ones_like(variance), where=variance > 0.0)
         return np.asarray(np.clip(1.0 + (ratio - 1.0) / NUDGE, LEAST, 1.0))
 
 
-def adapted(
-    samples: ScaledSamples, stationary: StationaryFit, order: int, weight: float | None = None
-) -> AdaptedModel:
+def adapted(samples: ScaledSamples, stationary: StationaryFit, weight: float | None = None) -> AdaptedModel:
     """Adapt the densities to the samples, starting from the stationary fit.
 
-    order: of the white derivative of the position. weight: of the prior; by default it depends on the samples.
-    Segments with a high density are divided, so that a jump is located, and adapted once more.
+    weight: of the prior; by default it depends on the samples. Segments with a high density are divided, so that a jump
+    is located, and adapted once more.
     """
+    order = stationary.order
     if order in JUMPING and stationary.time_constant < 1.0 and stationary.oscillator is None:
         least = max(samples.least_noise, samples.noise_where_smooth())
         samples = replace(samples, least_noise=least)
@@ -125,9 +128,7 @@ def adapted(
     return AdaptedModel(smoother, segments[0], fit, weight)
 
 
-def adapted_in_pieces(
-    samples: ScaledSamples, stationary: StationaryFit, order: int, weight: float
-) -> AdaptedModel:
+def adapted_in_pieces(samples: ScaledSamples, stationary: StationaryFit, weight: float) -> AdaptedModel:
     """Adapt to a long trace and locate its jumps, in pieces and in parallel.
 
     The result does not depend on the number of threads.
@@ -137,10 +138,10 @@ def adapted_in_pieces(
     slices = [slice(int(first), int(last)) for first, last in pairwise(edges)]
 
     def adapted_piece(part: slice) -> AdaptedModel:
-        return adapted(samples.part(part), stationary, order, weight).with_jumps_located(order)
+        return adapted(samples.part(part), stationary, weight).with_jumps_located()
 
     with threads(cores()) as submit:
-        pieces = [future.result() for future in [submit(adapted_piece, part) for part in slices]]
+        pieces = results(submit, adapted_piece, slices)
     numbers, last = [], -1
     for piece in pieces:
         # The interval between two pieces belongs to the last segment of the first one.
@@ -152,6 +153,11 @@ def adapted_in_pieces(
     ]
     smoother = StateSpaceSmoother(samples, stationary)
     return AdaptedModel(smoother, np.concatenate(numbers)[:-1], Adaptation(*fit), weight)
+
+
+def results(submit: Submit, task: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """The results of a task for each of the items, each on a thread."""
+    return [future.result() for future in [submit(task, item) for item in items]]
 
 
 def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Partition:

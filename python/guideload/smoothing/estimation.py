@@ -41,7 +41,7 @@ from guideload.smoothing.kinematics import (
     UNIT,
     Kind,
     Kinematics,
-    checked,
+    checked_samples,
     constant_motion,
     noise_warning,
     travel,
@@ -107,10 +107,10 @@ def estimate(
 
     time: (n,) s, strictly increasing, n >= 8. value: (n,) m or m/s according to `kind`.
     quantum: step of the encoder in the unit of the samples; 0 if unknown.
-    Raises TraceError for samples that `checked` refuses, and for a quantum that does not fit them; MemoryError
+    Raises TraceError for samples that `checked_samples` refuses, and for a quantum that does not fit them; MemoryError
     if there is too little memory.
     """
-    stamps, samples = checked(time, value, kind)
+    stamps, samples = checked_samples(time, value, kind)
     spread = float(np.ptp(samples))
     if not (quantum == 0.0 or spread / FINEST <= quantum < np.inf):
         raise TraceError(
@@ -145,11 +145,11 @@ def _estimate(
     time: Array, value: Array, kind: Kind, samples: ScaledSamples, candidates: list[MixtureComponent]
 ) -> MotionEstimate:
     """The estimate of a mixture of adapted models, in SI units."""
-    at = 2 if kind == "position" else 1  # index of the acceleration in the state
     shares = _shares(candidates)
     order = next(iter(shares))
     leading = next(i for i, each in enumerate(candidates) if each.order == order)
     model = candidates[leading].model
+    at = model.smoother.fit.acceleration
     weights = np.array([each.weight for each in candidates])
     mean = np.asarray(sum(each.weight * each.mean for each in candidates))
     between = np.zeros(time.size)

@@ -36,7 +36,7 @@ class Kinematics:
     note: str
 
 
-def checked(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array]:
+def checked_samples(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array]:
     """Time stamps (n,) s and samples (n,) as float64.
 
     Raises TraceError for an unknown kind, shapes that do not agree, fewer than 8 samples, numbers that are not finite,

@@ -16,7 +16,7 @@ from guideload.base.arrays import Array
 from guideload.base.cores import Submit
 from guideload.base.errors import RunError
 from guideload.motion.uncertainty import Segments
-from guideload.smoothing.adaptive import LENGTH, WEIGHT
+from guideload.smoothing.adaptive import LENGTH, WEIGHT, results
 from guideload.smoothing.stationary import (
     Adaptation,
     Oscillator,
@@ -54,37 +54,30 @@ class OscillatorTrial:
 
 
 def find_oscillator(
-    excerpts: list[ScaledSamples], stationary: StationaryFit, order: int, acceleration: int, submit: Submit
+    excerpts: list[ScaledSamples], stationary: StationaryFit, submit: Submit
 ) -> Oscillator | None:
     """The oscillator that explains the samples best; None if its score is more than 5 below that without one.
 
-    order: of the white derivative of the drive's position. acceleration: its index in the state. submit: runs a task
-    on a thread (`base/cores.py`).
+    submit: runs a task on a thread (`base/cores.py`).
     """
     if _slowest(excerpts) >= _fastest(stationary):
         return None
-    search = Search.of(excerpts, stationary, order)
+    search = Search.of(excerpts, stationary)
     slowest, fastest = _slowest(search.parts), _fastest(search.stationary)
     if slowest >= fastest:
         return None
     grid = np.exp(np.arange(np.log(slowest), np.log(fastest), np.log(RATIO)))
-    starts = [Oscillator(float(frequency), DAMPING, acceleration) for frequency in grid]
+    starts = [Oscillator(float(frequency), DAMPING, stationary.acceleration) for frequency in grid]
     alone = submit(lambda rounds: search.adapted(None, rounds), sum(IMPROVED_ROUNDS))
-    points = [
-        each.result()
-        for each in [submit(lambda start: search.adapted(start, GRID_ROUNDS), s) for s in starts]
-    ]
+    points = results(submit, lambda start: search.adapted(start, GRID_ROUNDS), starts)
     scores = np.array([-np.inf, *(point.score for point in points), -np.inf])
     peaks = np.flatnonzero((scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]))
     tried = peaks[np.argsort(-scores[1 + peaks])][:IMPROVED]
-    improved: list[OscillatorTrial] = [
-        each.result() for each in [submit(search.improved, points[i]) for i in tried]
-    ]
+    improved = results(submit, search.improved, [points[i] for i in tried])
     best = max(improved, key=lambda point: point.score, default=alone.result())
     if best.oscillator is None or best.score <= alone.result().score + LEAST_GAIN:
         return None
-    frequency, damping, _ = best.oscillator
-    return Oscillator(frequency / search.factor, damping, acceleration)
+    return best.oscillator._replace(frequency=best.oscillator.frequency / search.factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,10 +88,9 @@ class Search:
     factor: int
     stationary: StationaryFit
     noise: float  # before rounding
-    order: int
 
     @classmethod
-    def of(cls, excerpts: list[ScaledSamples], stationary: StationaryFit, order: int) -> Search:
+    def of(cls, excerpts: list[ScaledSamples], stationary: StationaryFit) -> Search:
         # Those with the longest travel, as an axis at rest does not ring.
         excerpts = sorted(excerpts, key=lambda part: -float(np.ptp(part.value)))[:SEARCHED]
         count = sum(part.value.size for part in excerpts)
@@ -109,7 +101,7 @@ class Search:
         noise = stationary.noise if quiet else stationary.noise / factor
         density = stationary.density * float(factor) ** stationary.power
         fit = replace(stationary, noise=noise, time_constant=(noise / density) ** (1.0 / stationary.power))
-        return cls(parts, factor, fit, max(noise - parts[0].rounding, parts[0].least_noise), order)
+        return cls(parts, factor, fit, max(noise - parts[0].rounding, parts[0].least_noise))
 
     def adapted(
         self, oscillator: Oscillator | None, rounds: int, start: OscillatorTrial | None = None
@@ -122,7 +114,8 @@ class Search:
                 before = start.parts[number]
                 density, noise, sites = before.density, before.noise, before.sites
             try:
-                found.append(smoother.adapt((segment, density), noise, rounds, WEIGHT[self.order], sites))
+                weight = WEIGHT[smoother.fit.order]
+                found.append(smoother.adapt((segment, density), noise, rounds, weight, sites))
             except RunError:  # beyond the range of numbers
                 return OscillatorTrial(oscillator, -np.inf, [])
         score = sum(float(each.predictive.sum()) for each in found)
@@ -140,7 +133,7 @@ class Search:
                     self.parts, self._smoothers(point.oscillator), point.parts, strict=True
                 )
             ]
-            fit = self.stationary.with_oscillator(point.oscillator)
+            fit = replace(self.stationary, oscillator=point.oscillator)
             oscillator, strides = more_likely(fit, adapted, strides, MOVES, _fastest(fit))
             after = self.adapted(oscillator, rounds, point)
             if not after.parts:
@@ -150,9 +143,9 @@ class Search:
 
     def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[StateSpaceSmoother, Partition]]:
         """A smoother for each part, and its segments."""
-        fit = self.stationary.with_oscillator(oscillator) if oscillator else self.stationary
+        fit = replace(self.stationary, oscillator=oscillator)
         smoothers = [StateSpaceSmoother(part, fit) for part in self.parts]
-        length = max(1.0, LENGTH[self.order] * fit.time_constant)
+        length = max(1.0, LENGTH[fit.order] * fit.time_constant)
         return [(smoother, smoother.segments(length, fit.density)) for smoother in smoothers]
 
 
@@ -169,10 +162,10 @@ def more_likely(
     are halved, as logarithms. fastest: limit of the frequency.
     """
     assert fit.oscillator is not None
-    acceleration = fit.oscillator.acceleration
 
     def oscillator(place: Array) -> Oscillator:
-        return Oscillator(float(np.exp(place[0])), float(np.exp(place[1])), acceleration)
+        frequency, damping = np.exp(place).tolist()
+        return Oscillator(frequency, damping, fit.acceleration)
 
     def likelihood(place: Array) -> float:
         """Logarithm, but for a constant."""

@@ -1,12 +1,8 @@
-"""Orders of the white derivative, tried on the samples and weighted: the candidates of the mixture.
-
-The orders are weighted by their leave-one-out predictive likelihood. Each takes part twice, with densities that differ
-as the samples suggest, and with nearly even ones. An oscillator between the drive and the encoder takes part if it is
-much more likely than every order without one; then all candidates have it.
-"""
+"""Orders of the white derivative, tried on the samples and weighted: the candidates of the mixture of `estimation`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,15 +11,9 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.cores import cores, threads
 from guideload.base.errors import RunError, TraceError
-from guideload.smoothing.adaptive import AdaptedModel, adapted, adapted_in_pieces
+from guideload.smoothing.adaptive import AdaptedModel, adapted, adapted_in_pieces, results
 from guideload.smoothing.oscillation import DECAYING, find_oscillator, more_likely
-from guideload.smoothing.stationary import (
-    RINGING_STATES,
-    Oscillator,
-    ScaledSamples,
-    StationaryFit,
-    fitted,
-)
+from guideload.smoothing.stationary import ScaledSamples, StationaryFit, fitted
 
 ORDERS = (3, 4, 5, 6)  # of the white derivative of the position
 # Factors on the standard deviations, calibrated by tests/benchmarks/encoder.py, by order, without and with an
@@ -56,29 +46,20 @@ class MixtureComponent:
     error_variance  (n,) calibrated variance of the error of the acceleration
     """
 
-    order: int
     weight: float
     model: AdaptedModel
     mean: Array
     variance: Array
     error_variance: Array
 
-    @classmethod
-    def of(cls, order: int, weight: float, model: AdaptedModel, at: int) -> MixtureComponent:
-        """The candidate with the posterior of its model. at: index of the acceleration in the state."""
-        mean, variances = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
-        variance = variances[:, at]
-        quiet = model.fit.noise < QUIET**2 * model.smoother.samples.quantum
-        scales = RINGING_SCALE if model.smoother.fit.oscillator else SCALE
-        scale = scales[order] * (ROUNDED if quiet else 1.0)
-        error_variance = scale**2 * variance * model.error_share(variance, at)
-        return cls(order, weight, model, mean, variance, error_variance)
+    @property
+    def order(self) -> int:
+        return self.model.smoother.fit.order
 
 
 class Trial(NamedTuple):
-    """An order of the white derivative, adapted to the excerpts, and its score; -inf if it failed."""
+    """An order of the white derivative, adapted to the excerpts, and its score."""
 
-    order: int
     score: float
     fit: StationaryFit
     predictive: float  # score of the stationary fit
@@ -96,7 +77,7 @@ def weighted(samples: ScaledSamples, taken: int) -> list[MixtureComponent]:
     Raises TraceError if no order survives rounding.
     """
     excerpts = samples.excerpts(2 - taken)
-    trials = [trial for trial in _trials(excerpts, taken) if np.isfinite(trial.score)]
+    trials = _trials(excerpts, taken)
     # An oscillator is used only if it is much more likely. Without it none has one.
     rings = _best(trials, True) - RINGING > _best(trials, False)
     eligible = [trial for trial in trials if trial.rings == rings]
@@ -110,7 +91,7 @@ def weighted(samples: ScaledSamples, taken: int) -> list[MixtureComponent]:
         candidates: list[MixtureComponent] = []
         for number in np.argsort(-scores)[: np.count_nonzero(weights)]:
             try:
-                candidates.append(_component(samples, eligible[number], float(weights[number]), 2 - taken))
+                candidates.append(_component(samples, eligible[number], float(weights[number])))
             except RunError:  # beyond the range of numbers: the others are weighted anew
                 del eligible[number]
                 break
@@ -124,39 +105,46 @@ def weighted(samples: ScaledSamples, taken: int) -> list[MixtureComponent]:
 
 
 def _trials(excerpts: list[ScaledSamples], taken: int) -> list[Trial]:
-    """The orders, with an oscillator too if the samples show one; the best also with nearly even densities."""
-    with threads(cores()) as submit:
-        first = [submit(lambda order: _tried(excerpts, order, order - taken), order) for order in ORDERS]
-        trials: list[Trial] = [future.result() for future in first]
-        driven = trials[ORDERS.index(DRIVEN[-1])]
-        if np.isfinite(driven.score):
-            oscillator = find_oscillator(excerpts, driven.fit, driven.order, 2 - taken, submit)
-            if oscillator is not None:
-                # Else an order that jumps could take noise for jumps.
-                noise = max(trials, key=lambda trial: trial.score).models[0].fit.noise
-                noisy = [replace(part, least_noise=max(part.least_noise, 0.5 * noise)) for part in excerpts]
-                ringing = [
-                    submit(lambda order: _ringing(noisy, order, order - taken, oscillator), order)
-                    for order in DRIVEN
-                ]
-                found: list[Trial] = [future.result() for future in ringing]
-                trials += [it for it in found if it.fit.oscillator and it.fit.oscillator.damping >= DECAYING]
-        near = [trial for trial in trials if trial.score > _best(trials, trial.rings) - TRIED]
-        even = [submit(lambda trial: _adapted(excerpts, trial, EVEN), trial) for trial in near]
-        return trials + [future.result() for future in even]
+    """The orders that survive rounding, with an oscillator too if the samples show one.
 
-
-def _component(samples: ScaledSamples, trial: Trial, weight: float, at: int) -> MixtureComponent:
-    """The trial adapted to all samples. at: index of the acceleration in the state.
-
-    Raises RunError if its numbers do not survive rounding.
+    The best are tried with nearly even densities as well.
     """
+    with threads(cores()) as submit:
+        plain = [StationaryFit(order, taken) for order in ORDERS]
+        tried = dict(zip(ORDERS, results(submit, lambda model: _tried(excerpts, model), plain), strict=True))
+        trials = _sound(tried.values())
+        driven = tried[DRIVEN[-1]]
+        oscillator = None if driven is None else find_oscillator(excerpts, driven.fit, submit)
+        if oscillator:
+            # Else an order that jumps could take noise for jumps.
+            noise = max(trials, key=lambda trial: trial.score).models[0].fit.noise
+            noisy = [replace(part, least_noise=max(part.least_noise, 0.5 * noise)) for part in excerpts]
+            driving = [StationaryFit(order, taken, oscillator=oscillator) for order in DRIVEN]
+            ringing = _sound(results(submit, lambda model: _ringing(noisy, model), driving))
+            trials += [it for it in ringing if it.fit.oscillator and it.fit.oscillator.damping >= DECAYING]
+        near = [trial for trial in trials if trial.score > _best(trials, trial.rings) - TRIED]
+        return trials + _sound(results(submit, lambda trial: _adapted(excerpts, trial, EVEN), near))
+
+
+def _sound(trials: Iterable[Trial | None]) -> list[Trial]:
+    """Those that survived rounding."""
+    return [trial for trial in trials if trial is not None]
+
+
+def _component(samples: ScaledSamples, trial: Trial, weight: float) -> MixtureComponent:
+    """The trial adapted to all samples. Raises RunError if its numbers do not survive rounding."""
     if len(trial.models) == 1:
-        model = trial.models[0].with_jumps_located(trial.order)
+        model = trial.models[0].with_jumps_located()
     else:
         prior = float(np.mean([model.weight for model in trial.models]))
-        model = adapted_in_pieces(samples, trial.fit, trial.order, prior)
-    return MixtureComponent.of(trial.order, weight, model, at)
+        model = adapted_in_pieces(samples, trial.fit, prior)
+    mean, variances = model.smoother.smooth((model.segment, model.fit.density), model.coloured_sites)
+    variance = variances[:, trial.fit.acceleration]
+    quiet = model.fit.noise < QUIET**2 * samples.quantum
+    scales = RINGING_SCALE if trial.rings else SCALE
+    scale = scales[trial.fit.order] * (ROUNDED if quiet else 1.0)
+    error_variance = scale**2 * variance * model.error_share(variance)
+    return MixtureComponent(weight, model, mean, variance, error_variance)
 
 
 def _best(trials: list[Trial], rings: bool) -> float:
@@ -164,43 +152,44 @@ def _best(trials: list[Trial], rings: bool) -> float:
     return max((trial.score for trial in trials if trial.rings == rings), default=-np.inf)
 
 
-def _tried(
-    excerpts: list[ScaledSamples], order: int, states: int, oscillator: Oscillator | None = None
-) -> Trial:
-    """The stationary fit of an order, adapted with the weight of the prior that the samples suggest."""
-    fit = StationaryFit(states, 1.0, 1.0, oscillator)
+def _tried(excerpts: list[ScaledSamples], model: StationaryFit) -> Trial | None:
+    """The stationary fit of an order, adapted with the weight of the prior that the samples suggest.
+
+    None if it does not survive rounding.
+    """
     try:
-        fit, predictive = fitted(excerpts, states, oscillator)
-        if np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf:  # else long gaps, beyond doubles
-            return _adapted(excerpts, Trial(order, -np.inf, fit, predictive, []), None)
+        fit, predictive = fitted(excerpts, model)
     except RunError:  # beyond the range of numbers
-        pass
-    return Trial(order, -np.inf, fit, -np.inf, [])
+        return None
+    if not (np.isfinite(predictive) and 0.0 < fit.time_constant < np.inf):  # long gaps, beyond doubles
+        return None
+    return _adapted(excerpts, Trial(0.0, fit, predictive, []), None)
 
 
-def _ringing(excerpts: list[ScaledSamples], order: int, states: int, oscillator: Oscillator) -> Trial:
+def _ringing(excerpts: list[ScaledSamples], model: StationaryFit) -> Trial | None:
     """The same with an oscillator, whose frequency and damping are improved with the adapted densities."""
-    trial = _tried(excerpts, order, states + RINGING_STATES, oscillator)
+    assert model.oscillator is not None
+    trial, fastest = _tried(excerpts, model), FINE_RANGE * model.oscillator.frequency
     for strides in FINE_STRIDES:
-        if not np.isfinite(trial.score):
+        if trial is None:
             break
         parts = [(part, each.segment, each.fit) for part, each in zip(excerpts, trial.models, strict=True)]
-        fastest = FINE_RANGE * oscillator.frequency
         moved, _ = more_likely(trial.fit, parts, strides, FINE_MOVES, fastest)
-        after = _tried(excerpts, order, states + RINGING_STATES, moved)
-        if not np.isfinite(after.score):
+        after = _tried(excerpts, replace(model, oscillator=moved))
+        if after is None:
             break
         trial = after
     return trial
 
 
-def _adapted(excerpts: list[ScaledSamples], trial: Trial, weight: float | None) -> Trial:
-    """The trial adapted with this weight of the prior."""
+def _adapted(excerpts: list[ScaledSamples], trial: Trial, weight: float | None) -> Trial | None:
+    """The trial adapted with this weight of the prior; None if it does not survive rounding."""
     try:
-        models = [adapted(part, trial.fit, trial.order, weight) for part in excerpts]
+        models = [adapted(part, trial.fit, weight) for part in excerpts]
     except RunError:  # beyond the range of numbers
-        return trial._replace(score=-np.inf)
+        return None
     after = sum(float(model.fit.predictive.sum()) for model in models)
-    sound = np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)
-    score = trial.predictive + ADAPTED_WEIGHT * after - HANDICAP[trial.order]
-    return trial._replace(score=score if sound else -np.inf, models=models)
+    if not (np.isfinite(after) and all(np.isfinite(model.fit.density).all() for model in models)):
+        return None
+    score = trial.predictive + ADAPTED_WEIGHT * after - HANDICAP[trial.fit.order]
+    return trial._replace(score=score, models=models)

@@ -17,7 +17,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import TraceError
 from guideload.base.ranges import PERIOD
 from guideload.smoothing.estimation import estimate
-from guideload.smoothing.kinematics import Kind, Kinematics, checked, travel
+from guideload.smoothing.kinematics import Kind, Kinematics, checked_samples, travel
 
 __all__ = ["Kind", "Kinematics", "Method", "find_quantum", "smooth"]
 
@@ -49,9 +49,9 @@ def smooth(
     Raises
     ------
     TraceError
-        For samples that `checked` refuses, and for a method that is unknown or does not suit them.
+        For samples that `checked_samples` refuses, and for a method that is unknown or does not suit them.
     """
-    stamps, samples = checked(time, value, kind)
+    stamps, samples = checked_samples(time, value, kind)
     if method not in get_args(Method):
         raise TraceError(f'smoothing: expected one of {", ".join(get_args(Method))}, got "{method}"')
     if window is not None and not (window > 0.0 and PERIOD.holds(window)):

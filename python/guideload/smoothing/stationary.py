@@ -27,7 +27,6 @@ Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segmen
 
 # Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
-RINGING_STATES = 2  # that an oscillator adds
 ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
 MOST_DECADES = 12.0  # of density over noise, per median step: above, rounding breaks the filter down
@@ -115,26 +114,34 @@ class Oscillator(NamedTuple):
 
 @dataclass(frozen=True)
 class StationaryFit:
-    """Number of states, variance of measurement noise plus rounding, and time constant; scaled units."""
+    """Model with one process-noise density; scaled units.
 
-    states: int
-    noise: float
-    time_constant: float  # (noise/density)^(1/(2 N - 1))
+    order          of the derivative of the position, or of the drive's, that is white noise
+    taken          order of the derivative that was sampled: 0 position, 1 velocity
+    noise          variance of measurement noise plus rounding
+    time_constant  (noise/density)^(1/(2 N - 1))
+    """
+
+    order: int
+    taken: int
+    noise: float = 1.0
+    time_constant: float = 1.0
     oscillator: Oscillator | None = None
 
     @property
-    def order(self) -> int:
-        """N: order of the derivative of the samples, or of the drive's, that is white noise."""
-        return self.states - (RINGING_STATES if self.oscillator else 0)
+    def states(self) -> int:
+        """N: numbers of the state without those of the oscillator."""
+        return self.order - self.taken
 
-    def with_oscillator(self, oscillator: Oscillator) -> StationaryFit:
-        """The same noise and order, through an oscillator."""
-        return replace(self, states=self.order + RINGING_STATES, oscillator=oscillator)
+    @property
+    def acceleration(self) -> int:
+        """Its index in the state."""
+        return 2 - self.taken
 
     @property
     def power(self) -> int:
         """Power of the time constant in noise over density: 2 N - 1."""
-        return 2 * self.order - 1
+        return 2 * self.states - 1
 
     @property
     def density(self) -> float:
@@ -221,33 +228,32 @@ class StateSpaceSmoother:
 def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array, Array]:
     """State before the first sample: a polynomial through the first samples, with 100 times its standard error."""
     near = 2.0 * min(max(fit.time_constant, 0.5), 50.0)
-    count = int(np.clip(np.searchsorted(time, time[0] + near), fit.order + 3, time.size))
+    count = int(np.clip(np.searchsorted(time, time[0] + near), fit.states + 3, time.size))
     since = time[:count] - time[0]
     span = float(since[-1])
-    powers = (since / span)[:, None] ** np.arange(fit.order)
+    powers = (since / span)[:, None] ** np.arange(fit.states)
     q, r = np.linalg.qr(powers)
     coefficients = np.linalg.solve(r, q.T @ value[:count])
     residual = value[:count] - powers @ coefficients
-    noise = max(fit.noise, float(residual @ residual) / (count - fit.order))
+    noise = max(fit.noise, float(residual @ residual) / (count - fit.states))
     inverse = np.linalg.inv(r)
-    units = np.array([factorial(i) / span**i for i in range(fit.order)])
+    units = np.array([factorial(i) / span**i for i in range(fit.states)])
     mean, covariance = coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
     if fit.oscillator is None:
         return mean, covariance
     # It follows the drive, a = c and y = c', with the variance of the acceleration as that of the difference a - c.
     frequency, _, at = fit.oscillator
-    follows = np.zeros((fit.states, fit.order))
+    states = fit.states + 2
+    follows = np.zeros((states, fit.states))
     follows[np.arange(at + 1), np.arange(at + 1)] = 1.0
-    follows[np.arange(at + 2, fit.states), np.arange(at, fit.order)] = 1.0
+    follows[np.arange(at + 2, states), np.arange(at, fit.states)] = 1.0
     follows[at + 1, at + 1 : at + 2] = 1.0
-    ringing = np.zeros(fit.states)
+    ringing = np.zeros(states)
     ringing[[at, at + 1]] = covariance[at, at] * np.array([1.0, frequency**2])
     return follows @ mean, follows @ covariance @ follows.T + np.diag(ringing)
 
 
-def _with_normal_noise(
-    excerpts: list[ScaledSamples], states: int, oscillator: Oscillator | None
-) -> StationaryFit:
+def _with_normal_noise(excerpts: list[ScaledSamples], model: StationaryFit) -> StationaryFit:
     """The maximum-likelihood fit if rounding is normal noise: search over the time constant, noise in closed form."""
     count = sum(part.value.size for part in excerpts)
     least = excerpts[0].least_noise + excerpts[0].rounding
@@ -255,7 +261,7 @@ def _with_normal_noise(
     @cache
     def at(place: float) -> tuple[float, float]:
         """Log likelihood and noise for the time constant 10^place."""
-        unit = StationaryFit(states, 1.0, 10.0**place, oscillator)
+        unit = replace(model, noise=1.0, time_constant=10.0**place)
         sums = np.array([StateSpaceSmoother(part, unit).likelihood() for part in excerpts]).sum(axis=0)
         determinant, misfit = float(sums[0]), float(sums[1])
         if not (np.isfinite(sums).all() and misfit > 0.0):
@@ -266,23 +272,21 @@ def _with_normal_noise(
     def likelihood(place: float) -> float:
         return at(round(place, 4))[0]
 
-    lowest = -MOST_DECADES / StationaryFit(states, 1.0, 1.0, oscillator).power
+    lowest = -MOST_DECADES / model.power
     highest = float(np.log10(max(count / 20.0, 4.0)))
     best = float(max(np.arange(lowest, min(highest, 3.5), 0.3), key=likelihood))
     for stride in (0.15, 0.075, 0.0375):
         best = max((best - stride, best, best + stride), key=likelihood)
-    return StationaryFit(states, at(round(best, 4))[1], 10.0**best, oscillator)
+    return replace(model, noise=at(round(best, 4))[1], time_constant=10.0**best)
 
 
-def fitted(
-    excerpts: list[ScaledSamples], states: int, oscillator: Oscillator | None = None
-) -> tuple[StationaryFit, float]:
+def fitted(excerpts: list[ScaledSamples], model: StationaryFit) -> tuple[StationaryFit, float]:
     """The maximum-likelihood fit, and the sum of its leave-one-out log predictive densities.
 
-    First with rounding as normal noise, then with site approximations of the rounded samples, in rounds over all
-    excerpts, which share noise and density.
+    model: its order and oscillator. First with rounding as normal noise, then with site approximations of the rounded
+    samples, in rounds over all excerpts, which share noise and density.
     """
-    fit = _with_normal_noise(excerpts, states, oscillator)
+    fit = _with_normal_noise(excerpts, model)
     smoothers = [StateSpaceSmoother(part, fit) for part in excerpts]
     rounding = excerpts[0].rounding
     noise, density = max(fit.noise - rounding, 0.02 * excerpts[0].quantum), fit.density

@@ -1,4 +1,4 @@
-"""Errors that a measured trace makes in a log: whitened, their level found, their covariance never less than drawn."""
+"""Errors of records in time: serial ones widen intervals; those that a trace makes in a log are whitened."""
 
 from __future__ import annotations
 
@@ -6,23 +6,61 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hammer_tests import unknown
-from motor_records import axis, moves, shown_by
+from hammer_tests import derivative_errors, unknown
+from motor_records import SOFT_TABLES, moves, shown_by, soft_axis
 from scipy.signal import lfilter
 
-from guideload import Machine, Motion, PointOfInterest
+from guideload import Motion
 from guideload.base.arrays import Array
-from guideload.identification import UnknownTable, identify, parse_place
+from guideload.identification import identify, parse_place
 from guideload.identification.model import Model
-from guideload.identification.records import _filtered, _filters, _larger, _levels
+from guideload.identification.records import (
+    _filtered,
+    _filters,
+    _larger,
+    _levels,
+    inflation,
+    long_run_root,
+)
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.smoothing import smooth
 
+# ---- serial errors
+
+
+N, MEMORY, SEEDS = 1000, 0.8, 600
+
+
+def test_interval_of_a_mean_under_correlated_errors() -> None:
+    """Errors e_k = 0.8 e_{k-1} + white: the sum of n has nine times the standard deviation of independent ones."""
+    white = np.random.default_rng(0).standard_normal((SEEDS, N + 100))
+    errors = lfilter([1.0 - MEMORY], [1.0, -MEMORY], white)[:, 100:]
+    spreads = np.array([np.linalg.norm(long_run_root(one[:, None])) for one in errors])
+    inside = np.mean(abs(errors.sum(axis=1)) < 1.96 * spreads)
+    # 0.95 +- 2.6 standard errors of a share of 600, less 0.01 for the n finite.
+    assert 0.918 < inside < 0.973
+    assert np.median(spreads) == pytest.approx(np.sqrt(N), rel=0.05)
+
+
+def test_independent_errors_are_not_inflated() -> None:
+    rng = np.random.default_rng(1)
+    slopes = rng.standard_normal((20_000, 3)) * [1.0, 1e4, 1e-3]
+    scores = slopes * rng.standard_normal((20_000, 1))
+    assert inflation(slopes.T @ slopes, long_run_root(scores)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_directions_without_information_do_not_count() -> None:
+    rng = np.random.default_rng(2)
+    slopes = rng.standard_normal((20_000, 1)) * [[1.0, 1.0, 0.0]]  # the sum of two, never the third
+    scores = 2.0 * slopes * rng.standard_normal((20_000, 1))
+    # 3 standard errors of the estimated covariance.
+    assert inflation(slopes.T @ slopes, long_run_root(scores)) == pytest.approx(4.0, rel=0.25)
+
+
+# ---- errors that come from the trace
+
+
 QUANTUM = 1e-6  # m, of the encoder
-TABLES = (
-    UnknownTable(path="carriages.*.stiffness_y"),
-    UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping"),
-)
 
 
 def ringing(rng: np.random.Generator, count: int, m: int = 1500) -> Array:
@@ -70,16 +108,9 @@ def test_the_larger_covariance_counts_in_every_direction() -> None:
         assert np.linalg.eigvalsh(root.T @ root - each.T @ each).min() > -1e-9
 
 
-def soft() -> Machine:
-    machine = axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
-    values = {"stiffness_y": 1e7, "stiffness_z": 8e6, "damping_y": 1e3, "damping_z": 1e3}
-    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
-    return machine.model_copy(update={"carriages": parts})
-
-
 def test_a_log_beside_an_encoder() -> None:
     """Derivatives of whitened residuals are exact; the true values lie within 4 standard deviations."""
-    machine, rng = soft(), np.random.default_rng(0)
+    machine, rng = soft_axis(), np.random.default_rng(0)
     plain = moves(2.0)
     still = np.zeros(300)
     acceleration, velocity = (np.append(still, one[:, 0]) for one in (plain.acceleration, plain.velocity))
@@ -90,26 +121,18 @@ def test_a_log_beside_an_encoder() -> None:
         time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
     )
     truth = np.array([0.1, -0.2])
-    values = {"stiffness_y": 1e7 * np.exp(0.1)} | dict.fromkeys(
-        ("damping_y", "damping_z"), 1e3 * np.exp(-0.2)
-    )
-    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
-    true = machine.model_copy(update={"carriages": parts})
+    true = soft_axis(*np.exp(truth))
     channels = [Channel(parse_place(text, machine)) for text in ("tool x", "tool y")]
     stamps = np.arange(0.1, 2.2, 1.0 / 870.0)
     exact = shown_by(true, Motion.along_x(time, acceleration, velocity=velocity), channels, stamps)
     noisy = exact + 0.05 * exact.std(axis=0) * rng.standard_normal(exact.shape)
     data = SensorLog.of(machine, seen, channels, stamps, noisy, one_clock=True)
     assert replace(data, deviations=()).settled(None, np.zeros(2)).whitening is None
-    result = identify(machine, TABLES, [data], starts=1)
+    result = identify(machine, SOFT_TABLES, [data], starts=1)
     sigma = np.sqrt(np.diag(result.covariance))[:2]
     assert np.all(abs(result.fit.minimum.x[:2] - truth) < 4.0 * sigma) and np.all(sigma < 0.1)
-    (settled,), model = result.data, Model(machine, unknown(machine, *TABLES))
+    (settled,), model = result.data, Model(machine, unknown(machine, *SOFT_TABLES))
     z, nuisance = truth + 0.01, np.array([0.1, 0.2])
     residuals = settled.residuals(model.at(z), nuisance)
     assert settled.whitening is not None and not residuals.values[:20].any()
-    for k, derivative in enumerate(residuals.by_unknowns.T):
-        step = 1e-5 * np.eye(2)[k]
-        ends = (settled.residuals(model.at(z + sign * step), nuisance).values for sign in (1.0, -1.0))
-        slope = np.subtract(*ends) / 2e-5
-        assert derivative == pytest.approx(slope, abs=1e-5 * abs(slope).max())
+    assert derivative_errors(settled, model, z, nuisance)[0].max() < 1e-5
