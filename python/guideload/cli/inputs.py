@@ -92,7 +92,7 @@ def read_motion(
     if forces_at is None:
         raise InputError("--forces: where do they act? Give a point of the machine file: --forces-at NAME")
     from guideload.base.units import quantity
-    from guideload.traces.forces import read_forces
+    from guideload.traces.channels import read_forces
 
     try:
         start = None if forces_start is None else quantity(forces_start, "s")
