@@ -38,7 +38,7 @@ PYTHON = (
     "app",
     "cli",
 )
-TRACES = ("options", "format", "content", "quality", "channels", "forces", "reading", "inspection")
+TRACES = ("options", "format", "content", "quality", "channels", "reading", "inspection")
 STUDY = (
     "distributions",
     "sampling",

@@ -65,7 +65,7 @@ from .study import StudyInterrupted as StudyInterrupted
 from .study import StudyResult as StudyResult
 from .study import exceedance_probability as exceedance_probability
 from .study import run_study as run_study
-from .traces.forces import read_forces as read_forces
+from .traces.channels import read_forces as read_forces
 from .traces.inspection import Inspection as Inspection
 from .traces.reading import Trace as Trace
 from .traces.reading import motion_from_trace as motion_from_trace

@@ -12,6 +12,7 @@ from texts import one_line
 from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.cli.inputs import EXAMPLES
+from guideload.life.equivalent_load import EquivalentLoad
 from guideload.life.life import life_of
 from guideload.life.mean_load import Travel, integrals
 from guideload.monitor import Design, Monitor, MonitorSettings, designed
@@ -50,19 +51,13 @@ def test_loads_and_integrals_are_those_of_a_simulation_with_the_same_acceleratio
     assert np.abs(loads - expected).max() < 1e-12 * np.abs(expected).max()
     totals = monitor.totals()
     travel = Travel(SETTINGS.period * np.arange(acceleration.size), velocity[:, 0], acceleration)
-    rule = _sum_of_forces()
+    weights = np.zeros((2, 5, 2))
+    weights[0, :2] = 1.0
+    rule = EquivalentLoad(weights, 1.0)  # of a machine without ratings: the sum of the forces
     for index, power in enumerate(totals["power"]):
         of_record, path = integrals(travel, result.carriage_loads[:, index], rule, 3.0)
         assert power == pytest.approx(of_record.sum(), rel=1e-9)
         assert totals["distance"] == pytest.approx(path.sum(), rel=1e-9)
-
-
-def _sum_of_forces():  # type: ignore[no-untyped-def]
-    from guideload.life.equivalent_load import EquivalentLoad
-
-    weights = np.zeros((2, 5, 2))
-    weights[0, :2] = 1.0
-    return EquivalentLoad(weights, 1.0)
 
 
 def test_the_life_that_is_used_is_that_of_a_simulation() -> None:

@@ -295,6 +295,7 @@ def test_a_limit_is_scaled_for_the_moves_that_have_it(name: str) -> None:
     assert after.limit(name) == 2.0 * before.limit(name)  # type: ignore[arg-type]
 
 
+FORCE = "[[moves]]\ndistance = 1\ntime = 1\n\n[[moves.forces]]\n"
 ROW = "distance = 1\nspeed = 1\nacceleration = 1\njerk = 10\n"
 
 
@@ -345,6 +346,20 @@ ROW = "distance = 1\nspeed = 1\nacceleration = 1\njerk = 10\n"
         ("rate = 100", r"moves: expected \[\[moves\]\] tables.*guideload init --moves"),
         ("[body]\nmass = 1", r"moves: expected \[\[moves\]\] tables.*this is a machine file"),
         ("moves = []", "row 1: moves: expected at least one entry"),
+        (
+            FORCE + 'during = "at rest"\nforce = [1, 0, 0]',
+            r"row 6: moves\[0\].forces\[0\].during: .*has no dwell",
+        ),
+        (FORCE + 'during = "cutting"\nforce = [1, 0, 0]', 'row 6: .*"constant speed".*got "cutting"'),
+        (
+            FORCE + "force = [0, 0, 0]",
+            r"row 5: moves\[0\].forces\[0\]: expected a force or a moment other than",
+        ),
+        (
+            FORCE + 'force = ["1 m", 0, 0]',
+            r'row 6: .*forces\[0\].force\[0\]: expected a force in N, got "1 m"',
+        ),
+        (FORCE + "force = [1, 0]", r"row 6: moves\[0\].forces\[0\].force: expected \[x, y, z\]"),
     ],
 )
 def test_refusals_name_row_key_and_value(tmp_path: Path, text: str, message: str) -> None:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from reference import cart
-from test_moves import LIMITS, PROFILES, decades, duration, planned, steepest
+from test_moves import LIMITS, PROFILES, decades, duration, many, planned, steepest
 
 from guideload import ArgumentError, ConfigError, Motion, Moves, simulate
 from guideload.motion.phase_forces import PhaseForce
@@ -21,7 +20,7 @@ PHASES = ("speeding up", "constant speed", "braking", "at rest", None)
 
 
 @given(st.sampled_from(PROFILES), decades(1e-4, 100), decades(1e-2, 100))
-@settings(derandomize=True, max_examples=150, deadline=None)
+@many
 def test_a_time_alone_gives_the_move(profile: str, distance: float, time: float) -> None:
     (leg,) = Moves(moves=[{"distance": distance, "time": time, "profile": profile}], rate=1e-6)._legs
     pieces = leg.pieces
@@ -34,7 +33,7 @@ def test_a_time_alone_gives_the_move(profile: str, distance: float, time: float)
 
 
 @given(planned(), st.floats(1.0, 10.0))
-@settings(derandomize=True, max_examples=150, deadline=None)
+@many
 def test_under_limits_a_time_is_reached_and_all_limits_are_kept(
     case: tuple[float, Limits], factor: float
 ) -> None:
@@ -131,29 +130,6 @@ def test_forces_add_up_and_change_neither_motion_nor_superposition() -> None:
         kept.append(np.interp(times, motion.time, motion.acceleration[:, 0]))
     assert np.abs(loads[0] - loads[1] - loads[2] + loads[3]).max() <= 1e-9 * np.abs(loads[0]).max()
     assert kept[0] == pytest.approx(kept[3], abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('during = "at rest"\nforce = [1, 0, 0]', r"row 6: moves\[0\].forces\[0\].during: .*it has no dwell"),
-        (
-            'during = "cutting"\nforce = [1, 0, 0]',
-            r'row 6: .*during: expected .*"constant speed".*got "cutting"',
-        ),
-        ("force = [0, 0, 0]", r"row 5: moves\[0\].forces\[0\]: expected a force or a moment other than zero"),
-        (
-            'force = ["1 m", 0, 0]',
-            r'row 6: moves\[0\].forces\[0\].force\[0\]: expected a force in N, got "1 m"',
-        ),
-        ("force = [1, 0]", r"row 6: moves\[0\].forces\[0\].force: expected \[x, y, z\]"),
-    ],
-)
-def test_a_wrong_force_is_refused_at_its_key(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "moves.toml"
-    file.write_text(f"[[moves]]\ndistance = 1\ntime = 1\n\n[[moves.forces]]\n{text}\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match=message):
-        Moves.from_toml(file)
 
 
 def test_each_move_is_described() -> None:

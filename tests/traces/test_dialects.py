@@ -5,6 +5,8 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from trace_files import has_note, refuses, same
 
 from guideload.base.errors import TraceError
@@ -68,7 +70,6 @@ ROWS_AROUND_NAMES = [
     ('"t_s","x_mm","u_V"',),
     ('t_s,"x\n[mm]",u_V',),
 ]
-ENCODINGS = ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]
 
 
 @pytest.mark.parametrize("head", HEADS + ROWS_AROUND_NAMES)
@@ -81,11 +82,40 @@ def test_any_dialect_of_one_table_reads_to_the_same_bits(read, true, head):
         assert ("decimal comma" in trace.notes) == (decimal == ",")
 
 
-@pytest.mark.parametrize("encoding", ENCODINGS)
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_any_encoding_and_line_end_reads_to_the_same_bits(read, true, encoding, end):
-    for sep, decimal in ((",", "."), (";", ","), (" ", ".")):
-        assert same(read(text_of(sep, decimal, ("µ_x", "t_s,x_mm,u_V"), end=end).encode(encoding)), true)
+@st.composite
+def written(draw):
+    """Stamps [s] and places in a unit, as the texts that are written."""
+    count = draw(st.integers(8, 40))
+    ticks = np.cumsum(draw(st.lists(st.integers(1, 3), min_size=count, max_size=count)))
+    number = st.floats(-1e4, 1e4).map(lambda x: round(x, 6))
+    places = draw(st.lists(number, min_size=count, max_size=count, unique=True))
+    return [f"{tick * 0.004:.3f}" for tick in ticks], [f"{place:.6f}" for place in places]
+
+
+@given(
+    written(),
+    st.sampled_from([pair for pair in SIGNS if len(pair[0].strip(" ")) == len(pair[0])]),
+    st.sampled_from(["\n", "\r\n", "\r"]),
+    st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]),
+    st.sampled_from(["m", "mm", "um"]),
+    st.booleans(),
+    st.sampled_from(["", "# logger 7", "Logger 4711", "µ_x"]),
+)
+def test_any_encoding_is_read_to_the_numbers_that_were_written(
+    read, trace, signs, end, encoding, unit, quoted, above
+):
+    time, place = trace
+    sep, decimal = signs
+    rows = [above] * bool(above) + [sep.join(("t_s", f"x_{unit}", "u_V"))]
+    for cells in zip(time, place, time, strict=True):
+        texts = [cell.replace(".", decimal) for cell in cells]
+        rows.append(sep.join(f'"{text}"' if quoted else text for text in texts))
+    options = {"clock": "ticks", "allow_gaps": True, "hold": 1}  # how the rows follow is not the question
+    found = read((end.join(rows) + end).encode(encoding), column=f"x_{unit}", max_speed=1e12, **options)
+    stamps = np.array(time, float)
+    assert np.allclose(found.time - found.time[0], stamps - stamps[0], rtol=0, atol=1e-12)
+    expected = np.array(place, float) * {"m": 1.0, "mm": 1e-3, "um": 1e-6}[unit]
+    assert np.allclose(found.value, expected, rtol=1e-15, atol=0)
 
 
 def test_exact_decimals_are_read_as_python_reads_them(read):
@@ -150,13 +180,6 @@ def test_a_cell_that_cannot_be_read_is_refused_with_its_row(read, sep, row, text
 )
 def test_oddities_of_writers(read, true, old, new):
     assert same(read(text_of().replace(old, new)), true)
-
-
-def test_quoted_numbers(read, true):
-    for decimal in ".,":
-        lines = text_of("|", decimal).splitlines()
-        text = "\n".join(",".join(f'"{cell}"' for cell in line.split("|")) for line in lines)
-        assert same(read(text), true)
 
 
 def test_one_sign_for_columns_and_decimals_is_refused(read):

@@ -19,9 +19,8 @@ STAMPS = np.arange(COUNT)  # ms
 PHASE = np.clip(STAMPS / 1000.0 - 0.1, 0.0, 1.0)
 SETPOINT = np.round(100.0 * PHASE**3 * (10.0 - 15.0 * PHASE + 6.0 * PHASE**2), 4)  # mm
 ACTUAL = np.round(np.interp(STAMPS - 4.0, STAMPS, SETPOINT), 4)[::EVERY]
-SPEED = np.round(
-    np.gradient(SETPOINT, 1e-3) * 60.0 / 20.0
-)  # rpm, of a motor that moves the cart 20 mm per turn
+# rpm, of a motor that moves the cart 20 mm per turn
+SPEED = np.round(np.gradient(SETPOINT, 1e-3) * 60.0 / 20.0)
 
 
 def beside(row: int, cells: str) -> str:

@@ -165,23 +165,6 @@ def test_dates_that_may_be_read_in_two_ways_are_not_guessed():
     refuses('date_order: expected one of dmy, mdy, got "ymd"', read_trace, first, date_order="ymd")
 
 
-def test_tick_and_jitter_of_the_clock_are_given():
-    rng = np.random.default_rng(2)
-    even = np.arange(3000) / 700.0
-    place = np.sin(even)
-    ticks = read_trace({"t_s": np.round(even, 4), "x_m": place})
-    assert ticks.clock == "ticks" and ticks.tick == pytest.approx(1e-4)
-    # Steps of stamps that are rounded to ticks: 14 or 15 of them, in the ratio that makes 1/700 s.
-    share = 1e4 / 700.0 - 14.0
-    about_usual = 1e-4 * np.sqrt(share)  # rms about the usual one, of 14
-    assert ticks.jitter == pytest.approx(about_usual, rel=0.01)
-    shaken = read_trace({"t_s": even + rng.normal(0.0, 2e-5, even.size), "x_m": place})
-    assert shaken.clock == "jitter" and shaken.tick == 0.0
-    assert shaken.jitter == pytest.approx(2e-5 * np.sqrt(2.0), rel=0.05)  # of the difference of two stamps
-    uniform = read_trace({"t_s": even, "x_m": place})
-    assert uniform.tick == 0.0 and uniform.jitter < 1e-12
-
-
 def test_a_date_beside_a_time_of_day(tmp_path):
     columns = {"Datum": written("{t:%d.%m.%Y}"), "Uhrzeit": written("{t:%H:%M:%S},{ms}"), "x_m": PLACE}
     path = write_trace(tmp_path, columns, sep=";")
@@ -189,21 +172,25 @@ def test_a_date_beside_a_time_of_day(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("kind", "stamps"),
+    ("kind", "stamps", "tick", "jitter"),  # tick and rms difference of a step from the usual one [s]
     [
-        ("uniform", lambda even, rng: even + rng.normal(0.0, 2e-8, even.size)),
-        ("ticks", lambda even, rng: np.round(even, 4)),
-        ("jitter", lambda even, rng: even + rng.uniform(-1.5e-4, 1.5e-4, even.size)),
+        ("uniform", lambda even, rng: even + rng.normal(0.0, 2e-8, even.size), 0.0, 2e-8 * 2.0**0.5),
+        # Steps of 14 or 15 ticks, in the ratio that makes 1/700 s.
+        ("ticks", lambda even, _: np.round(even, 4), 1e-4, 1e-4 * (1e4 / 700.0 - 14.0) ** 0.5),
+        ("jitter", lambda even, rng: even + rng.uniform(-1.5e-4, 1.5e-4, even.size), 0.0, 1.5e-4 * (2 / 3) ** 0.5),
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("seed", range(5))
-def test_the_kind_of_made_clocks_is_found(kind, stamps, seed):
+def test_kind_tick_and_jitter_of_made_clocks_are_found(kind, stamps, tick, jitter, seed):
     time = stamps(np.arange(3000) / 700.0, np.random.default_rng(seed))
     for scale, shift in ((1.0, 0.0), (4.0, 100.0)):
         clock = clock_of(scale * time + shift, np.sin(time), True, 0.0)
         assert clock.kind == kind and clock.gaps.size == 0
         assert clock.step == pytest.approx(scale / 700.0, rel=0.05)
-        assert kind != "ticks" or clock.tick == pytest.approx(scale * 1e-4, rel=1e-6)
+        assert clock.tick == pytest.approx(scale * tick, rel=1e-6)
+        assert clock.jitter * clock.step == pytest.approx(scale * jitter, rel=0.05)
+    trace = read_trace({"t_s": scale * time + shift, "x_m": np.sin(time)})
+    assert (trace.clock, trace.tick, trace.jitter) == (kind, clock.tick, clock.jitter * clock.step)
 
 
 def on_change(quantum: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

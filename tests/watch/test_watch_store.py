@@ -101,8 +101,7 @@ def test_a_file_of_an_hour_that_cannot_be_written_ends_the_watch(
         run(session).close()
     kill(session)
     Store(tmp_path, new_monitor())
-    rows = pd.concat([pd.read_parquet(path) for path in sorted(tmp_path.glob("*.parquet"))])
-    assert rows["sample"].tolist() == list(range(session.samples))
+    require_every_sample_once(tmp_path, session.samples)
 
 
 def test_a_folder_is_one_table_for_readers_of_parquet(tmp_path: Path) -> None:
@@ -128,9 +127,8 @@ def test_killed_anywhere_and_started_again(seed: int, tmp_path: Path) -> None:
             file.write(TEXT[written : written + size])
         written += size
         session = session or in_file(source, out)
-        session._saved -= 20.0 * (
-            random_of.random() < 0.3
-        )  # it is time for a record, before the next samples
+        # Now and then it is time for a record, before the next samples.
+        session._saved -= 20.0 * (random_of.random() < 0.3)
         session.step()
         if is_first or random_of.random() < 0.4:
             is_first = False

@@ -23,7 +23,7 @@ def errors_name(source: str) -> Iterator[None]:
             "a sound part"
         ) from None
     except TraceError as error:
-        raise error if str(error).startswith(source) else TraceError(f"{source}: {error}") from None
+        raise error if str(error).startswith(f"{source}: ") else type(error)(f"{source}: {error}") from None
 
 
 def check_finite(name: str, values: Array) -> None:

@@ -89,7 +89,7 @@ def read_motion(
         return motion
     if forces_at is None:
         raise InputError("--forces: where do they act? Give a point of the machine file: --forces-at NAME")
-    from guideload.traces.forces import read_forces
+    from guideload.traces.channels import read_forces
 
     stamps: dict[str, Any] = {}
     if forces is None or (isinstance(trace_file, Path) and forces.exists() and forces.samefile(trace_file)):

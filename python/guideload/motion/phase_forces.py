@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -17,9 +15,6 @@ from guideload.base.number_text import number
 from guideload.base.ranges import FORCE, MOMENT
 from guideload.machine.components import Point
 from guideload.motion.profiles import Pieces
-
-if TYPE_CHECKING:
-    from guideload.motion.motion import Motion
 
 Phase = Literal["speeding up", "constant speed", "braking", "at rest"]
 Force = Annotated[float, in_range(FORCE)]
@@ -76,17 +71,3 @@ class PhaseForce(ConfigModel):
         sign = {"speeding up": 1.0, "constant speed": 0.0, "braking": -1.0}[self.during]
         found = np.flatnonzero(change == sign)
         return range(int(found[0]), int(found[-1]) + 1) if found.size else range(0)
-
-
-def with_phase_forces(motion: Motion, acting: Iterable[tuple[float, float, Array]]) -> Motion:
-    """The motion with wrenches (6,) about L that act from a start to an end [s]; exact, with jumps at both."""
-    found = list(acting)
-    if not found:
-        return motion
-    edges = np.unique([time for start, end, _ in found for time in (start, end)])
-    load = np.zeros((edges.size - 1, 6))
-    for start, end, wrench in found:
-        load[slice(*np.searchsorted(edges, (start, end)))] += wrench
-    load = load.repeat(2, axis=0)
-    forced = motion.with_force(np.zeros(3), load[:, :3], load[:, 3:], time=edges.repeat(2)[1:-1])
-    return replace(forced, notes=motion.notes)

@@ -128,9 +128,8 @@ class Ramp:
     def duration(self, speed: float) -> float:
         """Shortest time [s] to a speed [m/s]."""
         jerk = self.limits.jerk
-        if (
-            self.limits.profile == "sine squared"
-        ):  # mean acceleration most / 2, largest jerk pi most / duration
+        if self.limits.profile == "sine squared":
+            # Mean acceleration most / 2, largest jerk pi most / duration.
             return max(2.0 * speed / self.most, math.sqrt(2.0 * math.pi * speed / jerk))
         if speed * jerk >= self.most**2:
             return speed / self.most + self.most / jerk

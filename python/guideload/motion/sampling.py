@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.motion.motion import Motion
-from guideload.motion.phase_forces import PhaseForce, with_phase_forces
+from guideload.motion.phase_forces import PhaseForce
 from guideload.motion.profiles import Pieces
 
 CLOSE = 0.01  # of the grid's step: a grid stamp so close to a corner is left out
@@ -45,11 +45,11 @@ def sampled(legs: Sequence[Leg], rate: float, source: str, notes: tuple[str, ...
     leg ends with velocity 0 at its end, without rounding.
     """
     parts = [_states(leg) for leg in legs]
-    length, start, end, speed, place = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    corner = np.append(0.0, np.cumsum(length))
-    acting = [*_acting(legs, [len(part[0]) for part in parts], corner)]
+    states = np.hstack(parts)
+    corner = np.append(0.0, np.cumsum(states[0]))
+    acting = [*_acting(legs, [part.shape[1] for part in parts], corner)]
     lasting = np.diff(corner) > 0.0  # a piece below the resolution of the stamps becomes a jump
-    length, start, end, speed, place = (values[lasting] for values in (length, start, end, speed, place))
+    length, start, end, speed, place = states[:, lasting]
     corner = np.append(0.0, corner[1:][lasting])
     before, after = np.append(0.0, end), np.append(start, 0.0)
     speed, place = np.append(speed, 0.0), np.append(place, legs[-1].end)
@@ -78,7 +78,7 @@ def sampled(legs: Sequence[Leg], rate: float, source: str, notes: tuple[str, ...
         notes=notes,
         exact=True,
     )
-    return with_phase_forces(motion, acting)
+    return _with_forces(motion, acting) if acting else motion
 
 
 def _acting(
@@ -88,27 +88,25 @@ def _acting(
     for leg, count, end in zip(legs, counts, np.cumsum(counts), strict=True):
         for force in leg.forces:
             pieces = force.pieces(leg.pieces, leg.dwell)
-            yield (
-                float(corner[end - count + pieces.start]),
-                float(corner[end - count + pieces.stop]),
-                force.wrench,
-            )
+            start, stop = corner[end - count + np.array([pieces.start, pieces.stop])]
+            yield float(start), float(stop), force.wrench
 
 
-def _states(leg: Leg) -> tuple[Array, Array, Array, Array, Array]:
-    """Of the pieces of a leg: length [s], acceleration at start and end [m/s2]; speed [m/s] and place [m] at start."""
+def _with_forces(motion: Motion, acting: Sequence[tuple[float, float, Array]]) -> Motion:
+    """The motion with wrenches (6,) about L that act from a start to an end [s]; exact, with jumps at both."""
+    edges = np.unique([time for start, end, _ in acting for time in (start, end)])
+    load = np.zeros((edges.size - 1, 6))
+    for start, end, wrench in acting:
+        load[slice(*np.searchsorted(edges, (start, end)))] += wrench
+    load = load.repeat(2, axis=0)
+    forced = motion.with_force(np.zeros(3), load[:, :3], load[:, 3:], time=edges.repeat(2)[1:-1])
+    return replace(forced, notes=motion.notes)
+
+
+def _states(leg: Leg) -> Array:
+    """Of the pieces of a leg (5, k): length [s], acceleration at start and end [m/s2], speed [m/s] and place [m]."""
     pieces, sign = leg.pieces, math.copysign(1.0, leg.end - leg.start)
-    states = (
-        pieces.length,
-        sign * pieces.start,
-        sign * pieces.end,
-        sign * pieces.speeds()[:-1],
-        leg.start + sign * pieces.distances()[:-1],
-    )
-    if leg.dwell == 0.0:
-        return states
-    pause = (leg.dwell, 0.0, 0.0, 0.0, leg.end)
-    length, start, end, speed, place = (
-        np.append(values, last) for values, last in zip(states, pause, strict=True)
-    )
-    return length, start, end, speed, place
+    speed, place = sign * pieces.speeds()[:-1], leg.start + sign * pieces.distances()[:-1]
+    states = np.stack([pieces.length, sign * pieces.start, sign * pieces.end, speed, place])
+    pause = [leg.dwell, 0.0, 0.0, 0.0, leg.end]
+    return states if leg.dwell == 0.0 else np.column_stack([states, pause])

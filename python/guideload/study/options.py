@@ -27,7 +27,7 @@ from guideload.study.factors import Correlation
 from guideload.study.quantities import STATISTICS, Recorded, Statistic
 from guideload.study.sampling import Sampling, Sobol
 from guideload.study.varied_parameters import DistributionSpec, NumberOrText, optional
-from guideload.traces.forces import read_forces
+from guideload.traces.channels import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 

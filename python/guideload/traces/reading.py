@@ -124,14 +124,14 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
 
 def _read(data: Table, options: ReadingOptions) -> Trace:
     """The trace of a table; see `read_trace`."""
-    _check_options(data, options)
+    _check_options(options)
     kinds_of_damage = repairs_of(options.get("repair"))
     draft = read_samples(data, columns_of(data, options), options, "empty" in kinds_of_damage)
     use_new_values(draft, options.get("hold"))
     max_speed = options.get("max_speed")
     if max_speed is not None:
         unit = "m/s" if draft.is_position else draft.unit
-        max_speed = option_in_si(data, "max_speed", max_speed, unit, ">")
+        max_speed = option_in_si("max_speed", max_speed, unit, ">")
     repair(draft, kinds_of_damage, max_speed)
     check_order(draft)
     is_left_out = np.diff(draft.place) > 1
@@ -164,13 +164,11 @@ def _read(data: Table, options: ReadingOptions) -> Trace:
     )
 
 
-def _check_options(data: Table, options: ReadingOptions) -> None:
+def _check_options(options: ReadingOptions) -> None:
     """Raise TraceError for an unknown word as the value of an option."""
     for name, value in options.items():
         if value is not None and value not in WORDS.get(name, (value,)):
-            raise TraceError(
-                f'{data.source}: {name}: expected one of {", ".join(WORDS[name])}, got "{value}"'
-            )
+            raise TraceError(f'{name}: expected one of {", ".join(WORDS[name])}, got "{value}"')
 
 
 @checked

@@ -160,9 +160,8 @@ class WatchState(_State):
              Fz [N] since the point before
     """
 
-    FILE: ClassVar[str] = (
-        "_state.json"  # readers of a folder of Parquet files leave out names that begin with _
-    )
+    # Readers of a folder of Parquet files leave out names that begin with _.
+    FILE: ClassVar[str] = "_state.json"
 
     written: float
     ended: bool

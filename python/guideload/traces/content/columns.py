@@ -49,7 +49,7 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
     kind, scale = _kind_and_scale(table, measured, options)
     if options.get("counter_bits") and kind != "counts":
         raise TraceError(
-            f"{table.source}: column {measured}: counter_bits: expected none, for {kind} is no counter, got "
+            f"column {measured}: counter_bits: expected none, for {kind} is no counter, got "
             f"{options.get('counter_bits')}; leave it out, or say kind='counts' (--kind counts)"
         )
     if rate is None and time is None:
@@ -68,7 +68,7 @@ def time_column_of(table: Table, options: ReadingOptions) -> str | None:
         table.require(time)
         if rate is not None and not _counts_cycles(table, time):
             raise TraceError(
-                f"{table.source}: expected either time or rate, got time={time!r} and rate={rate!r}; together "
+                f"expected either time or rate, got time={time!r} and rate={rate!r}; together "
                 "they are for a column that counts cycles, without a unit of time"
             )
         return time
@@ -83,13 +83,12 @@ def time_column_of(table: Table, options: ReadingOptions) -> str | None:
         return names[0]
     if names:
         raise TraceError(
-            f"{table.source}: {len(names)} columns could be the time: {', '.join(names)}; "
-            "choose with time=NAME (--time NAME)"
+            f"{len(names)} columns could be the time: {', '.join(names)}; choose with time=NAME (--time NAME)"
         )
     first = [name for name in table.names[:1] if table.is_row_number(name)]
     hint = f"; the first column ({first[0]}) holds row numbers, not time" if first else ""
     raise TraceError(
-        f"{table.source}: no time column among {listed(table.names)}{hint}; give the samples per second "
+        f"no time column among {listed(table.names)}{hint}; give the samples per second "
         "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
     )
 
@@ -138,7 +137,7 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
         return measured[0], f"column {measured[0]}: measured, {', '.join(others)} not"
     if names:
         raise TraceError(
-            f"{table.source}: {len(names)} columns could be meant: {listed(names)}; choose one, as in "
+            f"{len(names)} columns could be meant: {listed(names)}; choose one, as in "
             f'column={names[0]!r} (--column "{names[0]}")'
         )
     choice = [name for name, header in headers.items() if header.word_kind] or list(headers)
@@ -147,20 +146,20 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
     kind = (kinds.pop() if len(kinds) == 1 else "") or "velocity"
     unit = {"position": "mm", "motor_speed": "rpm"}.get(kind, "mm/s")
     raise TraceError(
-        f"{table.source}: no header gives a unit of motion: {listed(choice)}; choose one, as in column={name}, "
+        f"no header gives a unit of motion: {listed(choice)}; choose one, as in column={name}, "
         f"unit='{unit}', kind='{kind}' (--column {quoted} --unit {unit} --kind {kind})"
     )
 
 
 def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[str, float]:
     """Kind of the column, and the factor from its values to SI. Raises TraceError."""
-    place, header = f"{table.source}: column {name}", table.header(name)
+    place, header = f"column {name}", table.header(name)
     kind, unit = options.get("kind"), options.get("unit")
     kind = "counts" if kind is None and header.unit == "counts" else kind
     if kind == "counts":
         if unit is None:
             raise TraceError(f"{place}: counts need the travel per count: unit='5e-8 m' (--unit '5e-8 m')")
-        scale = option_in_si(table, "unit", unit, "m")
+        scale = option_in_si("unit", unit, "m")
         if scale == 0.0:
             raise TraceError(f"{place}: unit: expected metres per count, got 0")
         return kind, scale
@@ -206,13 +205,13 @@ def _partner_of(table: Table, name: str) -> str | None:
     return None
 
 
-def option_in_si(table: Table, name: str, value: float | str, unit: str, sign: str = "") -> float:
+def option_in_si(name: str, value: float | str, unit: str, sign: str = "") -> float:
     """Value of a reading option in SI. Raises TraceError if it is not `sign` 0, where sign is ">" or ">="."""
     try:
         number = quantity(value, unit)
     except ValueRefused as error:
-        raise TraceError(f"{table.source}: {name}: {error}") from None
+        raise TraceError(f"{name}: {error}") from None
     if sign and (number < 0.0 or (sign == ">" and number == 0.0)):
         option = f"--{name.replace('_', '-')}"
-        raise TraceError(f"{table.source}: {name}: expected {sign} 0 {unit}, got {number:g} ({option})")
+        raise TraceError(f"{name}: expected {sign} 0 {unit}, got {number:g} ({option})")
     return number

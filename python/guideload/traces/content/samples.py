@@ -66,7 +66,7 @@ class TraceDraft:
 
     def refusal(self, reason: str, column: str = "") -> TraceError:
         """The error that refuses the trace, or a column of it."""
-        return TraceError(f"{self.table.source}: {f'column {column}: ' if column else ''}{reason}")
+        return TraceError(f"{f'column {column}: ' if column else ''}{reason}")
 
 
 def read_samples(
@@ -104,13 +104,12 @@ def read_samples(
     steps = np.abs(np.diff(time))
     if (short := np.flatnonzero((steps > 0.0) & (steps < SHORTEST_STEP)) + 1).size:
         raise TraceError(
-            f"{table.source}: column {columns.time}: expected steps of time of {SHORTEST_STEP:g} s or more, got "
+            f"column {columns.time}: expected steps of time of {SHORTEST_STEP:g} s or more, got "
             f"{steps[short[0] - 1]:.3g} s before {rows.rows(short)}; check the unit"
         )
     is_whole = columns.kind == "counts" and bool(np.all(value == np.round(value)))
     if is_whole:
         rows.require_size(columns.measured, value, 2**62)
-    if is_whole:
         counter = unwrap(value.astype(np.int64), options.get("counter_bits"))
         value = counter.counts
         if counter.bits:
@@ -128,7 +127,7 @@ def read_samples(
     kind = "position" if columns.kind == "counts" else columns.kind
     given = options.get("quantum")
     if given is not None:
-        quantum = option_in_si(table, "quantum", given, KINDS[kind], ">=")
+        quantum = option_in_si("quantum", given, KINDS[kind], ">=")
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else find_quantum(si, decimal) or decimal
@@ -142,7 +141,7 @@ def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> N
     """Warn of a given rate that a column of the time contradicts."""
     for column in table.time_names[:1]:
         try:
-            stamps = stamps_of(table, column, None, options.get("date_order"), None)[0]
+            stamps = stamps_of(table, column, options)[0]
         except TraceError:
             return
         given, own = (float(np.median(np.diff(each[np.isfinite(each)]))) for each in (draft.time, stamps))
@@ -203,7 +202,7 @@ def check_length(table: Table, count: int) -> None:
     """Raise TraceError for fewer than FEWEST_SAMPLES."""
     if count < FEWEST_SAMPLES:
         where = f": {table.rows(range(count))}" if count else ""
-        raise TraceError(f"{table.source}: expected at least {FEWEST_SAMPLES} samples, got {count}{where}")
+        raise TraceError(f"expected at least {FEWEST_SAMPLES} samples, got {count}{where}")
 
 
 def _partner(table: Table, columns: Columns) -> Array:
@@ -218,12 +217,11 @@ def _partner(table: Table, columns: Columns) -> Array:
 def time_stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
     """Time stamps in s, NaN where there is none, and a note."""
     given = options.get("rate")
-    rate = table.rate if given is None else option_in_si(table, "rate", given, "Hz", ">")
+    rate = table.rate if given is None else option_in_si("rate", given, "Hz", ">")
     if column is not None:
-        order, unit = options.get("date_order"), options.get("time_unit")
-        return stamps_of(table, column, None if given is None else rate, order, unit)
+        return stamps_of(table, column, options, None if given is None else rate)
     if options.get("time_unit") is not None:
-        raise TraceError(f"{table.source}: expected no time_unit (--time-unit) without a time column")
+        raise TraceError("expected no time_unit (--time-unit) without a time column")
     assert rate is not None
     unused = table.time_names[:1]
     note = f"time from the rate {rate:g} Hz" + (f"; column {unused[0]} not used" if unused else "")

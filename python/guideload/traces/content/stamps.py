@@ -13,6 +13,7 @@ from guideload.base.errors import TraceError
 from guideload.traces.content.counters import unwrap
 from guideload.traces.format.headers import Header, known_unit
 from guideload.traces.format.table import Table
+from guideload.traces.options import ReadingOptions
 
 DAY = 86_400_000_000_000  # ns
 # Numbers that are dates: lower and upper end, seconds per count, name. Seconds, ms, us or ns since 1970 between 2001
@@ -42,26 +43,21 @@ YEARS = (1678, 2261)  # whose nanoseconds since 1970 have 64 bits
 
 
 def stamps_of(
-    table: Table,
-    name: str,
-    rate: float | None,
-    date_order: str | None = None,
-    time_unit: str | None = None,
+    table: Table, name: str, options: ReadingOptions, rate: float | None = None
 ) -> tuple[Array, str]:
     """Seconds (n,) and a note. Cells without a time stamp become NaN.
 
     Plain seconds stay as they are; dates, counts and times since an epoch run from the first stamp, since
-    doubles could not hold their digits. rate: counts per second (Hz) of a column that counts cycles; date_order:
-    one of DATE_ORDERS for dates such as 03/04/2024, None to find it; time_unit: instead of that of the header.
-    Raises TraceError for cells that are not time stamps, and for a unit beside dates or a rate.
+    doubles could not hold their digits. options: of them date_order and time_unit; rate: counts per second (Hz) of a
+    column that counts cycles. Raises TraceError for cells that are not time stamps, and for a unit beside dates or a
+    rate.
     """
+    time_unit = options.get("time_unit")
     if time_unit is not None and (rate is not None or table.is_stamped(name)):
         beside = "dates" if rate is None else "a rate"
-        raise TraceError(
-            f"{table.source}: column {name}: expected no time_unit (--time-unit) beside {beside}"
-        )
+        raise TraceError(f"column {name}: expected no time_unit (--time-unit) beside {beside}")
     if table.is_stamped(name):
-        return _dated(table, name, date_order)
+        return _dated(table, name, options.get("date_order"))
     unit = table.header(name).unit if time_unit is None else known_unit(time_unit) or time_unit
     values = table.values(name)
     table.require_size(name, values)
@@ -69,9 +65,7 @@ def stamps_of(
         counts, note = _continuous(values)
         return (counts - _first(counts)) / rate, f"time from column {name}, cycles of {rate:g} Hz{note}"
     if unit == "counts":
-        raise TraceError(
-            f"{table.source}: column {name}: a clock that counts needs its counts per second: rate=... (--rate)"
-        )
+        raise TraceError(f"column {name}: a clock that counts needs its counts per second: rate=... (--rate)")
     scale = table.factor(name, "s", Header((), unit or "s"))
     start = abs(float(_first(values)))
     for low, high, step, epoch in EPOCHS:
@@ -158,7 +152,7 @@ def _read_dates(
 
     year, month, day = number("year", "1970"), number("month", "1"), number("day", "1")
     if notation == "dd/mm/yyyy" and date_order is None:
-        date_order = _date_order(table, name, sample, np.stack([day, month, year])[:, ~wrong])
+        date_order = _date_order(name, sample, np.stack([day, month, year])[:, ~wrong])
         notation = notation if date_order else "all of one day"
     if notation == "dd/mm/yyyy" and date_order == "mdy":
         notation, day, month = "mm/dd/yyyy", month, day
@@ -172,7 +166,7 @@ def _read_dates(
     wrong |= has_half & ((hour < 1) | (hour > 12))
     if (bad := np.flatnonzero(wrong & ~empty)).size:
         raise TraceError(
-            f'{table.source}: column {name}: expected a time stamp, got "{column[bad[0]]}" in {table.rows(bad[:1])}; '
+            f'column {name}: expected a time stamp, got "{column[bad[0]]}" in {table.rows(bad[:1])}; '
             "write ISO 8601 (2024-01-31 14:05:06.789, with or without zone), 31.01.2024 14:05:06,789, "
             "01/31/2024 2:05:06.789 PM or 14:05:06.789, all rows alike"
         )
@@ -184,7 +178,7 @@ def _read_dates(
     return nanoseconds, empty, f"{notation} with zone" if has_zone[first] else notation
 
 
-def _date_order(table: Table, name: str, sample: str, dates: NDArray[np.int64]) -> str:
+def _date_order(name: str, sample: str, dates: NDArray[np.int64]) -> str:
     """ "dmy" or "mdy", by days above 12; "" if all rows are of one day, where the order has no effect.
 
     dates: (3, n), the first and the second number and the year. Raises TraceError if the dates are ambiguous.
@@ -195,6 +189,6 @@ def _date_order(table: Table, name: str, sample: str, dates: NDArray[np.int64]) 
     if np.all(dates == dates[:, :1]):
         return ""
     raise TraceError(
-        f"{table.source}: column {name}: dates such as {re.split('[T, ]', sample)[0]} are ambiguous: no number is "
+        f"column {name}: dates such as {re.split('[T, ]', sample)[0]} are ambiguous: no number is "
         "above 12, so either may be the day; give the order with date_order='mdy' or 'dmy' (--date-order mdy)"
     )

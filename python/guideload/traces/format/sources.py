@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.arrays import errors_name
 from guideload.base.errors import ArgumentTypeError, TraceError, UnreadableTrace, no_file, shortened
 from guideload.traces.format.matlab import read_matlab
 from guideload.traces.format.table import Table
@@ -52,7 +53,8 @@ def _file(path: Path) -> Table:
     program = BINARY.get(path.suffix.lower())
     if program is None:
         try:
-            return read_text(path)
+            with errors_name(path.name):
+                return read_text(path)
         except OSError as error:
             raise UnreadableTrace(f"{path}: cannot be read: {error.strerror}") from None
     with damage_named(path, program):

@@ -106,9 +106,8 @@ class Table:
         if column.dtype.kind in "iu":
             return column
         if column.dtype.kind == "f":
-            with np.errstate(
-                over="ignore"
-            ):  # of long doubles: infinite, and refused like other infinite cells
+            # Long doubles that become infinite are refused like other infinite cells.
+            with np.errstate(over="ignore"):
                 return column.astype(float, copy=False)
         if column.dtype.kind in "cmMV":  # complex numbers, times and records are no numbers
             return np.full(column.shape[0], np.nan)
@@ -116,9 +115,8 @@ class Table:
 
         series = pandas.Series(self.columns[name])
         if series.dtype == object or series.dtype == "str":
-            is_cell = series.map(
-                lambda cell: isinstance(cell, str | Real | Decimal)
-            )  # no list, no complex number
+            # Lists and complex numbers are no cells.
+            is_cell = series.map(lambda cell: isinstance(cell, str | Real | Decimal))
             series = _plain(series.where(is_cell, None), self.decimal)
         return np.asarray(pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
 

@@ -34,11 +34,11 @@ SEPARATOR_HINT = "where numbers have a decimal comma, the separator must be anot
 
 
 def read_text(path: Path) -> Table:
-    """A text file as a table, its rows counted as an editor does. Raises UnreadableTrace."""
+    """A text file as a table, its rows counted as an editor does. Raises UnreadableTrace; callers name the file."""
     text = _decoded(path)
     if re.match(r"\s*Name[ :].*\s+File[ :]", text):
         raise UnreadableTrace(
-            f"{path.name}: a TwinCAT Scope export with a blank or a colon between its cells, which names contain "
+            "a TwinCAT Scope export with a blank or a colon between its cells, which names contain "
             "as well; export it with tab or semicolon"
         )
     size = OPENING
@@ -50,12 +50,11 @@ def read_text(path: Path) -> Table:
     dialect = scope_dialect(lines) or paired_dialect(lines) or _dialect(lines)
     if dialect.width > MOST_COLUMNS:
         raise UnreadableTrace(
-            f"{path.name}: not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, "
-            f"got {dialect.width}"
+            f"not a readable CSV table: expected at most {MOST_COLUMNS} cells in a row, got {dialect.width}"
         )
     body = "".join(BREAK.split(text, dialect.first)[dialect.first :]) if dialect.first else text
-    decimal = _decimal(path.name, lines, body, dialect)
-    columns, numbers, notes = _columns(path.name, body, dialect, decimal)
+    decimal = _decimal(lines, body, dialect)
+    columns, numbers, notes = _columns(body, dialect, decimal)
     padded = [*dialect.names, *[""] * (len(columns) - len(dialect.names))]
     prefix = "column " if dialect.names else ""
     names = unique([name or f"{prefix}{i}" for i, name in enumerate(padded, start=1)])
@@ -87,7 +86,7 @@ def _dialect(lines: list[str]) -> Dialect:
     return dialect
 
 
-def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
+def _decimal(lines: list[str], body: str, dialect: Dialect) -> str:
     """The decimal sign. Raises UnreadableTrace if a comma may be a separator or part of digit groups as well."""
     separator, above, samples = dialect.separator, lines[: dialect.first], lines[dialect.first :]
     if separator != ",":
@@ -101,7 +100,7 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
         row.is_text and 2 * len(row.cells) == dialect.width for row in rows_of(above, ",")
     ):
         raise UnreadableTrace(
-            f"{source}: not a readable CSV table: {dialect.width} cells in a row under half as many names; "
+            f"not a readable CSV table: {dialect.width} cells in a row under half as many names; "
             f"{SEPARATOR_HINT}"
         )
     if dialect.decimal != ",":
@@ -109,7 +108,7 @@ def _decimal(source: str, lines: list[str], body: str, dialect: Dialect) -> str:
     cells = [cell for row in rows_of(samples, ",") for cell in row.cells if "," in cell]
     if cells and all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in cells):
         raise UnreadableTrace(
-            f'{source}: cells such as "{cells[0]}" may have groups of digits or a decimal comma, which is '
+            f'cells such as "{cells[0]}" may have groups of digits or a decimal comma, which is '
             "ambiguous; write numbers with a decimal point and no groups, or separate the cells by ; or tab"
         )
     return ","
@@ -120,12 +119,12 @@ def _decoded(path: Path) -> str:
     content = path.read_bytes()
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise UnreadableTrace(
-            f"{path.name}: not a text table but an Excel workbook (or another archive); export the sheet as CSV"
+            "not a text table but an Excel workbook (or another archive); export the sheet as CSV"
         )
     wide = _wide_encoding(content)
     if not wide and not content.strip(b"\xef\xbb\xbf \t\r\n"):
         raise UnreadableTrace(
-            f"{path.name}: the file is empty; expected a line of column names and a line for each sample, as in "
+            "the file is empty; expected a line of column names and a line for each sample, as in "
             '"time_s,position_mm"'
         )
     for encoding in (wide,) if wide else ("utf-8-sig", "cp1252"):
@@ -136,7 +135,7 @@ def _decoded(path: Path) -> str:
         if not CONTROL.search(text[:OPENING]):
             return text.rstrip("\x1a\x00").removeprefix("\ufeff")
     raise UnreadableTrace(
-        f"{path.name}: not a text table (it holds bytes that are no text); export it as CSV, or save it as UTF-8"
+        "not a text table (it holds bytes that are no text); export it as CSV, or save it as UTF-8"
     )
 
 
@@ -153,7 +152,7 @@ def _wide_encoding(content: bytes) -> str:
 
 
 def _columns(
-    source: str, body: str, dialect: Dialect, decimal: str
+    body: str, dialect: Dialect, decimal: str
 ) -> tuple[list[Any], range | NDArray[np.int64], list[str]]:
     """The columns, the row number of each sample, and notes on rows left out."""
     first = dialect.first + 1
@@ -163,14 +162,12 @@ def _columns(
     numbers: range | NDArray[np.int64] = range(first, first + count)
     notes: list[str] = []
     is_clean = dialect.separator != " " and not body.endswith("EOF")
-    table = _parsed(source, body, dialect, decimal, count) if is_clean else None
+    table = _parsed(body, dialect, decimal, count) if is_clean else None
     if table is None:
-        body, numbers, notes = _cleaned(source, body, dialect, first)
-        table = _parsed(source, body, dialect, decimal, len(numbers))
+        body, numbers, notes = _cleaned(body, dialect, first)
+        table = _parsed(body, dialect, decimal, len(numbers))
     if table is None:
-        raise UnreadableTrace(
-            f"{source}: not a readable CSV table: a quote or a line break is inside a sample"
-        )
+        raise UnreadableTrace("not a readable CSV table: a quote or a line break is inside a sample")
     columns = [_array(column) for column in table.columns]
     filled = len(numbers)
     while filled and all(_is_empty(column[filled - 1]) for column in columns):
@@ -194,7 +191,7 @@ class _Content(io.BytesIO):
         self.ended = True
 
 
-def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) -> Any:
+def _parsed(body: str, dialect: Dialect, decimal: str, count: int) -> Any:
     """The samples as a pyarrow table; None unless it has `count` rows of equal width."""
     import pyarrow as pa
     from pyarrow import csv
@@ -221,13 +218,11 @@ def _parsed(source: str, body: str, dialect: Dialect, decimal: str, count: int) 
         with threads(1) as submit, _Content(body.encode()) as content:
             table = submit(read, content).result()
     except (pa.ArrowInvalid, ValueError) as error:
-        raise UnreadableTrace(f"{source}: not a readable CSV table: {shortened(str(error))}") from None
+        raise UnreadableTrace(f"not a readable CSV table: {shortened(str(error))}") from None
     return None if ragged or table.num_rows != count else table
 
 
-def _cleaned(
-    source: str, body: str, dialect: Dialect, first: int
-) -> tuple[str, NDArray[np.int64], list[str]]:
+def _cleaned(body: str, dialect: Dialect, first: int) -> tuple[str, NDArray[np.int64], list[str]]:
     """The samples with short rows filled up, without empty lines and comments; their row numbers; notes.
 
     In a table of one column an empty line is an empty cell, unless MANY_EMPTY of the lines are empty.
@@ -261,7 +256,7 @@ def _cleaned(
     if long:
         hint = f"; {SEPARATOR_HINT}" if separator == "," else ""
         raise UnreadableTrace(
-            f"{source}: not a readable CSV table: expected {width} cells in a row, got more in line "
+            f"not a readable CSV table: expected {width} cells in a row, got more in line "
             f"{listed_rows(long)}{hint}"
         )
     notes = [f"{len(at)} {word} left out, row {listed_rows(at)}" for word, at in left_out.items() if at]

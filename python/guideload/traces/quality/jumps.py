@@ -11,8 +11,6 @@ The speed u is the change of a position over its step (n - 1,), or the sample of
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +27,7 @@ QUANTA = 10.0  # smallest jump; slow motion has single quanta between zeros
 SPEED_RATIO = 1.5
 # ... or its change of speed is this many times the largest. (An outlier of a position makes two false speeds, that
 # of a speed one.)
-CHANGE_RATIO = {"position": 20.0, "speed": 3.0}
+CHANGE_RATIO = {True: 20.0, False: 3.0}  # whether it is a position
 # Outliers of a speed: runs of up to LONGEST_RUN samples over FAR_ABOVE times all others, at most MOST_OUTLIERS of all.
 FAR_ABOVE, LONGEST_RUN, MOST_OUTLIERS = 20.0, 5, 0.25
 SAME_SPEED = 0.1  # largest range, over the speed, of the four rows around a drop-out
@@ -51,8 +49,8 @@ def speed_jumps(
         return np.asarray(np.abs(speed) > max_speed)
     if is_position:
         quantum = quantum / float(np.median(np.diff(time)))
-        return _isolated(speed, quantum, CHANGE_RATIO["position"], "reflect")
-    wild = _isolated(speed, quantum, CHANGE_RATIO["speed"], "edge") | _far_above(speed, quantum)
+        return _isolated(speed, quantum, is_position)
+    wild = _isolated(speed, quantum, is_position) | _far_above(speed, quantum)
     zeros = drop_outs(speed, quantum)
     return wild | zeros if _turns_slowly(speed, zeros, wild) else wild
 
@@ -97,13 +95,13 @@ def _far_above(speed: Array, quantum: float) -> Flags:
     return np.zeros(size.size, bool)
 
 
-def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["reflect", "edge"]) -> Flags:
+def _isolated(speed: Array, quantum: float, is_position: bool) -> Flags:
     """Speeds that are isolated from their neighbours and exceed all others.
 
-    ends: "reflect" compares the first and last speed with their neighbours on one side, "edge" does not compare them: a
-    speed may begin or end with a jump if the log stops with the drive.
+    The first and last speed by positions are compared with their neighbours on one side. Samples of a speed are not: it
+    may begin or end with a jump if the log stops with the drive.
     """
-    padded = np.pad(speed, 2, mode=ends)
+    padded = np.pad(speed, 2, mode="reflect") if is_position else np.pad(speed, 2, mode="edge")
     low, second, third, high = np.sort([padded[i : i + speed.size] for i in (0, 1, 3, 4)], axis=0)
     median: Array = 0.5 * (second + third)
     distance = speed - median
@@ -115,7 +113,7 @@ def _isolated(speed: Array, quantum: float, change_ratio: float, ends: Literal["
     calm = ~(isolated[1:] | isolated[:-1])
     largest_change = max(float(change[calm].max(initial=0.0)), quantum)
     is_fast = np.abs(speed) > SPEED_RATIO * top_speed(speed, isolated)
-    return isolated & (is_fast | (np.abs(distance) > change_ratio * largest_change))
+    return isolated & (is_fast | (np.abs(distance) > CHANGE_RATIO[is_position] * largest_change))
 
 
 def top_speed(speed: Array, without: Flags) -> float:
