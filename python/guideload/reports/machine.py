@@ -114,7 +114,7 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
 
 def structure_lines(machine: Machine) -> list[str]:
     """How far the stiffness of the structure around the guides is in the model."""
-    compliant = [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
+    compliant = _compliant(machine)
     given = [] if machine.base is None else ["the base ([base])"]
     given += [f"the structure at carriage {joined(compliant)} (compliance)"] if compliant else []
     if given:
@@ -158,14 +158,14 @@ def _carriage_parts(machine: Machine) -> list[Part]:
         ),
         Column("rail", [rails[one.rail] for one in carriages]),
     )
-    compliant = [one.name for one in carriages if one.compliance_y or one.compliance_z]
-    series = (
-        f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."
-        if compliant
-        else ""
-    )
-    laws = _laws_table(machine)
+    laws, series = _laws_table(machine), ""
+    if compliant := _compliant(machine):
+        series = f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."
     return [table, NOMINAL if laws else "", laws, series]
+
+
+def _compliant(machine: Machine) -> list[str]:
+    return [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
 
 
 def _stiffness(law: Law) -> float | str:
@@ -255,12 +255,8 @@ def _product_lines(machine: Machine) -> list[str]:
     for product in machine.products:
         users = [one.name for one in machine.carriages if one.product == product.name]
         rating, static = product.dynamic, product.static
-        ratings = (
-            []
-            if rating is None
-            else [f"C {number(1e-3 * rating.value)} kN for {number(1e-3 * rating.base)} km"]
-        )
-        ratings += [] if static is None else [f"C0 {number(1e-3 * static)} kN"]
+        dynamic = rating and f"C {number(1e-3 * rating.value)} kN for {number(1e-3 * rating.base)} km"
+        ratings = [text for text in (dynamic, static and f"C0 {number(1e-3 * static)} kN") if text]
         unverified = "; values not compared with its page" if product.unverified else ""
         lines.append(
             f"product {product.name} ({product.maker}; {', '.join(ratings) or 'no ratings'}): "
