@@ -12,7 +12,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
 from guideload.motion.uncertainty import COVER
-from guideload.plots.long_records import COLUMNS, columns, extremes
+from guideload.plots.long_records import columns, extremes
 from guideload.plots.spectra import label_modes, octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
 
@@ -76,7 +76,7 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
 
 def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
     """A line; for long histories, through the smallest and the largest value in each column of the picture."""
-    shown = np.unique(extremes(values, columns(time.size))) if time.size > COLUMNS else slice(None)
+    shown = np.unique(extremes(values, columns(time.size)))
     ax.plot(time[shown], values[shown], **style)
 
 
