@@ -1,4 +1,4 @@
-"""What a report says, sentences, sections, tables and definitions, as data and as text; `html_report` makes pages of it."""
+"""What a report says, its sentences, sections, tables and definitions as data, and their text."""
 
 from __future__ import annotations
 
