@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from scipy.signal import welch
 
 from guideload.base.arguments import checked
+from guideload.base.arrays import Array
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.motor_force import MotorForce
+from guideload.identification.next_measurement import RankedMeasurement
 from guideload.identification.responses import UNITS, FrequencyResponses
+from guideload.identification.result import Identification
 from guideload.identification.sensor_log import SensorLog
 from guideload.identification.unknowns import short_name, usual_unit
 from guideload.plots.saving import save_each
@@ -29,15 +33,6 @@ from guideload.plots.style import (
     plain,
 )
 from guideload.reports.identification import record_channels
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from matplotlib.axes import Axes
-
-    from guideload.base.arrays import Array
-    from guideload.identification.next_measurement import RankedMeasurement
-    from guideload.identification.result import Identification
 
 MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
 MOST_CANDIDATES = 20

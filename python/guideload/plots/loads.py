@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from guideload.audit.figures import share_of_time
 from guideload.audit.histories import Histories, payload_changes
 from guideload.base.arguments import checked
+from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
@@ -28,13 +31,7 @@ from guideload.plots.style import (
     run_title,
     set_run_title,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from guideload.base.arrays import Array
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 # Over the height of the axes: a bar that marks lost contact with the gap above it, and the limit for all bars.
 BAR, ALL_BARS = 0.025, 0.2

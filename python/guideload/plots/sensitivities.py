@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from matplotlib.axes import Axes
 
 from guideload.base.arguments import checked
+from guideload.machine.machine import Machine
 from guideload.plots.style import axes_or_new, draw_effects, look, name_rows
 from guideload.reports.sensitivities import FIGURES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.machine.machine import Machine
-    from guideload.sensitivity.influence import Influence
+from guideload.sensitivity.influence import Influence
 
 BARS = 20
 

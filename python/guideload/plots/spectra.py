@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
+from numpy.typing import NDArray
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
-from guideload.base.arrays import median_step
+from guideload.base.arrays import Array, median_step
 from guideload.base.number_text import digits
+from guideload.base.quantities import Quantities
 from guideload.plots.style import (
     PALE,
     axes_or_new,
@@ -22,14 +24,7 @@ from guideload.plots.style import (
     set_run_title,
     write_instead,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from guideload.base.arrays import Array
-    from guideload.base.quantities import Quantities
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 BANDS_PER_OCTAVE = 12
 MOST_EVEN = 1_000_000  # instants of a spectrum

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 from guideload.base.arguments import checked
 from guideload.base.methods import METHODS
 from guideload.base.number_text import milliseconds, scientific
-from guideload.method_comparison.diagram import MODEL_ACCURACY, setting_range
+from guideload.method_comparison.diagram import MODEL_ACCURACY, SettingResult, WorkPrecision, setting_range
 from guideload.plots.style import GREY, INK, PALE, axes_or_new, legend_beside, look, write_instead
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.method_comparison.diagram import SettingResult, WorkPrecision
-
-    Point = tuple[float, float]
-    Run = tuple[list[SettingResult], Point]
+Point = tuple[float, float]
+Run = tuple[list[SettingResult], Point]
 
 # Fixed steps have dashed lines and hollow markers.
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}

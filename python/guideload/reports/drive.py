@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,11 +26,9 @@ from guideload.drive.requirements import (
     is_elastic,
     share_of_push,
 )
+from guideload.machine.machine import Machine
 from guideload.reports.report import Part, Table, Value
-
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,20 +22,17 @@ from guideload.base.number_text import (
     rounded,
     seconds,
 )
-from guideload.catalogue.life_target import CONTINUOUS
+from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.life_target import CONTINUOUS, Repetition
+from guideload.catalogue.product import Product
+from guideload.life.bands import LifeBand
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
-
-if TYPE_CHECKING:
-    from guideload.catalogue.conditions import LifeConditions
-    from guideload.catalogue.life_target import Repetition
-    from guideload.catalogue.product import Product
-    from guideload.life.bands import LifeBand
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
 LIFE_DEFINITION = (

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
+from guideload.machine.components import Carriage, Link, Rail
+from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
+from guideload.motion.motion import Motion
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table
-
-if TYPE_CHECKING:
-    from guideload._core import Law
-    from guideload.machine.components import Carriage, Link, Rail
-    from guideload.machine.machine import Machine
-    from guideload.motion.motion import Motion
 
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."

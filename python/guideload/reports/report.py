@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, isnan
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
@@ -19,10 +19,7 @@ from guideload.base.errors import NotFinite
 from guideload.base.number_text import KINDS, NARROW_SPACE, between, joined
 from guideload.base.visible_text import visible
 from guideload.base.warnings import verdict
-from guideload.machine.machine import DOFS
-
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
+from guideload.machine.machine import DOFS, Machine
 
 WIDTH = 80
 MOST_PROSE = 100  # characters: longer lines are hard to read

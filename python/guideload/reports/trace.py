@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.motion_plausibility import plausible_motion, resolution_warnings
 from guideload.base.number_text import counted, digits, milliseconds
+from guideload.motion.resolution import TraceResolution
 from guideload.motion.uncertainty import COVER
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 from guideload.smoothing.estimation import MotionEstimate, noise_warnings
-
-if TYPE_CHECKING:
-    from guideload.motion.resolution import TraceResolution
-    from guideload.traces.inspection import Inspection
+from guideload.traces.inspection import Inspection
 
 DEFINITIONS = (
     "Share of response: part of the static link loads under an acceleration along x that is in the mode. "
