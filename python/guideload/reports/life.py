@@ -46,6 +46,7 @@ LIFE_DEFINITION = (
 def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
     found = life.band if band else None
+    phases = ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
     return Report.of(
         life.record.result.machine,
         "life and static safety",
@@ -54,7 +55,7 @@ def life_report(life: Life, band: bool = True) -> Report:
         sections=[
             *_main_sections(life, found),
             _rows_section(life),
-            Section("Share of the life by phase of the cycle", _phases(life)),
+            Section("Share of the life by phase of the cycle", phases),
             _places_section(life),
             Section("Formulas", *_formulas(life)),
         ],
@@ -230,10 +231,6 @@ def _rows_section(life: Life) -> Section:
         if one.rows is not None
     ]
     return Section("Loads of the two rows along y, preload included", lines)
-
-
-def _phases(life: Life) -> str:
-    return ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
 
 
 def _places_section(life: Life) -> Section:

@@ -57,10 +57,12 @@ def study_report(result: StudyResult) -> Report:
         Section("Study", [*_study_lines(result)], _parameters_table(result)),
         Section("Failures", _failures_table(result)),
     ]
-    if not summary.empty:
-        lines = _cases_answer(result) if metadata.chosen else _statistics_answer(result, summary)
-        answer = [*lines]
-        sections += _case_sections(result) if metadata.chosen else _statistics_sections(result, summary)
+    if metadata.chosen and not summary.empty:
+        answer = [*_cases_answer(result)]
+        sections += [Section("Cases", *cases_parts(result)), _life_section(result)]
+    elif not summary.empty:
+        answer = [*_statistics_answer(result, summary)]
+        sections += _statistics_sections(result, summary)
     return Report.of(
         metadata.machine,
         "study",
@@ -89,10 +91,6 @@ def probability_report(found: RareProbability, metadata: StudyMetadata) -> Repor
     work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
     warnings = [*found.doubts, *metadata.warnings]
     return Report.of(metadata.machine, "probability", answer=[f"{text}. {work}."], warnings=warnings)
-
-
-def _case_sections(result: StudyResult) -> list[Section]:
-    return [Section("Cases", *cases_parts(result)), _life_section(result)]
 
 
 def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Section]:
