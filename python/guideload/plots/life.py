@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from guideload.base.arguments import checked
 from guideload.life.life import Life
-from guideload.plots.style import axes_or_new, carriage_look, legend_beside, look, write_instead
+from guideload.plots.style import carriage_look, drawing, legend_beside, write_instead
 
 
 @checked
@@ -16,8 +16,7 @@ def rail_damage(life: Life, ax: Axes | None = None) -> Axes:
 
     A pale area is the metre of each rail with the largest damage, which fails first.
     """
-    with look():
-        ax = axes_or_new(ax, 9.0, 3.6)
+    with drawing(ax, 9.0, 3.6) as ax:
         if not life.places:
             return write_instead(ax, "the position of the cart is unknown")
         per_travel = 1e6 / life.distance  # records in 1000 km

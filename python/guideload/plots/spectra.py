@@ -16,10 +16,9 @@ from guideload.base.number_text import digits
 from guideload.base.quantities import Quantities
 from guideload.plots.style import (
     PALE,
-    axes_or_new,
     carriage_look,
+    drawing,
     legend_beside,
-    look,
     plain,
     set_run_title,
     write_instead,
@@ -40,8 +39,7 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     line over a range of frequencies is the mean square of the load in that range.
     """
     data = result.quantities
-    with look():
-        ax = axes_or_new(ax, 9.0, 4.6)
+    with drawing(ax, 9.0, 4.6) as ax:
         set_run_title(ax, result, "Spectrum of the dynamic loads")
         if np.ptp(data["time"]) == 0.0:
             return write_instead(ax, "a single instant has no spectrum")
