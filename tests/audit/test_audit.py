@@ -14,7 +14,7 @@ from guideload.audit.figures import BALL_ROW, ROLLERS
 from guideload.base.number_text import percent
 from guideload.machine.modes import displacement
 from guideload.reports import run as report
-from guideload.reports.text import WIDTH
+from guideload.reports.report import WIDTH
 
 TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)

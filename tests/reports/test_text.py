@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 from texts import one_line
 
 from guideload.base.errors import NotFinite
-from guideload.base.number_text import KINDS, NARROW_SPACE, digits, fixed, load_in_table, signed
+from guideload.base.number_text import (
+    KINDS,
+    NARROW_SPACE,
+    digits,
+    fixed,
+    load_in_table,
+    load_with_unit,
+    signed,
+)
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 NAMES = ["left rear", "left front", "right rear"]
@@ -116,6 +124,14 @@ def test_decimals_and_thousands(value: float, decimals: int) -> None:
 def test_loads(value: float, text: str) -> None:
     assert load_in_table(value) == text
     assert signed(value, "load").lstrip("+") == text if value < -0.05 else True
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(-12258.3, "−12\u202f258 N"), (99.94, "99.9 N"), (0.1234, "0.123 N"), (1e-15, "0 N"), (0.0, "0 N")],
+)
+def test_loads_of_pictures(value: float, text: str) -> None:
+    assert load_with_unit(value) == text
 
 
 def test_columns_take_arrays_and_texts() -> None:

@@ -13,7 +13,7 @@ from test_study import MACHINE, MASS, study
 
 from guideload.base.errors import ArgumentError
 from guideload.motion.motion import Motion
-from guideload.reports.probability import probability_report
+from guideload.reports.study import probability_report
 from guideload.study.execution import run_study
 from guideload.study.rare import (
     LEAST,

@@ -247,7 +247,7 @@ def probability(
     By subset simulation, down to 1e-9: for probabilities which a study of some thousand samples cannot count. The
     limits and the varied parameters are those of a study file; its number of samples does not matter.
     """
-    from guideload.reports.probability import probability_report
+    from guideload.reports.study import probability_report
     from guideload.study.rare import exceedance_probability, wanted_limits
     from guideload.study.study import Study
 

@@ -6,17 +6,14 @@ import base64
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup, escape
+from matplotlib.axes import Axes
 
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
 from guideload.plots.long_records import extremes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Longer histories are drawn as an envelope: on paper and on a screen there are at most some thousand pixels.
 MOST_POINTS = 12_000

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from guideload.base.arguments import checked
 from guideload.plots.long_records import draw_history, is_long
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.compare import require_carriages
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 
 @checked

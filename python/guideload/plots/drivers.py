@@ -14,8 +14,8 @@ from guideload.base.number_text import capitalised, counted
 from guideload.plots.style import (
     GREY,
     INK,
-    axes_or_new,
     draw_effects,
+    drawing,
     legend_beside,
     look,
     name_rows,
@@ -47,8 +47,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
     rows, values = result.driving(name), known(result.column(name))
     shown, sensitivity = rows.iloc[:BARS], result.metadata.sensitivity
     main, *ends = ("total", "total_low", "total_high") if sensitivity else ("rank_correlation", "low", "high")
-    with look():
-        ax = axes_or_new(ax, 7.6, 1.7 + 0.27 * len(shown))
+    with drawing(ax, 7.6, 1.7 + 0.27 * len(shown)) as ax:
         set_title(ax, result, f"What drives {result.metadata.title_with_owner(name)}", values.size)
         if not values.size:
             return write_no_result(ax)

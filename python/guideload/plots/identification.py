@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from scipy.signal import welch
 
 from guideload.base.arguments import checked
+from guideload.base.arrays import Array
 from guideload.identification.modal_test import ModalTest
+from guideload.identification.next_measurement import RankedMeasurement
 from guideload.identification.records import Record
 from guideload.identification.responses import UNITS, FrequencyResponses
+from guideload.identification.result import Identification
 from guideload.identification.unknowns import short_name, usual_unit
 from guideload.plots.saving import save_each
 from guideload.plots.style import (
@@ -20,7 +24,7 @@ from guideload.plots.style import (
     GREY,
     INK,
     PALE,
-    axes_or_new,
+    drawing,
     legend_above,
     look,
     name_rows,
@@ -28,15 +32,6 @@ from guideload.plots.style import (
     plain,
 )
 from guideload.reports.identification import record_channels
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from matplotlib.axes import Axes
-
-    from guideload.base.arrays import Array
-    from guideload.identification.next_measurement import RankedMeasurement
-    from guideload.identification.result import Identification
 
 MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
 MOST_CANDIDATES = 20
@@ -55,8 +50,7 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
     Grey: before the data. A number that the data do not determine has no dot.
     """
     shown = [100.0]
-    with look():
-        ax = axes_or_new(ax, 8.0, 1.6 + 0.34 * len(found.unknowns))
+    with drawing(ax, 8.0, 1.6 + 0.34 * len(found.unknowns)) as ax:
         for i, (one, unknown) in enumerate(zip(found.estimates, found.unknowns, strict=True)):
             scale = 100.0 / unknown.start if unknown.start else 1.0
             before = [unknown.value(unknown.expected + side * 1.96 * unknown.spread) for side in (-1, 1)]
@@ -84,8 +78,7 @@ def correlation(found: Identification, ax: Axes | None = None) -> Axes:
     """Correlation of the identified numbers: what the data determine only together is dark."""
     names = [plain(short_name(one.name)) for one in found.estimates]
     count = len(names)
-    with look():
-        ax = axes_or_new(ax, 3.2 + 0.5 * count, 2.4 + 0.45 * count)
+    with drawing(ax, 3.2 + 0.5 * count, 2.4 + 0.45 * count) as ax:
         image = ax.imshow(found.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         ax.set_xticks(range(count), names, rotation=60, ha="right", rotation_mode="anchor")
         ax.set_yticks(range(count), names)
@@ -248,8 +241,7 @@ def next_measurements(
     figure: its name.
     """
     shown = candidates[:MOST_CANDIDATES]
-    with look():
-        ax = axes_or_new(ax, 8.5, 1.4 + 0.3 * len(shown))
+    with drawing(ax, 8.5, 1.4 + 0.3 * len(shown)) as ax:
         shares = [100.0 * one.deviation for one in shown]
         ax.barh(range(len(shown)), shares, 0.6, color=COMPUTED)
         for i, share in enumerate(shares):

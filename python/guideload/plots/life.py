@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
 
 from guideload.base.arguments import checked
-from guideload.plots.style import axes_or_new, carriage_look, legend_beside, look, write_instead
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.life.life import Life
+from guideload.life.life import Life
+from guideload.plots.style import carriage_look, drawing, legend_beside, write_instead
 
 
 @checked
@@ -21,8 +16,7 @@ def rail_damage(life: Life, ax: Axes | None = None) -> Axes:
 
     A pale area is the metre of each rail with the largest damage, which fails first.
     """
-    with look():
-        ax = axes_or_new(ax, 9.0, 3.6)
+    with drawing(ax, 9.0, 3.6) as ax:
         if not life.places:
             return write_instead(ax, "the position of the cart is unknown")
         per_travel = 1e6 / life.distance  # records in 1000 km
@@ -34,10 +28,7 @@ def rail_damage(life: Life, ax: Axes | None = None) -> Axes:
             ax.step(place.edges, height, where="post", color=color, linestyle=dash, label=label)
             ax.axvspan(start, end, color=color, alpha=0.08, linewidth=0)
         ax.set_ylim(bottom=0.0)
-        ax.set(
-            xlabel="x from L at the start of the record [m]",
-            ylabel="damage per metre in 1000 km [1/m]",
-        )
+        ax.set(xlabel="x from L at the start of the record [m]", ylabel="damage per metre in 1000 km [1/m]")
         ax.set_title("Fatigue damage along the rails", parse_math=False)
         legend_beside(ax, "rail")
     return ax

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from guideload.audit.figures import share_of_time
 from guideload.audit.histories import Histories, payload_changes
 from guideload.base.arguments import checked
+from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
@@ -18,8 +21,8 @@ from guideload.plots.style import (
     DASHED,
     GREY,
     INK,
-    axes_or_new,
     carriage_look,
+    drawing,
     legend_above,
     legend_beside,
     look,
@@ -28,13 +31,7 @@ from guideload.plots.style import (
     run_title,
     set_run_title,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from guideload.base.arrays import Array
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 # Over the height of the axes: a bar that marks lost contact with the gap above it, and the limit for all bars.
 BAR, ALL_BARS = 0.025, 0.2
@@ -62,8 +59,7 @@ def motor_speed(result: Result, ax: Axes | None = None) -> Axes:
     else:
         title = "Cart acceleration (the motion has neither motor speed nor velocity)"
         values, label = data["cart_acceleration"][:, 0], "acceleration [m/s²]"
-    with look():
-        ax = axes_or_new(ax, 7.5, 2.6)
+    with drawing(ax, 7.5, 2.6) as ax:
         draw_history(ax, data["time"], values, is_long(result), color=INK)
         ax.axhline(0, color=GREY, linewidth=0.7, zorder=1)
         ax.set(title=title, xlabel="time [s]", ylabel=label)
@@ -180,8 +176,7 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
     links = links[result.machine.link_table().axis[links] == component]
     lost = contact.lost_by(links)[shown]
     envelope = part is None and is_long(result)
-    with look():
-        ax = axes_or_new(ax, 7.5, 2.8)
+    with drawing(ax, 7.5, 2.8) as ax:
         draw_history(ax, time, load, envelope, color=color)
         if "force_sd" in data and not envelope:
             deviation = data["force_sd"][shown, index, component]
@@ -219,10 +214,10 @@ class _Loads(NamedTuple):
 def _carriages(result: Result, loads: _Loads, title: str, ax: Axes | None) -> Axes:
     """Loads of all carriages on axes; without axes, of a long record the overview above the worst cycle."""
     cycle = None
-    with look():
-        if ax is None and is_long(result):
+    if ax is None and is_long(result):
+        with look():
             ax, cycle = new_figure(9.0, 8.4).subplots(2, 1)
-        ax = axes_or_new(ax, 9.0, 4.4)
+    with drawing(ax, 9.0, 4.4) as ax:
         set_run_title(ax, result, title)
         _draw_carriages(ax, result, loads, None)
         if cycle is not None:

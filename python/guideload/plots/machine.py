@@ -4,29 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from guideload.base.arguments import checked
+from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import digits, joined, load_with_unit
-from guideload.machine.modes import displacement, moving_dofs
+from guideload.machine.components import Carriage
+from guideload.machine.machine import Machine
+from guideload.machine.modes import Modes, displacement, moving_dofs
 from guideload.plots.style import GREY, INK, PALE, carriage_look, look, new_figure, plain
-
-if TYPE_CHECKING:
-    from mpl_toolkits.mplot3d.axes3d import Axes3D
-    from numpy.typing import NDArray
-
-    from guideload.machine.components import Carriage
-    from guideload.machine.machine import Machine
-    from guideload.machine.modes import Modes
-    from guideload.simulation.result import Result
-
-    Points = NDArray[np.float64]
+from guideload.simulation.result import Result
 
 BODY_COLOR = "#5b6f8a"
 # Over the diagonal of the machine: longest arrow of a load, arrow of the weight, largest displacement of a mode.
@@ -39,7 +33,7 @@ FACES = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [
 
 
 @checked
-def equivalent_box(machine: Machine) -> Points:
+def equivalent_box(machine: Machine) -> Array:
     """Corners of the homogeneous box with the body's mass, centre of mass and inertia.
 
     Returns
@@ -52,7 +46,7 @@ def equivalent_box(machine: Machine) -> Points:
     squares = 6 / mass * (principal.sum() - 2 * principal)
     # Sides of a plate or a rod are zero, or by rounding imaginary: drawn with 2 % of the longest side.
     sides = np.sqrt(np.maximum(squares, 4e-4 * squares.max()))
-    return cast("Points", center + (CORNERS * sides) @ directions.T)
+    return cast(Array, center + (CORNERS * sides) @ directions.T)
 
 
 @checked
@@ -69,7 +63,7 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
             # Constrained layout ignores the extent of 3D axes: the position is given by hand.
             figure = new_figure(10.0, 6.4)
             figure.set_layout_engine("none")
-            ax = cast("Axes3D", figure.add_axes((0.0, 0.03, 0.66, 0.92), projection="3d"))
+            ax = cast(Axes3D, figure.add_axes((0.0, 0.03, 0.66, 0.92), projection="3d"))
         _draw_rails(ax, machine, box)
         _draw_box(ax, box, BODY_COLOR, 0.10)
         label = "body: homogeneous box of its mass and inertia"
@@ -130,15 +124,15 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
     return list(axes[:count])
 
 
-def _diagonal(machine: Machine, box: Points) -> float:
+def _diagonal(machine: Machine, box: Array) -> float:
     points = np.vstack([box, machine.carriage_centers, np.zeros(3)])
     return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
-def _carriage_block(machine: Machine, index: int, size: float) -> Points:
+def _carriage_block(machine: Machine, index: int, size: float) -> Array:
     """Corners of the block of a carriage; its length is true, its section is symbolic."""
     sides = np.array([_length(machine.carriages[index]), 0.045 * size, 0.055 * size])
-    return cast("Points", machine.carriage_centers[index] + (CORNERS * sides) @ machine.carriage_axes[index])
+    return cast(Array, machine.carriage_centers[index] + (CORNERS * sides) @ machine.carriage_axes[index])
 
 
 def _length(carriage: Carriage) -> float:
@@ -146,7 +140,7 @@ def _length(carriage: Carriage) -> float:
     return max(carriage.distances.pitch, carriage.distances.yaw)
 
 
-def _rail_ends(machine: Machine, box: Points) -> Iterator[Points]:
+def _rail_ends(machine: Machine, box: Array) -> Iterator[Array]:
     """Start and end of each rail, a little beyond the body and the carriages."""
     ends = [box[:, 0]]
     for center, carriage in zip(machine.carriage_centers, machine.carriages, strict=True):
@@ -158,7 +152,7 @@ def _rail_ends(machine: Machine, box: Points) -> Iterator[Points]:
         yield np.array([[low - margin, y, z], [high + margin, y, z]])
 
 
-def _draw_rails(ax: Axes3D, machine: Machine, box: Points) -> None:
+def _draw_rails(ax: Axes3D, machine: Machine, box: Array) -> None:
     for ends, rail in zip(_rail_ends(machine, box), machine.rails, strict=True):
         ax.plot(*ends.T, color=GREY, linewidth=3.5, alpha=0.8, solid_capstyle="butt")
         ax.text(*ends[1], f" rail {plain(rail.name)}", color=GREY, fontsize=8.5, va="center")
@@ -175,11 +169,11 @@ def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
         ax.quiver(*center, *arrow, color=BODY_COLOR, linewidth=2.2, arrow_length_ratio=0.25)
 
 
-def _draw_loads(ax: Axes3D, result: Result, centers: Points, size: float) -> Points:
+def _draw_loads(ax: Axes3D, result: Result, centers: Array, size: float) -> Array:
     """Arrows of the carriages' loads at the instant of the peak; returns these loads (carriage, 3) [N]."""
     data = result.quantities  # not `data`, which takes the time to import xarray
     instant = int(data["resultant"].max(axis=1).argmax())
-    force = cast("Points", data["force_global" if "force_global" in data else "force"][instant])
+    force = cast(Array, data["force_global" if "force_global" in data else "force"][instant])
     sizes = np.linalg.norm(force, axis=1)
     if sizes.max() == 0:
         return force
@@ -204,7 +198,7 @@ def _round_up(value: float) -> float:
     return float(next(step for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-12)) * power)
 
 
-def _draw_mode(ax: Axes3D, machine: Machine, shape: NDArray[np.float64], box: Points, size: float) -> None:
+def _draw_mode(ax: Axes3D, machine: Machine, shape: Array, box: Array, size: float) -> None:
     centers = machine.carriage_centers
     largest = np.linalg.norm(displacement(np.vstack([box, centers]), shape), axis=1).max()
     q = shape * (MODE_DISPLACEMENT * size / largest) if largest > 0 else shape
@@ -222,23 +216,23 @@ def _draw_mode(ax: Axes3D, machine: Machine, shape: NDArray[np.float64], box: Po
     _set_view(ax, machine, zoom=1.3, bare=True)
 
 
-def _draw_box(ax: Axes3D, corners: Points, color: str, alpha: float) -> None:
+def _draw_box(ax: Axes3D, corners: Array, color: str, alpha: float) -> None:
     """Faces and edges of a box; alpha: opacity of the faces."""
     faces = [corners[face] for face in FACES]
     ax.add_collection3d(Poly3DCollection(faces, facecolors=color, alpha=alpha, edgecolors="none"))
     ax.add_collection3d(_edges(corners, color, 0.9))
 
 
-def _edges(corners: Points, color: str, alpha: float, width: float = 1.1) -> Line3DCollection:
+def _edges(corners: Array, color: str, alpha: float, width: float = 1.1) -> Line3DCollection:
     lines = [corners[list(edge)] for edge in EDGES]
     return Line3DCollection(lines, colors=color, alpha=alpha, linewidths=width)
 
 
-def _up(machine: Machine) -> Points:
+def _up(machine: Machine) -> Array:
     """The axis that is drawn upright, (3,) of 0 and 1 or -1: that along which gravity is largest, y without gravity."""
     gravity = np.array(machine.gravity if any(machine.gravity) else (0.0, -1.0, 0.0))
     at = int(np.abs(gravity).argmax())
-    return cast("Points", -np.sign(gravity[at]) * np.eye(3)[at])
+    return cast(Array, -np.sign(gravity[at]) * np.eye(3)[at])
 
 
 def _set_view(ax: Axes3D, machine: Machine, zoom: float, bare: bool = False) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
+from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.plots.long_records import draw_history, is_long, worst_cycle
 from guideload.plots.spectra import even_step, mark_modes, octave_bands, power_density, set_frequency_ticks
@@ -20,12 +20,7 @@ from guideload.plots.style import (
     run_title,
     write_instead,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.base.arrays import Array
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 SMALLEST = 1e-6  # of the largest amplitude: smaller lines are rounding
 

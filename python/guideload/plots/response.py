@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
 from guideload.base.arguments import checked
+from guideload.machine.machine import Machine
+from guideload.machine.response import FrequencyResponse
 from guideload.plots.spectra import label_hertz, mark_modes, set_frequency_ticks
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.response import source_unit, source_words
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.machine.machine import Machine
-    from guideload.machine.response import FrequencyResponse
 
 SMALLEST = 1e-6  # of the largest magnitude: smaller lines are rounding
 

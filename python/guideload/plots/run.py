@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
 
 from guideload.base.arguments import checked
 from guideload.plots.loads import moments, paper_figures, resultant
@@ -12,15 +14,9 @@ from guideload.plots.machine import modes, scene
 from guideload.plots.point_motion import points
 from guideload.plots.saving import save_each
 from guideload.plots.spectra import spectrum
+from guideload.simulation.result import Result
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from matplotlib.axes import Axes
-
-    from guideload.simulation.result import Result
-
-    Pictures = Mapping[str, Callable[[], Axes]]
+Pictures = Mapping[str, Callable[[], Axes]]
 
 
 def drawings(result: Result) -> dict[str, Callable[[], Axes]]:

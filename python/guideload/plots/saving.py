@@ -6,15 +6,13 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from guideload.base.arguments import checked
 from guideload.base.errors import PictureError
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 DOTS_PER_INCH = 130
 QUICK = {"compress_level": 1}  # of PNG: two thirds of the time for a sixth more bytes

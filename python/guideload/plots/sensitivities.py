@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from matplotlib.axes import Axes
 
 from guideload.base.arguments import checked
-from guideload.plots.style import axes_or_new, draw_effects, look, name_rows
+from guideload.machine.machine import Machine
+from guideload.plots.style import draw_effects, drawing, name_rows
 from guideload.reports.sensitivities import FIGURES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.machine.machine import Machine
-    from guideload.sensitivity.influence import Influence
+from guideload.sensitivity.influence import Influence
 
 BARS = 20
 
@@ -21,8 +17,7 @@ BARS = 20
 def influence(machine: Machine, found: Influence, ax: Axes | None = None) -> Axes:
     """Tornado diagram from exact derivatives, strongest first."""
     changes = found.changes[:BARS]
-    with look():
-        ax = axes_or_new(ax, 8.6, 1.7 + 0.27 * changes.size)
+    with drawing(ax, 8.6, 1.7 + 0.27 * changes.size) as ax:
         draw_effects(ax, changes)
         shown = zip(found.columns[:BARS], found.steps, strict=False)
         name_rows(ax, (f"{column.name} + {step}" for column, step in shown))

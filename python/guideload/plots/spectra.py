@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
+from numpy.typing import NDArray
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
-from guideload.base.arrays import median_step
+from guideload.base.arrays import Array, median_step
 from guideload.base.number_text import digits
+from guideload.base.quantities import Quantities
 from guideload.plots.style import (
     PALE,
-    axes_or_new,
     carriage_look,
+    drawing,
     legend_beside,
-    look,
     plain,
     set_run_title,
     write_instead,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from guideload.base.arrays import Array
-    from guideload.base.quantities import Quantities
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 BANDS_PER_OCTAVE = 12
 MOST_EVEN = 1_000_000  # instants of a spectrum
@@ -45,8 +39,7 @@ def spectrum(result: Result, ax: Axes | None = None) -> Axes:
     line over a range of frequencies is the mean square of the load in that range.
     """
     data = result.quantities
-    with look():
-        ax = axes_or_new(ax, 9.0, 4.6)
+    with drawing(ax, 9.0, 4.6) as ax:
         set_run_title(ax, result, "Spectrum of the dynamic loads")
         if np.ptp(data["time"]) == 0.0:
             return write_instead(ax, "a single instant has no spectrum")

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
-from guideload.method_comparison.step_stability import ON_ANY
+from guideload.method_comparison.step_stability import ON_ANY, Stability
 from guideload.plots.style import CARRIAGE_COLORS, GREY, look, new_figure
 from guideload.simulation.stability_function import error_per_period, stability_function
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from guideload.method_comparison.step_stability import Stability
 
 LEFT, RIGHT, TOP = -5.5, 0.7, 5.5  # limits of the picture, in h λ; no scene has an eigenvalue with Re h λ > 0
 REGION = "#d8e6f2"

@@ -22,8 +22,8 @@ from guideload.plots.saving import save_each
 from guideload.plots.style import (
     GREY,
     INK,
-    axes_or_new,
     carriage_look,
+    drawing,
     legend_beside,
     look,
     name_rows,
@@ -54,8 +54,7 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
     name = name or result.leading
     names = _of_carriages(result, name)
     smallest, chosen = QUANTITIES[name].smallest_is_worst, result.metadata.chosen
-    with look():
-        ax = axes_or_new(ax, 8.0, 1.6 + 0.62 * len(names))
+    with drawing(ax, 8.0, 1.6 + 0.62 * len(names)) as ax:
         columns = [known(result.column(column)) for column in names]
         most = max(values.size for values in columns)
         title = capitalised(result.metadata.title(name))
@@ -111,8 +110,7 @@ def exceedance(result: StudyResult, name: str | None = None, ax: Axes | None = N
     name = name or result.leading
     names = _of_carriages(result, name)
     smallest, worse = QUANTITIES[name].smallest_is_worst, QUANTITIES[name].worse
-    with look():
-        ax = axes_or_new(ax, 8.4, 4.6)
+    with drawing(ax, 8.4, 4.6) as ax:
         title = capitalised(result.metadata.title(name))
         title += f": probability that a limit is {'not reached' if smallest else 'exceeded'}"
         set_title(ax, result, title, known(result.column(names[0])).size)
@@ -164,8 +162,7 @@ def failure(result: StudyResult, ax: Axes | None = None) -> Axes:
     reliability = result.metadata.machine.life.reliability
     lives = [(name, known(result.column(f"{LIFE}[{name}]"))[:RANKED]) for name in result.owners(LIFE)]
     machine = known(result.column(LIFE))[:RANKED]
-    with look():
-        ax = axes_or_new(ax, 8.4, 4.6)
+    with drawing(ax, 8.4, 4.6) as ax:
         set_title(ax, result, "Probability of a failure by fatigue before a travel", machine.size)
         finite = machine[np.isfinite(machine)]
         if not finite.size:
@@ -211,8 +208,7 @@ def band(result: StudyResult, carriage: str, ax: Axes | None = None) -> Axes:
     resultant = data["resultant"].sel(carriage=carriage).transpose("sample", "time").values
     resultant = resultant[~np.isnan(resultant).any(axis=1)]
     time = data["time"].values
-    with look():
-        ax = axes_or_new(ax, 9.0, 3.6)
+    with drawing(ax, 9.0, 3.6) as ax:
         set_title(ax, result, f"Resultant load of carriage {carriage}", len(resultant))
         if not len(resultant):
             return write_no_result(ax)

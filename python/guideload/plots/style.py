@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib
@@ -86,9 +86,11 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
-    """`ax`, or the axes of a new figure of this size in inches if it is None."""
-    return new_figure(width, height).add_subplot() if ax is None else ax
+@contextmanager
+def drawing(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
+    """Context with the settings of these pictures: `ax`, or the axes of a new figure of this size in inches."""
+    with look():
+        yield new_figure(width, height).add_subplot() if ax is None else ax
 
 
 def plain(name: str) -> str:

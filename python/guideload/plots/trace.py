@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.visible_text import visible
+from guideload.motion.resolution import TraceResolution
 from guideload.motion.uncertainty import COVER
-from guideload.plots.long_records import COLUMNS, columns, extremes
+from guideload.plots.long_records import columns, extremes
 from guideload.plots.spectra import label_modes, octave_bands, power_density, set_frequency_ticks
 from guideload.plots.style import CARRIAGE_COLORS, GREY, INK, PALE, legend_above, look, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.motion.resolution import TraceResolution
-    from guideload.traces.inspection import Inspection
+from guideload.traces.inspection import Inspection
 
 ESTIMATE, BAND_END = CARRIAGE_COLORS[0], CARRIAGE_COLORS[1]
 BAND = "#b3d4ea"  # the 95 % band around the estimate
@@ -76,7 +73,7 @@ def density(time: Array, acceleration: Array) -> tuple[Array, Array]:
 
 def _draw(ax: Axes, time: Array, values: Array, **style: Any) -> None:
     """A line; for long histories, through the smallest and the largest value in each column of the picture."""
-    shown = np.unique(extremes(values, columns(time.size))) if time.size > COLUMNS else slice(None)
+    shown = np.unique(extremes(values, columns(time.size)))
     ax.plot(time[shown], values[shown], **style)
 
 

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 from guideload.base.arguments import checked
 from guideload.base.methods import METHODS
 from guideload.base.number_text import milliseconds, scientific
-from guideload.method_comparison.diagram import MODEL_ACCURACY, setting_range
-from guideload.plots.style import GREY, INK, PALE, axes_or_new, legend_beside, look, write_instead
+from guideload.method_comparison.diagram import MODEL_ACCURACY, SettingResult, WorkPrecision, setting_range
+from guideload.plots.style import GREY, INK, PALE, drawing, legend_beside, write_instead
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from guideload.method_comparison.diagram import SettingResult, WorkPrecision
-
-    Point = tuple[float, float]
-    Run = tuple[list[SettingResult], Point]
+Point = tuple[float, float]
+Run = tuple[list[SettingResult], Point]
 
 # Fixed steps have dashed lines and hollow markers.
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}
@@ -39,8 +35,7 @@ def work_precision(chart: WorkPrecision, ax: Axes | None = None) -> Axes:
         load, largest = "load (nothing moves)", chart.reference.largest_load
     runs = [(rows, rows[0].cost) for rows in chart.runs()]
     costs = [(rows, cost) for rows, cost in runs if cost is not None]
-    with look():
-        ax = axes_or_new(ax, 9.0, 5.4)
+    with drawing(ax, 9.0, 5.4) as ax:
         ax.set_title(f"Work-precision diagram: {chart.machine.name}", parse_math=False)
         ax.set(xlabel=f"error / largest {load}", ylabel="time from the motion to the loads")
         if not costs or largest <= 0.0:

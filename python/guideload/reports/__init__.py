@@ -1,4 +1,4 @@
-"""What each report says, as data; `text` writes it. The public names stand in `__init__.pyi`."""
+"""What each report says, as data; `Report.text` writes it. The public names stand in `__init__.pyi`."""
 
 import lazy_loader
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
 from guideload.base.number_text import KINDS, load_in_table, signed
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
+from guideload.machine.machine import Machine
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, warnings_by_title
-
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 Figure = tuple[str, str, str]
 

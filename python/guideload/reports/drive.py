@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,32 +26,16 @@ from guideload.drive.requirements import (
     is_elastic,
     share_of_push,
 )
+from guideload.machine.machine import Machine
 from guideload.reports.report import Part, Table, Value
-
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 
 
 def drive_warnings(result: Result) -> list[str]:
     """Warnings of a motor, screw or drive that cannot make the motion."""
-    needed = drive_requirements(result)
-    motor = [] if needed.motor is None else [*_motor_warnings(needed.motor)]
-    beyond = [
-        WarningText("motor", f"Note: the {name} reaches {percent(1.0 / margin)} of its limit.")
-        for name, margin in _of_the_drive(needed)
-        if margin < 1.0
-    ]
-    return [*motor, *beyond]
-
-
-def _of_the_drive(needed: DriveRequirements) -> Iterator[tuple[str, float]]:
-    """Limit over figure of screw and drive, as far as they are given."""
-    for name in ("speed of the screw", "drive force"):
-        if (margin := needed.margins.get(name)) is not None:
-            yield name, margin
+    return [one for one in _limits(drive_requirements(result)) if isinstance(one, WarningText)]
 
 
 def drive_parts(result: Result) -> list[Part]:
@@ -105,11 +88,7 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
     machine, seals = needed.machine, needed.machine.seal_forces
     if seals.any() and needed.friction.any() and (machine.friction is None or machine.friction.seal is None):
         yield f"The seals of the products take {digits(seals.sum())} N together; seal in [friction] replaces it."
-    if needed.motor is not None:
-        yield from _motor_sentences(needed.motor)
-    for name, margin in _of_the_drive(needed):
-        if margin >= 1.0:
-            yield f"The {name} reaches {percent(1.0 / margin)} of its limit."
+    yield from (one for one in _limits(needed) if not isinstance(one, WarningText))
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)
         names = (carriage.name for carriage in result.machine.carriages)
@@ -122,19 +101,17 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
         )
 
 
-def _motor_sentences(motor: Motor) -> Iterator[str]:
-    use = motor.use
-    if use is not None:
-        at = int(use.argmax())
-        place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"
-        if np.isfinite(use[at]):
-            yield f"The motion needs at most {percent(use[at])} of the motor's largest torque, {place}."
-    if motor.rated_torque is not None:
-        share = motor.rms_torque / motor.rated_torque
-        yield f"The rms torque is {percent(share)} of the rated torque."
+def _limits(needed: DriveRequirements) -> Iterator[str]:
+    """How near the motion comes to the limits of motor, screw and drive; beyond them as warnings."""
+    if needed.motor is not None:
+        yield from _motor_limits(needed.motor)
+    for name in ("speed of the screw", "drive force"):
+        if (margin := needed.margins.get(name)) is not None:
+            reached = f"{name} reaches {percent(1.0 / margin)} of its limit."
+            yield f"The {reached}" if margin >= 1.0 else WarningText("motor", f"Note: the {reached}")
 
 
-def _motor_warnings(motor: Motor) -> Iterator[WarningText]:
+def _motor_limits(motor: Motor) -> Iterator[str]:
     fastest, most = RPM * float(np.abs(motor.speed).max()), LIMITS["motor speed"].most
     if fastest > most:
         yield WarningText(
@@ -142,18 +119,24 @@ def _motor_warnings(motor: Motor) -> Iterator[WarningText]:
             f"Note: the motor reaches {fixed(fastest)} rpm, beyond {number(most)} rpm: is the travel per turn right "
             "(screw_lead, pinion_diameter, gear_ratio), and the speed in m/s?",
         )
-    use = np.zeros(1) if motor.use is None else motor.use
-    at = int(use.argmax())
-    place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"
-    if np.isinf(use[at]):
-        text = f"too slow: {place} its torque curve has no torque. Take a faster motor or gear."
-        yield WarningText("motor", f"Note: the motor is {text}")
-    elif not LIMITS["motor"].holds(use[at]):
-        text = f"too weak: {place} the motion needs {percent(use[at])} of its largest torque."
-        way_out = "Take a larger motor, another gear ratio or less acceleration."
-        yield WarningText("motor", f"Note: the motor is {text} {way_out}")
-    if motor.rated_torque is not None and not LIMITS["motor"].holds(motor.rms_torque / motor.rated_torque):
-        share = percent(motor.rms_torque / motor.rated_torque)
-        yield WarningText(
-            "motor", f"Note: the motor overheats: its rms torque is {share} of the rated torque."
+    if motor.use is not None:
+        at = int(motor.use.argmax())
+        use, place = (
+            motor.use[at],
+            f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm",
         )
+        if np.isinf(use):
+            text = f"too slow: {place} its torque curve has no torque. Take a faster motor or gear."
+            yield WarningText("motor", f"Note: the motor is {text}")
+        else:
+            yield f"The motion needs at most {percent(use)} of the motor's largest torque, {place}."
+            if not LIMITS["motor"].holds(use):
+                text = f"too weak: {place} the motion needs {percent(use)} of its largest torque."
+                way_out = "Take a larger motor, another gear ratio or less acceleration."
+                yield WarningText("motor", f"Note: the motor is {text} {way_out}")
+    if motor.rated_torque is not None:
+        share = motor.rms_torque / motor.rated_torque
+        yield f"The rms torque is {percent(share)} of the rated torque."
+        if not LIMITS["motor"].holds(share):
+            text = f"its rms torque is {percent(share)} of the rated torque."
+            yield WarningText("motor", f"Note: the motor overheats: {text}")

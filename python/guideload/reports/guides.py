@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from guideload.base.number_text import counted, digits, number
 from guideload.reports.report import Section
-
-if TYPE_CHECKING:
-    from guideload.simulation.result import Result
-
+from guideload.simulation.result import Result
 
 STEP = 0.01  # m, to which lengths of rails are rounded up
 ROUNDED = (

@@ -56,6 +56,8 @@ def identification_report(
     levels: of models compared with this one. candidates: for the next measurement, ranked by the figure.
     """
     doubts = [f"{test.name}: {doubt}." for test in found.residuals for doubt in test.doubts]
+    starts = found.fit.minimum.starts
+    searches = f"Of {found.fit.searches} searches from different starts {starts} led to these numbers."
     return Report.of(
         found.nominal,
         "identification",
@@ -72,7 +74,7 @@ def identification_report(
             Section(
                 "What to measure next", _candidates_table(candidates), *_figure_lines(figure, candidates)
             ),
-            Section("Search", _searches(found)),
+            Section("Search", searches),
         ],
     )
 
@@ -247,8 +249,3 @@ def _figure_lines(figure: TargetQuantity | None, candidates: Sequence[RankedMeas
         f"Now the {figure.name} is {value}{unit}, and with a probability of 95 % from {low} to {high}{unit}, as far as "
         "the numbers above are uncertain.",
     ]
-
-
-def _searches(found: Identification) -> str:
-    best = found.fit.minimum
-    return f"Of {found.fit.searches} searches from different starts {best.starts} led to these numbers."

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,20 +22,17 @@ from guideload.base.number_text import (
     rounded,
     seconds,
 )
-from guideload.catalogue.life_target import CONTINUOUS
+from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.life_target import CONTINUOUS, Repetition
+from guideload.catalogue.product import Product
+from guideload.life.bands import LifeBand
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
-
-if TYPE_CHECKING:
-    from guideload.catalogue.conditions import LifeConditions
-    from guideload.catalogue.life_target import Repetition
-    from guideload.catalogue.product import Product
-    from guideload.life.bands import LifeBand
-    from guideload.simulation.result import Result
+from guideload.simulation.result import Result
 
 ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
 LIFE_DEFINITION = (
@@ -50,6 +46,7 @@ LIFE_DEFINITION = (
 def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
     found = life.band if band else None
+    phases = ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
     return Report.of(
         life.record.result.machine,
         "life and static safety",
@@ -58,7 +55,7 @@ def life_report(life: Life, band: bool = True) -> Report:
         sections=[
             *_main_sections(life, found),
             _rows_section(life),
-            Section("Share of the life by phase of the cycle", _phases(life)),
+            Section("Share of the life by phase of the cycle", phases),
             _places_section(life),
             Section("Formulas", *_formulas(life)),
         ],
@@ -234,10 +231,6 @@ def _rows_section(life: Life) -> Section:
         if one.rows is not None
     ]
     return Section("Loads of the two rows along y, preload included", lines)
-
-
-def _phases(life: Life) -> str:
-    return ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
 
 
 def _places_section(life: Life) -> Section:

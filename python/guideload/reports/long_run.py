@@ -5,15 +5,7 @@ from __future__ import annotations
 from guideload.audit.motion_plausibility import life_warnings
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.arrays import Array
-from guideload.base.number_text import (
-    counted,
-    digits,
-    fixed,
-    kilometres,
-    load_in_table,
-    percent,
-    seconds,
-)
+from guideload.base.number_text import counted, digits, fixed, kilometres, load_in_table, percent, seconds
 from guideload.long_runs.long_run import RESULTANT, LongRun
 from guideload.reports.life import life_words, rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
+from guideload.machine.components import Carriage, Link
+from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
+from guideload.motion.motion import Motion
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table
-
-if TYPE_CHECKING:
-    from guideload._core import Law
-    from guideload.machine.components import Carriage, Link, Rail
-    from guideload.machine.machine import Machine
-    from guideload.motion.motion import Motion
 
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
@@ -114,7 +111,7 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
 
 def structure_lines(machine: Machine) -> list[str]:
     """How far the stiffness of the structure around the guides is in the model."""
-    compliant = [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
+    compliant = _compliant(machine)
     given = [] if machine.base is None else ["the base ([base])"]
     given += [f"the structure at carriage {joined(compliant)} (compliance)"] if compliant else []
     if given:
@@ -141,7 +138,13 @@ def _carriage_parts(machine: Machine) -> list[Part]:
     """A row per carriage: position, stiffness, damping, rail; and a second table of nonlinear laws."""
     carriages, centers = machine.carriages, np.reshape(machine.carriage_centers, (-1, 3))
     rolling = any(carriage.distances.roll > 0.0 for carriage in carriages)
-    rails = {rail.name: _rail_text(rail) for rail in machine.rails}
+    rolled = {
+        rail.name: f"{rail.name}, rolled {digits(np.degrees(rail.roll), 4)} deg"
+        for rail in machine.rails
+        if rail.roll
+    }
+    shares = np.reshape([one.damping_shares for one in carriages], (-1, 2))
+    dampings = shares * np.reshape([(one.damping_y, one.damping_z) for one in carriages], (-1, 2))
     lengths, widths = zip(*map(_distances, carriages), strict=True) if carriages else ((), ())
     table = Table(
         Column("carriage", [one.name for one in carriages]),
@@ -152,20 +155,17 @@ def _carriage_parts(machine: Machine) -> list[Part]:
             Column(f"k{axis}", [_stiffness(one.laws[i]) for one in carriages], "N/um", "4 digits")
             for i, axis in enumerate("yz")
         ),
-        *(
-            Column(f"b{axis}", [1e-3 * _dampings(one)[i] for one in carriages], "kN s/m", "number")
-            for i, axis in enumerate("yz")
-        ),
-        Column("rail", [rails[one.rail] for one in carriages]),
+        *(Column(f"b{axis}", 1e-3 * dampings[:, i], "kN s/m", "number") for i, axis in enumerate("yz")),
+        Column("rail", [rolled.get(one.rail, one.rail) for one in carriages]),
     )
-    compliant = [one.name for one in carriages if one.compliance_y or one.compliance_z]
-    series = (
-        f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."
-        if compliant
-        else ""
-    )
-    laws = _laws_table(machine)
+    laws, series = _laws_table(machine), ""
+    if compliant := _compliant(machine):
+        series = f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."
     return [table, NOMINAL if laws else "", laws, series]
+
+
+def _compliant(machine: Machine) -> list[str]:
+    return [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
 
 
 def _stiffness(law: Law) -> float | str:
@@ -180,8 +180,9 @@ def _laws_table(machine: Machine) -> Table:
         axes: dict[str, list[str]] = {}
         for axis, law in zip("yz", carriage.laws, strict=True):
             if law.kind != "linear":
-                compliance = getattr(carriage, f"compliance_{axis}")
-                axes.setdefault(_law_text(carriage, law, axis) + _series_text(compliance), []).append(axis)
+                text, compliance = _law_text(carriage, law, axis), getattr(carriage, f"compliance_{axis}")
+                text += f"; in series with {number(1e9 * compliance)} um/kN" if compliance else ""
+                axes.setdefault(text, []).append(axis)
         for text, found in axes.items():
             carriages.setdefault((", ".join(found), text), []).append(carriage.name)
     return Table(
@@ -195,19 +196,6 @@ def _distances(carriage: Carriage) -> tuple[str, str]:
     """Length and width of a carriage in mm, or the distances of its links that stated stiffnesses give."""
     pitch, yaw, roll = (digits(1e3 * distance, 4) for distance in carriage.distances)
     return (pitch if pitch == yaw else f"{pitch} (y), {yaw} (z)"), roll
-
-
-def _dampings(carriage: Carriage) -> tuple[float, float]:
-    share_y, share_z = carriage.damping_shares
-    return share_y * carriage.damping_y, share_z * carriage.damping_z
-
-
-def _rail_text(rail: Rail) -> str:
-    return f"{rail.name}, rolled {digits(np.degrees(rail.roll), 4)} deg" if rail.roll else rail.name
-
-
-def _series_text(compliance: float) -> str:
-    return f"; in series with {number(1e9 * compliance)} um/kN" if compliance else ""
 
 
 def _mounting_lines(machine: Machine) -> list[str]:
@@ -255,12 +243,8 @@ def _product_lines(machine: Machine) -> list[str]:
     for product in machine.products:
         users = [one.name for one in machine.carriages if one.product == product.name]
         rating, static = product.dynamic, product.static
-        ratings = (
-            []
-            if rating is None
-            else [f"C {number(1e-3 * rating.value)} kN for {number(1e-3 * rating.base)} km"]
-        )
-        ratings += [] if static is None else [f"C0 {number(1e-3 * static)} kN"]
+        dynamic = rating and f"C {number(1e-3 * rating.value)} kN for {number(1e-3 * rating.base)} km"
+        ratings = [text for text in (dynamic, static and f"C0 {number(1e-3 * static)} kN") if text]
         unverified = "; values not compared with its page" if product.unverified else ""
         lines.append(
             f"product {product.name} ({product.maker}; {', '.join(ratings) or 'no ratings'}): "

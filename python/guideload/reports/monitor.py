@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from guideload.base.number_text import counted, fixed, seconds
+from guideload.machine.machine import Machine
 from guideload.reports.report import Column, Report, Section, Table
-
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
 
 UNKNOWN = "-"
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from guideload.base.number_text import counted, seconds
 from guideload.drive.requirements import is_elastic
 from guideload.reports.report import Column, Definitions, Section, Table, Value
-
-if TYPE_CHECKING:
-    from guideload.simulation.point_motion import Settling
-    from guideload.simulation.result import Result
+from guideload.simulation.point_motion import Settling
+from guideload.simulation.result import Result
 
 DEFINITIONS = (
     "Displacement relative to the carriage frame, which travels with the drive. Sag: its size at rest. Peaks: largest "

@@ -1,21 +1,33 @@
-"""What a report says, as data: sentences, sections, tables, definitions. `Report.text` and `html_report` render it."""
+"""What a report says, its sentences, sections, tables and definitions as data, and their text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, isnan
-from typing import TYPE_CHECKING, Any
+from textwrap import wrap
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
+from rich.console import Console, JustifyMethod
+from rich.table import Table as Grid
+from rich.text import Text
 
 from guideload.base.errors import NotFinite
-from guideload.base.number_text import KINDS, between, joined
+from guideload.base.number_text import KINDS, NARROW_SPACE, between, joined
 from guideload.base.visible_text import visible
 from guideload.base.warnings import verdict
-from guideload.machine.machine import DOFS
-from guideload.reports.text import WIDTH, encodable, prose, table_blocks
+from guideload.machine.machine import DOFS, Machine
 
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
+WIDTH = 80
+MOST_PROSE = 100  # characters: longer lines are hard to read
+NARROWEST_LABEL = 9  # a label this short stays on one line
+NARROWEST_NAMES = 16  # shorter names are not divided to spare a block
+NARROWEST_TEXT = 24  # a text column this wide may stand beside others
+GAP = 2  # characters between two columns
+STAND_INS = {NARROW_SPACE: " ", "─": "-"}  # in encodings that lack the character
 
 Value = float | str | None
 
@@ -136,16 +148,7 @@ class Report:
                 space = "\n\n" if isinstance(shown[0], Table) else "\n"
                 first, *others = (_text(part, width) for part in shown)
                 blocks += [f"{one.title}{space}{first}", *others]
-        return encodable("\n\n".join(blocks), encoding) + "\n"
-
-
-def _text(part: Part, width: int) -> str:
-    if isinstance(part, Table):
-        return "\n\n".join(table_blocks(part.columns, part.rows, width))
-    if isinstance(part, Definitions):
-        return prose(" ".join(part.texts), width)
-    lines = part if isinstance(part, list) else [part or ""]
-    return "\n".join(prose(line, width) for line in lines if line)
+        return _encodable("\n\n".join(blocks), encoding) + "\n"
 
 
 def known_or_empty(values: Iterable[float]) -> list[float | None]:
@@ -167,3 +170,90 @@ def warnings_by_title(found: Mapping[str, Iterable[str]]) -> list[str]:
         for text in warnings:
             titles.setdefault(text, []).append(title)
     return [text if len(by) == len(found) > 1 else f"{joined(by)}: {text}" for text, by in titles.items()]
+
+
+# ---- text
+
+
+def _text(part: Part, width: int) -> str:
+    if isinstance(part, Table):
+        return "\n\n".join(_table_blocks(part, width))
+    if isinstance(part, Definitions):
+        return _prose(" ".join(part.texts), width)
+    lines = part if isinstance(part, list) else [part or ""]
+    return "\n".join(_prose(line, width) for line in lines if line)
+
+
+def _prose(text: str, width: int) -> str:
+    """A text in lines of at most `width` characters, and at most `MOST_PROSE`."""
+    return "\n".join(_wrapped(text, min(width, MOST_PROSE)))
+
+
+def _table_blocks(table: Table, width: int) -> Iterator[str]:
+    """A table; if it is wider than `width`, in blocks that repeat the first column, with the names of the rows."""
+    first, *cells = zip(*table.rows, strict=True)
+    others = [_Fitted(*each, NARROWEST_TEXT) for each in zip(table.columns[1:], cells, strict=True)]
+    beside = sum(fitted.width + GAP for fitted in others) + GAP
+    fits = beside + NARROWEST_NAMES <= width  # in one block, with the names in several lines if need be
+    names = _Fitted(table.columns[0], first, width - beside if fits else width // 2)
+    block, used = [names], names.width + GAP
+    for fitted in others:
+        if used + GAP + fitted.width > width and len(block) > 1:
+            yield _drawn(block, width - used)
+            block, used = [names], names.width + GAP
+        block.append(fitted)
+        used += fitted.width + GAP
+    yield _drawn(block, width - used)
+
+
+def _encodable(text: str, encoding: str) -> str:
+    """The text with control characters as escapes, and without characters that the encoding lacks."""
+    text = visible(text)
+    for character, plain in STAND_INS.items():
+        if character.encode(encoding, errors="replace") == b"?":
+            text = text.replace(character, plain)
+    return text.encode(encoding, errors="replace").decode(encoding)
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of a text; unlike rich it keeps numbers with narrow spaces in one line."""
+    return [part for line in text.split("\n") for part in wrap(line, width, break_on_hyphens=False)] or [""]
+
+
+class _Fitted:
+    """A column with its heading and cells as lines, and its width."""
+
+    def __init__(self, column: Column, cells: Sequence[str], most: int) -> None:
+        self.column = column
+        natural = max((cell_len(line) for cell in cells for line in cell.split("\n")), default=0)
+        words = [cell_len(word) for word in (*column.label.split(), column.unit)]
+        label = cell_len(column.label)
+        self.natural = max(natural, *words, min(label, NARROWEST_LABEL) if column.is_number else label)
+        self.width = self.natural if column.is_number else max(min(self.natural, most), *words)
+        self.cells = cells
+
+    def heading(self, with_unit: bool) -> str:
+        """The label and below it the unit; names and texts have none, and stand on the lowest line."""
+        label = _wrapped(self.column.label, self.width)
+        return "\n".join([*label, self.column.unit or " "] if with_unit and self.column.is_number else label)
+
+    @property
+    def lines(self) -> list[str]:
+        return ["\n".join(_wrapped(cell, self.width)) for cell in self.cells]
+
+
+def _drawn(block: list[_Fitted], left: int) -> str:
+    """A block of a table, drawn by rich; columns of texts get the width that is left."""
+    for fitted in block[1:]:
+        more = max(min(fitted.natural - fitted.width, left), 0)
+        fitted.width, left = fitted.width + more, left - more
+    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    has_units = any(fitted.column.unit for fitted in block)
+    for fitted in block:
+        justify: JustifyMethod = "right" if fitted.column.is_number else "left"
+        grid.add_column(Text(fitted.heading(has_units)), justify=justify, no_wrap=True)
+    for row in zip(*(fitted.lines for fitted in block), strict=True):
+        grid.add_row(*map(Text, row))
+    drawn = io.StringIO()
+    Console(file=drawn, width=sum(one.width + GAP for one in block) + GAP, color_system=None).print(grid)
+    return "\n".join(line.rstrip() for line in drawn.getvalue().splitlines()).strip("\n")

@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.audit import LABEL
 from guideload.audit.histories import payload_changes
+from guideload.base.arrays import Array
 from guideload.base.methods import METHODS
 from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
+from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS
+from guideload.motion.motion import Motion
 from guideload.reports.drive import drive_parts, drive_warnings
 from guideload.reports.guides import guides_section
 from guideload.reports.life import run_life
 from guideload.reports.machine import modes_section
 from guideload.reports.points import points_section
-from guideload.reports.report import (
-    Column,
-    Definitions,
-    Report,
-    Section,
-    Table,
-    Value,
-    warnings_by_title,
-)
-
-if TYPE_CHECKING:
-    from guideload.base.arrays import Array
-    from guideload.base.quantities import Quantities
-    from guideload.motion.motion import Motion
-    from guideload.simulation.result import Result
+from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, warnings_by_title
+from guideload.simulation.result import Result
 
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 DEFINITIONS = (

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
 from guideload.reports.report import Column, Definitions, Report, Section, Table
-
-if TYPE_CHECKING:
-    from guideload.machine.machine import Machine
-    from guideload.motion.motion import Motion
-    from guideload.sensitivity.influence import Influence
+from guideload.sensitivity.influence import Influence
 
 ROWS = 24
 FIGURES = {"peak_resultant": "largest load", "mean_load": "mean load", "life": "life"}

@@ -5,25 +5,22 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import between, counted, digits, fixed, number
+from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
+from guideload.machine.machine import Machine
+from guideload.motion.motion import Motion
 from guideload.reports.life import unverified_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
-
-if TYPE_CHECKING:
-    from guideload.catalogue.conditions import LifeConditions
-    from guideload.machine.machine import Machine
-    from guideload.motion.motion import Motion
-    from guideload.sizing.limits import Limit
-    from guideload.sizing.requirements import Margins
-    from guideload.sizing.size import Candidate, Sizing
+from guideload.sizing.limits import Limit
+from guideload.sizing.requirements import Margins
+from guideload.sizing.size import Candidate, Sizing
 
 DEFINITIONS = (
     "Ranked by the dynamic load rating for 100 km. C: as printed by the maker, for 50 or 100 km. Life: "

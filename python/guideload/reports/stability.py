@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits, joined, milliseconds, number, scientific
-from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN
+from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN, Stability
 from guideload.reports.machine import nominal_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value
 from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period
-
-if TYPE_CHECKING:
-    from guideload.method_comparison.step_stability import Stability
 
 STEPS_PER_PERIOD = (4, 10, 30, 100)
 ROUNDING = 1e-13  # in the error over one period

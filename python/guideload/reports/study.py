@@ -7,7 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from guideload.base.number_text import capitalised, counted, digits, fixed, joined, number, percent
+from guideload.base.number_text import (
+    capitalised,
+    counted,
+    digits,
+    fixed,
+    joined,
+    number,
+    percent,
+    scientific,
+)
 from guideload.life.limits import LARGE_LOAD
 from guideload.reports.life import duty_text, rating_formulas, unverified_lines
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, interval
@@ -22,7 +31,9 @@ from guideload.reports.study_tables import (
     travel_text,
     value_text,
 )
+from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, SAFETY, column_name
+from guideload.study.rare import RareProbability
 from guideload.study.result import StudyResult
 from guideload.study.statistics import fewest_samples, known
 
@@ -46,10 +57,12 @@ def study_report(result: StudyResult) -> Report:
         Section("Study", [*_study_lines(result)], _parameters_table(result)),
         Section("Failures", _failures_table(result)),
     ]
-    if not summary.empty:
-        lines = _cases_answer(result) if metadata.chosen else _statistics_answer(result, summary)
-        answer = [*lines]
-        sections += _case_sections(result) if metadata.chosen else _statistics_sections(result, summary)
+    if metadata.chosen and not summary.empty:
+        answer = [*_cases_answer(result)]
+        sections += [Section("Cases", *cases_parts(result)), _life_section(result)]
+    elif not summary.empty:
+        answer = [*_statistics_answer(result, summary)]
+        sections += _statistics_sections(result, summary)
     return Report.of(
         metadata.machine,
         "study",
@@ -64,8 +77,20 @@ def study_report(result: StudyResult) -> Report:
     )
 
 
-def _case_sections(result: StudyResult) -> list[Section]:
-    return [Section("Cases", *cases_parts(result)), _life_section(result)]
+def probability_report(found: RareProbability, metadata: StudyMetadata) -> Report:
+    """The report of a small probability: coefficient of variation, interval, work and doubts."""
+    stem, _, carriage = found.name.partition("[")
+    owner = f"carriage {carriage.removesuffix(']')}" if carriage else "machine"
+    text = f"Probability of {limit_text(stem, found.limit, metadata)}, {owner}: "
+    if found.probability:
+        ends = f"{digits(found.low, 2)} to {digits(found.high, 2)}"
+        text += f"{digits(found.probability, 2)} ({ends} at 95 %), coefficient of variation "
+        text += percent(found.coefficient_of_variation)
+    else:
+        text += f"below {scientific(found.high)}"
+    work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
+    warnings = [*found.doubts, *metadata.warnings]
+    return Report.of(metadata.machine, "probability", answer=[f"{text}. {work}."], warnings=warnings)
 
 
 def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Section]:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.audit.motion_plausibility import plausible_motion, resolution_warnings
 from guideload.base.number_text import counted, digits, milliseconds
+from guideload.motion.resolution import TraceResolution
 from guideload.motion.uncertainty import COVER
-from guideload.reports.report import Column, Definitions, Report, Section, Table
+from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 from guideload.smoothing.estimation import MotionEstimate, noise_warnings
-
-if TYPE_CHECKING:
-    from guideload.motion.resolution import TraceResolution
-    from guideload.traces.inspection import Inspection
+from guideload.traces.inspection import Inspection
 
 DEFINITIONS = (
     "Share of response: part of the static link loads under an acceleration along x that is in the mode. "
@@ -67,21 +64,13 @@ def resolution_section(resolution: TraceResolution) -> Section:
     if np.isinf(limit):
         return Section(title, resolution.text)
     is_excited = resolution.participating
-    rings = [
-        100.0 * float(ringing) if excited else None
-        for ringing, excited in zip(resolution.ringing, is_excited, strict=True)
-    ]
+    shares = 100.0 * np.where(is_excited, resolution.participation, 0.0)
+    rings = known_or_empty(100.0 * np.where(is_excited, resolution.ringing, np.nan))
     table = Table(
         Column("mode", [str(mode + 1) for mode in range(len(resolution.frequency))]),
         Column("natural", resolution.frequency, "Hz", "4 digits"),
-        Column(
-            "in the band",
-            ["yes" if frequency <= limit else "no" for frequency in resolution.frequency],
-            kind="count",
-        ),
-        Column(
-            "share of response", 100.0 * np.where(is_excited, resolution.participation, 0.0), "%", "2 digits"
-        ),
+        Column("in the band", np.where(resolution.frequency <= limit, "yes", "no").tolist(), kind="count"),
+        Column("share of response", shares, "%", "2 digits"),
         Column("ringing shown", rings, "%", "2 digits"),
         Column("moves mostly in", [", ".join(dofs) for dofs in resolution.moving]),
     )
@@ -100,22 +89,20 @@ def _smoothing_lines(inspection: Inspection) -> list[str]:
     rounding = inspection.quantum / np.sqrt(12.0)
     if rounding:
         share = estimate.noise / rounding
-        noise += (
-            f", {digits(share)} times the rounding noise of the quantum, {digits(factor * rounding)} {unit}"
-        )
+        quantum = f"{digits(factor * rounding)} {unit}"
+        noise += f", {digits(share)} times the rounding noise of the quantum, {quantum}"
     else:
         noise += "; the quantum is unknown"
+    oscillator = []
+    if estimate.oscillation:
+        oscillator = [f"the axis follows its drive as an oscillator of {estimate.oscillation}"]
     length = float(np.diff(estimate.jumps, axis=1).sum())
     point = "drive's position" if estimate.oscillation else "position"
     jumps = f"sudden changes in {counted(len(estimate.jumps), 'place')}, {digits(length)} s in all"
     return [
         f"white noise model of derivative {estimate.order} of the {point} ({MOVES[estimate.order]}), chosen by "
         "likelihood; its density varies along the trace",
-        *(
-            [f"the axis follows its drive as an oscillator of {estimate.oscillation}"]
-            if estimate.oscillation
-            else []
-        ),
+        *oscillator,
         noise,
         f"bandwidth at sudden changes {digits(estimate.bandwidth)} Hz; half the sampling rate is "
         f"{digits(0.5 / inspection.step, 4)} Hz",
