@@ -310,13 +310,6 @@ def test_bad_budgets_are_refused(budget: object) -> None:
         work_precision(cart(), START, budget=budget)
 
 
-def test_bad_arguments_are_refused() -> None:
-    with pytest.raises(TypeError, match="machine: expected a Machine"):
-        work_precision("machine.toml", START)
-    with pytest.raises(TypeError, match="motion: expected a Motion"):
-        work_precision(cart(), "trace.csv")
-
-
 # ---- preload
 
 

@@ -30,11 +30,7 @@ if TYPE_CHECKING:
     help='Packaged product with preload class for all carriages, e.g. "HGH25CA ZA"; repeatable: one run each.',
 )
 @options.trace_options
-def compare(
-    files: tuple[Path | Moves, ...],
-    products: tuple[str, ...],
-    **reading: Any,
-) -> Shown:
+def compare(files: tuple[Path | Moves, ...], products: tuple[str, ...], **reading: Any) -> Shown:
     """Compare machines, motions or products side by side.
 
     A file that ends in .toml is a machine, or a motion if it has [[moves]]; all others are traces. Every machine runs

@@ -11,7 +11,7 @@ import click
 from guideload.base.errors import PictureError
 from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.options import InputFile, folder_option, no_pictures_option, overwrite_option
-from guideload.cli.outputs import IDENTIFICATION, atomic_output, write_errors, write_manifest
+from guideload.cli.outputs import IDENTIFICATION, atomic_output
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     inputs = (identify_file, *(identify_file.parent / name for name in described.files))
     with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
         answer = _report(identify_file, described, machine, data)
-        with write_errors(output):
-            failure = _write(answer, described, identify_file.parent, folder, output, not no_pictures)
+        failure = _write(answer, described, identify_file.parent, folder, output, not no_pictures)
     print_report(answer.report)
     print_text(f"Wrote {output}.")
     exit_if(failure)
@@ -99,7 +98,6 @@ def _write(
     if described.trace is not None:
         trace = os.path.relpath(source / described.trace, output).replace(os.sep, "/")
         texts["study.toml"] = study_text(found, "machine.toml", trace)
-    folder.mkdir(exist_ok=True)
     for name, text in texts.items():
         (folder / name).write_bytes(text.encode())
     failure = None
@@ -110,5 +108,4 @@ def _write(
             failure = picture_failure(
                 lambda: plots.save_identification(found, folder, answer.candidates, answer.figure)
             )
-    write_manifest(folder)
     return failure

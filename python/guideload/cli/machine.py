@@ -82,11 +82,7 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 @options.machine_argument
 @options.optional_trace_argument
 @options.trace_options
-def check(
-    machine_file: Path,
-    trace_file: Path | Moves | None,
-    **reading: Any,
-) -> Shown:
+def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> Shown:
     """Check a machine and a motion, and show what they contain.
 
     With a motion the report also shows its moves, and which modes of the machine a trace can show. The picture shows

@@ -9,15 +9,7 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import paths, read_machine, read_motion, read_optional_motion
-from guideload.cli.outputs import (
-    CHART,
-    PICTURE_ENDINGS,
-    atomic_output,
-    file_draft,
-    require_file,
-    write_errors,
-    write_manifest,
-)
+from guideload.cli.outputs import CHART, PICTURE_ENDINGS, atomic_output, file_draft, require_file
 from guideload.cli.reporting import Shown, draws_report, shows_report
 from guideload.cli.terminal import status
 
@@ -89,14 +81,12 @@ def chart(
     names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
     with atomic_output(output, {"": names}, overwrite, inputs) as folder:
         diagram = compute()
-        with write_errors(output):
-            table = diagram.table()
-            require_finite_table(table, table.columns)  # a setting that failed has no numbers
-            table.to_csv(folder / "chart.csv", index=False)
-            (folder / "report.txt").write_text(chart_report(diagram).text(), encoding="utf-8")
-            if not no_pictures:
-                _draw(diagram, folder / "chart.png")
-            write_manifest(folder)
+        table = diagram.table()
+        require_finite_table(table, table.columns)  # a setting that failed has no numbers
+        table.to_csv(folder / "chart.csv", index=False)
+        (folder / "report.txt").write_text(chart_report(diagram).text(), encoding="utf-8")
+        if not no_pictures:
+            _draw(diagram, folder / "chart.png")
     return chart_report(diagram)
 
 
@@ -115,11 +105,7 @@ def _draw(diagram: WorkPrecision, picture: Path) -> None:
 @options.free_option
 @options.trace_options
 def stability(
-    machine_file: Path,
-    trace_file: Path | Moves | None,
-    rtol: float,
-    free: str | None,
-    **reading: Any,
+    machine_file: Path, trace_file: Path | Moves | None, rtol: float, free: str | None, **reading: Any
 ) -> Shown:
     """Find the longest stable step of rk45.
 
