@@ -45,7 +45,7 @@ def requirements(machine: Machine, given: dict[str, Any]) -> LifeConditions:
     return machine.life.model_copy(update={key: value for key, value in changes.items() if value is not None})
 
 
-def paths(*inputs: Path | Moves | None) -> tuple[Path, ...]:
+def paths(*inputs: object) -> tuple[Path, ...]:
     """The files among the inputs of a command; moves of the option --move are in no file."""
     return tuple(one for one in inputs if isinstance(one, Path))
 

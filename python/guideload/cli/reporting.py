@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import nullcontext
 from functools import partial, wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from guideload.base.errors import PictureError
 from guideload.cli.exit_codes import exit_if
+from guideload.cli.inputs import paths
 from guideload.cli.options import overwrite_picture_option, picture_option, report_option
 from guideload.cli.outputs import PICTURE_ENDINGS, file_draft, require_file
 from guideload.cli.terminal import print_report, print_text, status
@@ -42,7 +42,8 @@ def shows_report(command: Callable[..., Report | Shown], *, picture: bool = Fals
     def show(**arguments: Any) -> None:
         report, output, overwrite = arguments["report"], arguments.get("output"), arguments["overwrite"]
         arguments = {name: value for name, value in arguments.items() if name in own}
-        read = _paths({name: value for name, value in arguments.items() if name not in ("output", "report")})
+        inputs = [value for name, value in arguments.items() if name not in ("output", "report")]
+        read = paths(*inputs, *arguments.get("files", ()))
         drawn = output if picture else None
         if report is not None:
             require_file(report, [".html"], overwrite, *read, folder=output)
@@ -75,12 +76,6 @@ def shows_report(command: Callable[..., Report | Shown], *, picture: bool = Fals
 
 # Decorator: `shows_report`, and -o, which writes the picture that the command returns.
 draws_report = partial(shows_report, picture=True)
-
-
-def _paths(arguments: dict[str, Any]) -> list[Path]:
-    """The files among the arguments of a command."""
-    given = [*arguments.values(), *arguments.get("files", ())]
-    return [one for one in given if isinstance(one, Path)]
 
 
 def _names(command: Any) -> set[str]:
