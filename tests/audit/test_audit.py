@@ -18,10 +18,7 @@ from guideload.reports.report import WIDTH
 
 TIME = np.arange(1001) * 1e-3
 PUSH = np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0)
-# A part of every warning.
-ROTATION, START, TRACE = "assumes small rotations", "the motion begins at", "an upper bound"
-SAMPLES, SOLVER = "peaks between the samples", "another solution, by exact, differs by"
-REST, PRELOAD = "free within its clearance", "times the preload would keep"
+PRELOAD = "times the preload would keep"
 
 
 @cache
@@ -311,61 +308,16 @@ def under_way() -> Result:
     return simulate(ref.cart(), Motion.along_x(TIME, np.where(TIME < 0.6, 2.0, 0.0)))
 
 
-def slow_trace() -> Result:
-    time = np.arange(100) * 0.02
-    pull = np.where((time > 0.2) & (time < 0.6), 2.2, 0.0)
-    return simulate(ref.cart(), Motion.along_x(time, pull), times=np.arange(1900) * 1e-3)
-
-
-def coarse() -> Result:
-    time = np.arange(200) * 4e-3
-    pull = np.where((time > 0.2) & (time < 0.6), 2.2, 0.0)
-    return simulate(ref.cart(), Motion.along_x(time, pull), times=time[:-1])
-
-
-def loose() -> Result:
-    time = np.arange(100) * 4e-3
-    pull = np.random.default_rng(1).normal(size=time.size) * (time > 0)
-    return simulate(ref.cart(), Motion.along_x(time, pull), "rk45", rtol=0.1, times=np.arange(1580) * 2.5e-4)
-
-
 def overdamped() -> Result:
     time = np.arange(1000) * 2e-3
     pull = np.random.default_rng(1).normal(size=time.size) * (time > 0)
     return simulate(ref.cart_stiff(), Motion.along_x(time, pull))
 
 
-@pytest.mark.parametrize(
-    ("result", "expected"),
-    [
-        (cart_result, ()),
-        (soft, (ROTATION,)),
-        (under_way, (START,)),
-        (slow_trace, (TRACE,)),
-        (coarse, (SAMPLES,)),
-        (loose, (SOLVER,)),
-        (overdamped, ()),  # its energy is not resolved by the samples, but another method agrees
-        (clear_result, (REST,)),
-        (preloaded_result, (PRELOAD,)),
-    ],
-)
-def test_each_warning_appears_exactly_where_it_is_due(
-    result: Callable[[], Result], expected: tuple[str, ...]
-) -> None:
-    warnings = ref.warnings_of(result().audit)
-    assert len(warnings) == len(expected)
-    for warning, part in zip(warnings, expected, strict=True):
-        assert part in warning and any(sign.isdigit() for sign in warning) or part is REST
-
-
-def test_the_example_has_no_warnings() -> None:
-    assert not simulate(*ref.example()).audit.warnings
-
-
-def test_a_soft_machine_is_warned_of_its_rotation() -> None:
-    audit = soft().audit
-    assert audit.rotation.largest > 1e-2
-    assert f"{audit.rotation.largest:.2g} rad" in ref.warnings_of(audit)[0]
+@pytest.mark.parametrize("result", [cart_result, overdamped])
+def test_a_right_result_has_no_warnings(result: Callable[[], Result]) -> None:
+    """Of the overdamped cart the samples do not resolve the energy, but another method agrees."""
+    assert not ref.warnings_of(result().audit)
 
 
 def test_a_body_free_at_rest_is_described_by_its_dofs() -> None:

@@ -92,13 +92,6 @@ def test_every_public_function_checks_its_arguments() -> None:
             function(unknown_argument=1)
 
 
-def test_complex_accelerations_are_refused() -> None:
-    with pytest.raises(
-        ArgumentTypeError, match="acceleration: expected an array of real numbers, got complex"
-    ):
-        Motion.along_x([0.0, 1.0], [1j, 0.0])
-
-
 @pytest.mark.parametrize("name", ["rtol", "step", "times"])
 def test_a_huge_number_of_a_run_is_refused(name: str) -> None:
     machine, motion = Machine.from_toml(GANTRY), Motion.along_x([0.0, 1.0], [0.0, 1.0])

@@ -1,12 +1,13 @@
-"""Planned moves on the command line: wherever a trace is taken, a motion file or --move is taken."""
+"""Planned moves on the command line: wherever a trace is taken, a motion file or --move is taken; and for riders."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload
+from golden_pages import RIDER
 
-from guideload import Moves, Result
+from guideload import Machine, Moves, Result, simulate
 from guideload.cli.inputs import EXAMPLES
 
 MOVE = "distance=0.8 m, speed=1.5 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.2 s"
@@ -73,3 +74,22 @@ def test_a_study_takes_it(moves: str) -> None:
     Path("study.toml").write_text(text, encoding="utf-8")
     report = guideload("study", "study.toml", "-o", "out", "--no-pictures").stdout
     assert "motion moves.toml: " in report and "neglects the uncertainty" not in report
+
+
+@pytest.mark.parametrize(
+    ("given", "file"), [([], "machines/moves.toml"), (["--rider", "slide=o.toml"], "o.toml")]
+)
+def test_the_motion_of_a_rider(moves: str, given: list[str], file: str) -> None:
+    """The file beside the machine file; one of the command line in place of it; both as in Python."""
+    Path("machines").mkdir()
+    text = Path(MACHINE).read_text(encoding="utf-8")
+    Path("machines/machine.toml").write_text(f"{text}\n{RIDER}", encoding="utf-8")
+    for name, distance in (("machines/moves.toml", 40), ("o.toml", 80)):
+        limits = 'speed = "1 m/s"\nacceleration = "4 m/s^2"\njerk = "200 m/s^3"'
+        Path(name).write_text(f'[[moves]]\ndistance = "{distance} mm"\n{limits}\n', encoding="utf-8")
+    cart = "machines/moves.toml"
+    guideload("run", "machines/machine.toml", cart, *given, "-o", "out", "--no-pictures")
+    machine = Machine.from_toml("machines/machine.toml")
+    riders = {"slide": Moves.from_toml(file).motion()}
+    wanted = simulate(machine, Moves.from_toml(cart).motion(), riders=riders)
+    assert np.array_equal(Result.load("out/loads.nc").data["force"], wanted.data["force"])

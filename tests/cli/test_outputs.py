@@ -14,10 +14,10 @@ import pytest
 from command_line import MACHINE, TRACE, guideload, names, refused
 from faults import each
 
-from guideload.base.atomic import atomic_write, draft_of
-from guideload.base.errors import RunError
+from guideload.base.atomic import atomic_folder, atomic_write, draft_of
+from guideload.base.errors import RunError, WriteError
 from guideload.cli.inputs import EXAMPLES
-from guideload.cli.outputs import MANIFEST, atomic_output, write_manifest
+from guideload.cli.outputs import MANIFEST, atomic_output
 
 OLD, NEW = ("loads.csv", "loads.json", "scene.png"), ("loads.nc", "report.txt", "scene.png")
 KINDS = pytest.mark.parametrize("kind", ["kill", "full disk"])
@@ -25,13 +25,13 @@ BELOW = pytest.mark.parametrize(
     "below", ["", "guides"]
 )  # in the folder itself, and in one below as `demo` writes
 
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+
 
 def write(out: Path, names: tuple[str, ...], text: str, below: str, overwrite: bool = True) -> None:
     with atomic_output(out, {below: {*names}}, overwrite) as draft:
-        (draft / below).mkdir(exist_ok=True)
         for name in names:
             (draft / below / name).write_text(text)
-        write_manifest(draft / below)
 
 
 def written(out: Path, below: str) -> dict[str, str]:
@@ -119,6 +119,33 @@ def test_a_file_is_whole_and_its_draft_is_cleared(tmp_path: Path, kind: str, rep
     assert faults > 5
 
 
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_an_error_in_the_block_leaves_nothing_behind(tmp_path: Path, kind: str) -> None:
+    def written() -> AbstractContextManager[Path]:
+        out = tmp_path / "new" / "out"
+        return atomic_folder(out, lambda: None, Path.rename) if kind == "folder" else atomic_write(file)
+
+    file = tmp_path / "loads.nc"
+    file.write_text("first")
+    with pytest.raises(KeyboardInterrupt), written() as draft:
+        (draft / "half" if kind == "folder" else draft).write_text("half")
+        assert kind == "folder" or draft.suffix == ".nc"
+        raise KeyboardInterrupt
+    assert [*tmp_path.rglob("*")] == [file] and file.read_text() == "first"
+
+
+def test_an_error_names_the_file_and_the_reason(tmp_path: Path) -> None:
+    folder, reason = tmp_path / "nowhere", "x.csv: cannot be written: "
+    with (
+        pytest.raises(WriteError, match=f"{reason}there is no folder {folder}"),
+        atomic_write(folder / "x.csv"),
+    ):
+        pass
+    with pytest.raises(WriteError, match=f"{reason}no memory"), atomic_write(tmp_path / "x.csv"):
+        raise OSError("no memory")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("has_links", [True, False])
 def test_a_file_that_must_not_be_replaced_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
@@ -158,9 +185,8 @@ def test_of_two_commands_at_once_one_writes(tmp_path: Path, words: list[str]) ->
         "out": tmp_path / "z",
     }
     command = [sys.executable, "-m", "guideload", *(word.format(**names) for word in words)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     both = [
-        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         for _ in range(2)
     ]
     said = [process.communicate(timeout=300) for process in both]
@@ -196,11 +222,10 @@ def test_a_second_writer_is_refused_and_the_first_is_not_disturbed(
     out = tmp_path / "out"
     if exists:
         out.mkdir() if kind == "folder" else out.touch()
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     second = [sys.executable, "-c", SECOND, str(out), kind]
 
     def said() -> str:
-        return subprocess.run(second, env=environment, capture_output=True, text=True, check=True).stdout
+        return subprocess.run(second, env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
 
     def writer() -> AbstractContextManager[Path]:
         return atomic_output(out, {}, True) if kind == "folder" else atomic_write(out)

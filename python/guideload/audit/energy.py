@@ -100,26 +100,14 @@ def _link_forces(histories: Histories) -> tuple[Array, Array, Array]:
 
     Damping and tangent stiffness of a link depend on its deflection.
     """
-    links, rows = histories.links, histories.rows
+    rows = histories.rows
     if histories.linear:
         damping = histories.damping
         elastic_rate = histories.velocity @ histories.stiffness
         return histories.velocity @ damping, histories.acceleration @ damping, elastic_rate
-    active = active_damping(histories)
-    tangent = np.empty_like(histories.deflection)
-    for i, law in enumerate(links.laws):
-        tangent[:, i] = law.tangent(np.ascontiguousarray(histories.deflection[:, i]))
+    active, tangent = histories.active_damping, histories.by_law("tangent")
     rate, second = histories.velocity @ rows.T, histories.acceleration @ rows.T
     return (active * rate) @ rows, (active * second) @ rows, (tangent * rate) @ rows
-
-
-def active_damping(histories: Histories) -> Array:
-    """Damping of every link at its deflection, (time, link) [N s/m]."""
-    links = histories.links
-    active = np.broadcast_to(links.damping, histories.deflection.shape).copy()
-    for i in np.flatnonzero(links.damping_in_contact):
-        active[np.abs(histories.deflection[:, i]) <= links.laws[i].edges[-1], i] = 0.0
-    return active
 
 
 def _contact_error(histories: Histories, steps: Array) -> float:
@@ -127,7 +115,7 @@ def _contact_error(histories: Histories, steps: Array) -> float:
     if not histories.links.damping_in_contact.any():
         return 0.0
     fastest = _ends((histories.velocity @ histories.rows.T) ** 2).max(axis=0)
-    return 0.5 * float(steps @ (np.abs(np.diff(active_damping(histories), axis=0)) * fastest).sum(axis=1))
+    return 0.5 * float(steps @ (np.abs(np.diff(histories.active_damping, axis=0)) * fastest).sum(axis=1))
 
 
 def _edge_crossed(histories: Histories) -> NDArray[np.bool_]:
@@ -144,10 +132,7 @@ def _elastic_energy(histories: Histories) -> Array:
         energy = 0.5 * _dot(histories.position @ histories.stiffness, histories.position)
         pull = (histories.machine.offsets * histories.links.stiffness) @ histories.rows @ histories.relative
         return energy - histories.position @ pull if pull.any() else energy
-    total = np.zeros(histories.time.size)
-    for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):
-        total += law.energy(np.ascontiguousarray(deflection))
-    return total
+    return np.asarray(histories.by_law("energy").sum(axis=1))
 
 
 def _dot(left: Array, right: Array) -> Array:

@@ -101,13 +101,10 @@ def contact(histories: Histories) -> Contact:
     """Loss of contact, and the preload that would prevent it: a row opens at 2^n times the preload."""
     links = histories.links
     lost = np.zeros(histories.deflection.shape, dtype=np.bool_)
-    for i, law in enumerate(() if histories.linear else links.laws):
-        deflection = np.ascontiguousarray(histories.deflection[:, i])
-        if law.kind == "preloaded":
-            lost[:, i] = np.abs(deflection) >= law.edges[-1]
-        elif law.kind != "linear":
-            lost[:, i] = (law.force(deflection) == 0.0) & (law.tangent(deflection) == 0.0)
     preloaded = np.array([law.kind == "preloaded" for law in links.laws])
+    if not histories.linear:
+        slack = (histories.by_law("force") == 0.0) & (histories.by_law("tangent") == 0.0)
+        lost = np.where(preloaded, np.abs(histories.deflection) >= histories.edges, slack)
     elastic = histories.data["link_load_elastic"]
     high, low = elastic.max(axis=0), elastic.min(axis=0)
     largest = np.maximum(high, -low)

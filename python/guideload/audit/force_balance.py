@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from guideload.audit.energy import active_damping
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.machine.machine import DOFS
@@ -67,22 +66,16 @@ def _of_links(histories: Histories) -> Array:
     """Relative residual (time, link) of the laws of the links; 0 within rounding of an edge, where a damper sets in."""
     links, rows, deflection = histories.links, histories.rows, histories.deflection
     load, rate = histories.load, histories.velocity @ rows.T
-    size = np.abs(histories.position) @ np.abs(rows).T
-    terms = (
-        links.stiffness * size + links.damping * (np.abs(histories.velocity) @ np.abs(rows).T) + np.abs(load)
-    )
+    size, speed = (np.abs(one) @ np.abs(rows).T for one in (histories.position, histories.velocity))
+    terms = links.stiffness * size + links.damping * speed + np.abs(load)
     if histories.linear:
         if histories.machine.base is not None:  # the dampers move the base, too
             rate = histories.velocity @ (rows @ histories.relative).T
             deflection = deflection - histories.velocity @ (rows @ histories.dragged).T
         return _relative(load - links.stiffness * deflection - links.damping * rate, terms)
-    residual = load - active_damping(histories) * rate
-    for i, law in enumerate(links.laws):
-        residual[:, i] -= law.force(np.ascontiguousarray(deflection[:, i]))
-        if links.damping_in_contact[i]:
-            residual[np.abs(np.abs(deflection[:, i]) - law.edges[-1]) <= UNBALANCED_FORCE * size[:, i], i] = (
-                0.0
-            )
+    residual = load - histories.active_damping * rate - histories.by_law("force")
+    at_edge = np.abs(np.abs(deflection) - histories.edges) <= UNBALANCED_FORCE * size
+    residual[at_edge & links.damping_in_contact] = 0.0
     return _relative(residual, terms)
 
 

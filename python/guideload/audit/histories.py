@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -94,6 +95,23 @@ class Histories:
         position = np.zeros((6, 6))
         position[free] = np.linalg.inv(self.stiffness[free])
         return np.asarray(position @ ((self.rows @ self.relative).T * self.links.stiffness))
+
+    def by_law(self, quantity: Literal["force", "tangent", "energy"]) -> Array:
+        """Elastic force, its slope or elastic energy of each link at its deflection, (time, link)."""
+        columns = zip(self.links.laws, self.deflection.T, strict=True)
+        values = [getattr(law, quantity)(np.ascontiguousarray(deflection)) for law, deflection in columns]
+        return np.stack(values, axis=1)
+
+    @cached_property
+    def edges(self) -> Array:
+        """Deflection (link,) [m] of the last edge of each law; 0 for a law without edges."""
+        return np.array([law.edges[-1] if law.edges.size else 0.0 for law in self.links.laws])
+
+    @cached_property
+    def active_damping(self) -> Array:
+        """Damping of every link at its deflection, (time, link) [N s/m]."""
+        apart = self.links.damping_in_contact & (np.abs(self.deflection) <= self.edges)
+        return np.where(apart, 0.0, self.links.damping)
 
     @cached_property
     def moved(self) -> Array:

@@ -170,7 +170,7 @@ def _lock_of_draft(draft: Path, target: Path) -> Iterator[None]:
         if not is_draft(draft):
             raise WriteError(errno.EEXIST, f"{draft} is in the way; move it elsewhere", str(target))
         try:
-            with lock_file(draft / LOCK, target):
+            with exclusive_lock(draft, target):
                 yield
             return
         except FileNotFoundError as error:  # the previous writer removed the folder meanwhile
@@ -179,18 +179,13 @@ def _lock_of_draft(draft: Path, target: Path) -> Iterator[None]:
 
 
 @contextmanager
-def exclusive_lock(folder: Path) -> Iterator[None]:
+def exclusive_lock(folder: Path, target: Path | None = None) -> Iterator[None]:
     """Lock a folder for this process until the block or the process ends.
 
-    Raises RunError if another process or thread holds the lock.
+    target: what is written, for the message; by default the folder. Raises RunError if another process or thread
+    holds the lock.
     """
-    with lock_file(folder / LOCK, folder):
-        yield
-
-
-@contextmanager
-def lock_file(path: Path, target: Path) -> Iterator[None]:
-    """Hold the lock `path` on `target` until the block or the process ends. Raises RunError if it is held."""
+    path, target = folder / LOCK, target or folder
     key = path.absolute()
     with _held_guard:
         is_free = key not in _held

@@ -12,15 +12,7 @@ from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from guideload.base.errors import (
-    ABSENT,
-    MOST_PROBLEMS,
-    ConfigError,
-    KeyPath,
-    Problem,
-    ValueRefused,
-    shown,
-)
+from guideload.base.errors import ABSENT, MOST_PROBLEMS, ConfigError, KeyPath, Problem, ValueRefused, shown
 from guideload.base.ranges import Range
 from guideload.base.units import quantity
 

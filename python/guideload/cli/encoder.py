@@ -28,12 +28,7 @@ from guideload.cli.terminal import status
     help='Travel of the cart per turn of the motor, e.g. "33.3 mm", which converts motor speed without a machine.',
 )
 @options.trace_options
-def encoder(
-    trace_file: Path,
-    machine_file: Path | None,
-    ratio: str | None,
-    **reading: Any,
-) -> Shown:
+def encoder(trace_file: Path, machine_file: Path | None, ratio: str | None, **reading: Any) -> Shown:
     """Report on an encoder trace, and draw it.
 
     The picture has samples, acceleration with its band, and spectrum. The report states quantum, kind of time

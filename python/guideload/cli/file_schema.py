@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pkgutil import resolve_name
 from typing import Any
 
 from pydantic import BaseModel
@@ -13,6 +14,16 @@ from guideload.cli.options import FileKind
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = {"above": "exclusiveMinimum", "least": "minimum", "most": "maximum"}
+
+MODELS: dict[FileKind, str] = {
+    "machine": "machine.machine:Machine",
+    "study": "study.options:StudyFile",
+    "catalogue": "catalogue.catalogue:Catalogue",
+    "motion": "motion.moves:Moves",
+    "duty": "duty.description:DutyFile",
+    "monitor": "monitor.description:MonitorFile",
+    "identify": "identification.description:IdentifyFile",
+}
 
 
 class FileSchema(GenerateJsonSchema):
@@ -70,21 +81,7 @@ def file_schema(kind: FileKind) -> dict[str, Any]:
     dict
         JSON schema, draft 2020-12. A description ends with the SI unit of the value, as [N/m].
     """
-    model: type[BaseModel]
-    if kind == "machine":
-        from guideload.machine.machine import Machine as model
-    elif kind == "catalogue":
-        from guideload.catalogue.catalogue import Catalogue as model
-    elif kind == "motion":
-        from guideload.motion.moves import Moves as model
-    elif kind == "duty":
-        from guideload.duty.description import DutyFile as model
-    elif kind == "monitor":
-        from guideload.monitor.description import MonitorFile as model
-    elif kind == "identify":
-        from guideload.identification.description import IdentifyFile as model
-    else:
-        from guideload.study.options import StudyFile as model
+    model: type[BaseModel] = resolve_name(f"guideload.{MODELS[kind]}")
     schema = model.model_json_schema(schema_generator=FileSchema)
     _add_units(schema)
     return {"$schema": DIALECT, **schema}

@@ -3,33 +3,21 @@
 from __future__ import annotations
 
 import os
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import click
 
-from guideload.base.errors import PictureError
 from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.options import InputFile, folder_option, no_pictures_option, overwrite_option
-from guideload.cli.outputs import IDENTIFICATION, atomic_output, write_errors, write_manifest
+from guideload.cli.outputs import IDENTIFICATION, atomic_output
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.identification.description import IdentifyFile
-    from guideload.identification.measured import Measured
-    from guideload.identification.next_measurement import RankedMeasurement
     from guideload.identification.result import Identification
-    from guideload.machine.machine import Machine
     from guideload.reports.report import Report
-
-
-class Answer(NamedTuple):
-    """What the command found: the identification, candidates ranked by a figure, and the report."""
-
-    found: Identification
-    candidates: tuple[RankedMeasurement, ...]
-    figure: str
-    report: Report
 
 
 @click.command()
@@ -44,28 +32,10 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     writes a folder with the machine file with the identified values, a study file with their uncertainty, report,
     numbers and pictures.
     """
-    from guideload.identification.description import read_identify
-
-    with status("reading"):
-        described, machine, data = read_identify(identify_file)
-    if output is None:
-        print_report(_report(identify_file, described, machine, data).report)
-        return
-    inputs = (identify_file, *(identify_file.parent / name for name in described.files().values()))
-    with atomic_output(output, {"": set(IDENTIFICATION)}, overwrite, inputs) as folder:
-        answer = _report(identify_file, described, machine, data)
-        with write_errors(output):
-            failure = _write(answer, described, identify_file.parent, folder, output, not no_pictures)
-    print_report(answer.report)
-    print_text(f"Wrote {output}.")
-    exit_if(failure)
-
-
-def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Measured]) -> Answer:
-    """The identification and its report, with comparison of models and ranking of candidates if the file has some."""
     from guideload.identification.description import (
         candidate_measurements,
         identified_alternatives,
+        read_identify,
         target_quantity,
     )
     from guideload.identification.model_comparison import compare
@@ -73,42 +43,53 @@ def _report(file: Path, described: IdentifyFile, machine: Machine, data: list[Me
     from guideload.identification.result import identify as identified
     from guideload.reports.identification import identification_report
 
-    with status("searching"):
-        found = identified(machine, described.unknown, data)
-        levels = compare(identified_alternatives(described, file, found)) if described.alternatives else ()
-        figure = target_quantity(described, file, found)
-        derivatives = None if figure is None else figure.derivatives
-        candidates = rank_measurements(found, candidate_measurements(described, file, found), derivatives)
-    report = identification_report(found, levels, candidates, figure)
-    return Answer(found, candidates, "all unknowns" if figure is None else figure.name, report)
+    with status("reading"):
+        described, machine, data = read_identify(identify_file)
+    inputs = (identify_file, *(identify_file.parent / name for name in described.files().values()))
+    folder, failure = None, None
+    with ExitStack() as stack:
+        if output is not None:
+            names = {"": set(IDENTIFICATION)}
+            folder = stack.enter_context(atomic_output(output, names, overwrite, inputs))
+        with status("searching"):
+            found = identified(machine, described.unknown, data)
+            alternatives = described.alternatives and identified_alternatives(described, identify_file, found)
+            levels = compare(alternatives) if alternatives else ()
+            figure = target_quantity(described, identify_file, found)
+            derivatives = None if figure is None else figure.derivatives
+            wanted = candidate_measurements(described, identify_file, found)
+            candidates = rank_measurements(found, wanted, derivatives)
+        report = identification_report(found, levels, candidates, figure)
+        if folder is not None and output is not None:
+            _write(found, report, described, identify_file.parent, folder, output)
+            if not no_pictures:
+                from guideload import plots
+
+                name = "all unknowns" if figure is None else figure.name
+                with status("drawing the pictures"):
+                    failure = picture_failure(
+                        lambda: plots.save_identification(found, folder, candidates, name)
+                    )
+    print_report(report)
+    if output is not None:
+        print_text(f"Wrote {output}.")
+    exit_if(failure)
 
 
 def _write(
-    answer: Answer, described: IdentifyFile, source: Path, folder: Path, output: Path, pictures: bool
-) -> PictureError | None:
-    """Write all files into the draft folder; output: the folder that it becomes."""
+    found: Identification, report: Report, described: IdentifyFile, source: Path, folder: Path, output: Path
+) -> None:
+    """Write all texts into the draft folder; source: the folder of the file, output: that which the draft becomes."""
     from guideload.identification.result import json_text
     from guideload.identification.written_files import machine_text, study_text
 
-    found = answer.found
     texts = {
-        "report.txt": answer.report.text(),
+        "report.txt": report.text(),
         "identification.json": json_text(found),
         "machine.toml": machine_text(found, source / described.machine, output),
     }
     if described.trace is not None:
         trace = os.path.relpath(source / described.trace, output).replace(os.sep, "/")
         texts["study.toml"] = study_text(found, "machine.toml", trace)
-    folder.mkdir(exist_ok=True)
     for name, text in texts.items():
         (folder / name).write_bytes(text.encode())
-    failure = None
-    if pictures:
-        with status("drawing the pictures"):
-            from guideload import plots
-
-            failure = picture_failure(
-                lambda: plots.save_identification(found, folder, answer.candidates, answer.figure)
-            )
-    write_manifest(folder)
-    return failure

@@ -45,7 +45,7 @@ def requirements(machine: Machine, given: dict[str, Any]) -> LifeConditions:
     return machine.life.model_copy(update={key: value for key, value in changes.items() if value is not None})
 
 
-def paths(*inputs: Path | Moves | None) -> tuple[Path, ...]:
+def paths(*inputs: object) -> tuple[Path, ...]:
     """The files among the inputs of a command; moves of the option --move are in no file."""
     return tuple(one for one in inputs if isinstance(one, Path))
 
@@ -84,7 +84,15 @@ def read_motion(
 
     forces...: see `options.force_options`; options: see `options.trace_options`.
     """
-    motion = _read_motion(trace_file, machine, **options)
+    moves = read_moves(trace_file, **options)
+    if moves is not None:
+        motion = moves.motion()
+    else:
+        from guideload.traces.reading import motion_from_trace, read_trace
+
+        assert isinstance(trace_file, Path)
+        reading, smoothing = _split(options)
+        motion = motion_from_trace(read_trace(trace_file, **reading), drive=machine.drive, **smoothing)
     if forces is None and forces_at is None and forces_axes is None and forces_start is None:
         return motion
     if forces_at is None:
@@ -126,17 +134,6 @@ def _own_columns(trace_file: Path | Moves, options: dict[str, Any]) -> tuple[Pat
             "give the forces in a file of their own, or leave --clock out"
         )
     return trace_file, {name: options.get(name) for name in ("time", "rate", "date_order")}
-
-
-def _read_motion(trace_file: Path | Moves, machine: Machine, **options: Any) -> Motion:
-    moves = read_moves(trace_file, **options)
-    if moves is not None:
-        return moves.motion()
-    from guideload.traces.reading import motion_from_trace, read_trace
-
-    assert isinstance(trace_file, Path)
-    reading, smoothing = _split(options)
-    return motion_from_trace(read_trace(trace_file, **reading), drive=machine.drive, **smoothing)
 
 
 def read_riders(machine: Machine, machine_file: Path, given: Sequence[str]) -> dict[str, Motion] | None:

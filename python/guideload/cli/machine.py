@@ -21,6 +21,15 @@ from guideload.cli.terminal import print_text
 if TYPE_CHECKING:
     from guideload.motion.moves import Moves
 
+# What `init` says of a file that it has written, by its kind.
+THEN = {
+    "machine": "Fill it in, then: guideload check {path}",
+    "catalogue": "Add your carriages, then: guideload catalogue check {path}",
+    "moves": "Fill it in, then: guideload run machine.toml {path} -o out/",
+    "study": "Fill it in and put machine.toml (from `guideload init`) and trace.csv, or moves.toml, into its folder, "
+    "then: guideload study {path} -o out/",
+}
+
 
 @click.command()
 @click.argument("path", type=options.InputFile, required=False)
@@ -62,19 +71,9 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
     except OSError as error:
         if error.errno != errno.EEXIST:
             raise unwritable(path, error) from None
-        option = f" --{kind}" if kind else f" --kind {machine_kind}" if machine_kind else ""
-        raise InputError(
-            f"{path} exists and is not replaced; give another name: guideload init NAME.toml{option}"
-        ) from None
-    if kind == "catalogue":
-        print_text(f"Wrote {path}. Add your carriages, then: guideload catalogue check {path}")
-    elif kind == "moves":
-        print_text(f"Wrote {path}. Fill it in, then: guideload run machine.toml {path} -o out/")
-    elif kind == "study":
-        inputs = "put machine.toml (from `guideload init`) and trace.csv, or moves.toml, into its folder"
-        print_text(f"Wrote {path}. Fill it in and {inputs}, then: guideload study {path} -o out/")
-    else:
-        print_text(f"Wrote {path}. Fill it in, then: guideload check {path}")
+        command = " ".join(["guideload init NAME.toml", *given])
+        raise InputError(f"{path} exists and is not replaced; give another name: {command}") from None
+    print_text(f"Wrote {path}. {THEN[kind or 'machine'].format(path=path)}")
 
 
 @click.command()
@@ -82,11 +81,7 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
 @options.machine_argument
 @options.optional_trace_argument
 @options.trace_options
-def check(
-    machine_file: Path,
-    trace_file: Path | Moves | None,
-    **reading: Any,
-) -> Shown:
+def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -> Shown:
     """Check a machine and a motion, and show what they contain.
 
     With a motion the report also shows its moves, and which modes of the machine a trace can show. The picture shows

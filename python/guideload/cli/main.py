@@ -25,7 +25,7 @@ from guideload.base.errors import (
 from guideload.base.visible_text import visible
 from guideload.cli.app import app
 from guideload.cli.catalogue import catalogue
-from guideload.cli.compare import compare
+from guideload.cli.decide import compare, limit, sensitivities, size
 from guideload.cli.encoder import encoder
 from guideload.cli.exit_codes import CommandInterrupted, InputError
 from guideload.cli.identify import identify
@@ -37,9 +37,7 @@ from guideload.cli.monitor import monitor
 from guideload.cli.next_steps import next_steps
 from guideload.cli.response import response
 from guideload.cli.run import demo, run
-from guideload.cli.sensitivities import sensitivities
 from guideload.cli.signals import ended_in_order
-from guideload.cli.sizing import limit, size
 from guideload.cli.study import probability, study
 from guideload.cli.terminal import print_text
 

@@ -9,20 +9,11 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import paths, read_machine, read_motion, read_optional_motion
-from guideload.cli.outputs import (
-    CHART,
-    PICTURE_ENDINGS,
-    atomic_output,
-    file_draft,
-    require_file,
-    write_errors,
-    write_manifest,
-)
+from guideload.cli.outputs import CHART, PICTURE_ENDINGS, atomic_output, file_draft, require_file
 from guideload.cli.reporting import Shown, draws_report, shows_report
 from guideload.cli.terminal import status
 
 if TYPE_CHECKING:
-    from guideload.method_comparison import WorkPrecision
     from guideload.motion.moves import Moves
     from guideload.reports.report import Report
 
@@ -70,41 +61,33 @@ def chart(
     from guideload.reports.work_precision import chart_report
 
     inputs = paths(machine_file, trace_file, reading["forces"])
-
-    def compute() -> WorkPrecision:
+    names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
+    is_picture = output.suffix.lower() in PICTURE_ENDINGS
+    if is_picture and no_pictures:
+        raise click.UsageError(f"--no-pictures needs a folder (-o), got the picture {output}")
+    if is_picture:
+        require_file(output, PICTURE_ENDINGS, overwrite, *inputs)
+        output_draft = file_draft(output, overwrite)
+    else:
+        output_draft = atomic_output(output, {"": names}, overwrite, inputs)
+    with output_draft as draft:
         with status("reading"):
             machine = read_machine(machine_file, free)
             motion = read_motion(trace_file, machine, **reading)
         with status(f"running every method, {budget:g} s at most"):
-            return work_precision(machine, motion, budget=budget)
-
-    if output.suffix.lower() in PICTURE_ENDINGS:
-        if no_pictures:
-            raise click.UsageError(f"--no-pictures needs a folder (-o), got the picture {output}")
-        require_file(output, PICTURE_ENDINGS, overwrite, *inputs)
-        with file_draft(output, overwrite) as draft:
-            diagram = compute()
-            _draw(diagram, draft)
-        return chart_report(diagram)
-    names = {"report.txt", *(name for name in CHART if not (no_pictures and name.endswith(".png")))}
-    with atomic_output(output, {"": names}, overwrite, inputs) as folder:
-        diagram = compute()
-        with write_errors(output):
+            diagram = work_precision(machine, motion, budget=budget)
+        report = chart_report(diagram)
+        if not is_picture:
             table = diagram.table()
             require_finite_table(table, table.columns)  # a setting that failed has no numbers
-            table.to_csv(folder / "chart.csv", index=False)
-            (folder / "report.txt").write_text(chart_report(diagram).text(), encoding="utf-8")
-            if not no_pictures:
-                _draw(diagram, folder / "chart.png")
-            write_manifest(folder)
-    return chart_report(diagram)
+            table.to_csv(draft / "chart.csv", index=False)
+            (draft / "report.txt").write_text(report.text(), encoding="utf-8")
+        if not no_pictures:
+            with status("drawing the picture"):
+                from guideload import plots
 
-
-def _draw(diagram: WorkPrecision, picture: Path) -> None:
-    from guideload import plots
-
-    with status("drawing the picture"):
-        plots.save(plots.work_precision(diagram), picture)
+                plots.save(plots.work_precision(diagram), draft if is_picture else draft / "chart.png")
+    return report
 
 
 @click.command()
@@ -115,11 +98,7 @@ def _draw(diagram: WorkPrecision, picture: Path) -> None:
 @options.free_option
 @options.trace_options
 def stability(
-    machine_file: Path,
-    trace_file: Path | Moves | None,
-    rtol: float,
-    free: str | None,
-    **reading: Any,
+    machine_file: Path, trace_file: Path | Moves | None, rtol: float, free: str | None, **reading: Any
 ) -> Shown:
     """Find the longest stable step of rk45.
 

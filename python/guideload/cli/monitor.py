@@ -69,7 +69,7 @@ monitor.add_command(watch)
     "-o",
     "--output",
     "outputs",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=options.OutputFile,
     required=True,
     multiple=True,
     help="File to write: .rs (Rust), .h (C) or .toml (for `guideload monitor watch`); repeatable.",

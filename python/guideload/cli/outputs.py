@@ -14,14 +14,7 @@ from guideload.base.atomic import DRAFT, atomic_folder, atomic_write
 from guideload.cli.exit_codes import InputError
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
-PICTURES = (
-    "scene.png",
-    "figures_7_to_11.png",
-    "resultant.png",
-    "moments.png",
-    "modes.png",
-    "spectrum.png",
-)
+PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
 OF_POINTS = "points.png"  # of a machine with [[points]]
 CHART = ("chart.png", "chart.csv")
 STUDY_PICTURES = ("distributions.png", "exceedance.png", "tornado.png", "scatter.png", "histories.png")
@@ -35,13 +28,7 @@ IDENTIFICATION_PICTURES = (
     "next_measurements.png",
     *RECORD_PICTURES,
 )
-IDENTIFICATION = (
-    "machine.toml",
-    "study.toml",
-    "identification.json",
-    "report.txt",
-    *IDENTIFICATION_PICTURES,
-)
+IDENTIFICATION = ("machine.toml", "study.toml", "identification.json", "report.txt", *IDENTIFICATION_PICTURES)
 STUDY = ("summary.json", "report.txt", *STUDY_PICTURES, *LIFE_PICTURES)  # beside the samples
 OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, OF_POINTS, *CHART, *STUDY, *IDENTIFICATION)
 MANIFEST = ".guideload"  # hidden file in every output folder: the names of the files that guideload wrote
@@ -139,7 +126,8 @@ def atomic_output(
 
     It is created at once, so that a path that cannot be written is refused before the computation starts.
     Files of an earlier run in `output` are replaced or removed; other files stay. The other arguments and the
-    InputError are those of `require_free`. Raises RunError while another process writes into `output`.
+    InputError are those of `require_free`. Raises RunError while another process writes into `output`, and
+    ClickException for an OSError in the block.
     """
 
     def check() -> None:
@@ -150,21 +138,18 @@ def atomic_output(
             draft = stack.enter_context(atomic_folder(output, check, _move))
         except OSError as error:
             raise unwritable(output, error) from None
-        yield draft
-        with write_errors(output):
+        try:
+            for below in names:
+                (draft / below).mkdir(exist_ok=True)
+            yield draft
+            for below in names:
+                _write_manifest(draft / below)
             stack.close()
+        except OSError as error:
+            raise click.ClickException(f"{output}: cannot be written: {error.strerror or error}") from error
 
 
-@contextmanager
-def write_errors(output: Path) -> Iterator[None]:
-    """Turn an OSError of a draft into a message with the path that the user gave, and exit code 1."""
-    try:
-        yield
-    except OSError as error:
-        raise click.ClickException(f"{output}: cannot be written: {error.strerror or error}") from error
-
-
-def write_manifest(folder: Path) -> None:
+def _write_manifest(folder: Path) -> None:
     """List all files of a draft folder, so that `--overwrite` may replace them later."""
     lines = [MANIFEST_TITLE, *sorted(path.name for path in folder.iterdir())]
     (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
-from pathlib import Path
+from contextlib import nullcontext
+from functools import partial, wraps
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from guideload.base.errors import PictureError
 from guideload.cli.exit_codes import exit_if
+from guideload.cli.inputs import paths
 from guideload.cli.options import overwrite_picture_option, picture_option, report_option
 from guideload.cli.outputs import PICTURE_ENDINGS, file_draft, require_file
 from guideload.cli.terminal import print_report, print_text, status
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 class Shown(NamedTuple):
     """What a command shows.
 
-    picture  draws the picture of `draws_report` by the module `plots`
+    picture  draws the picture of -o by the module `plots`
     page     makes the HTML page by the module `html_report`; default: the report alone
     failure  error of pictures that are missing, for the exit code
     """
@@ -33,42 +34,29 @@ class Shown(NamedTuple):
     failure: PictureError | None = None
 
 
-def draws_report(command: Callable[..., Shown]) -> Callable[..., None]:
-    """Decorator: `shows_report`, and -o, which writes the picture that the command returns."""
-    has_overwrite = "overwrite" in _names(command)
+def shows_report(command: Callable[..., Report | Shown], *, picture: bool = False) -> Callable[..., None]:
+    """Decorator: prints the report that the command returns; adds --report, and --overwrite where it is missing."""
+    own = _names(command)
 
     @wraps(command)
-    def draw(output: Path | None, overwrite: bool, **arguments: Any) -> Shown:
-        if has_overwrite:
-            arguments["overwrite"] = overwrite
-        if output is None:
-            return command(**arguments)
-        require_file(output, PICTURE_ENDINGS, overwrite, *_paths(arguments))
-        with file_draft(output, overwrite) as draft:
-            shown = command(**arguments)
-            if shown.picture is not None:
+    def show(**arguments: Any) -> None:
+        report, output, overwrite = arguments["report"], arguments.get("output"), arguments["overwrite"]
+        arguments = {name: value for name, value in arguments.items() if name in own}
+        inputs = [value for name, value in arguments.items() if name not in ("output", "report")]
+        read = paths(*inputs, *arguments.get("files", ()))
+        drawn = output if picture else None
+        if report is not None:
+            require_file(report, [".html"], overwrite, *read, folder=output)
+        if drawn is not None:
+            require_file(drawn, PICTURE_ENDINGS, overwrite, *read)
+        with nullcontext() if drawn is None else file_draft(drawn, overwrite) as draft:
+            found = command(**arguments)
+            shown = found if isinstance(found, Shown) else Shown(found)
+            if draft is not None and shown.picture is not None:
                 with status("drawing the picture"):
                     from guideload import plots
 
                     plots.save(shown.picture(plots), draft)
-        return shown
-
-    return shows_report(_with_options(draw, picture_option, overwrite_picture_option))
-
-
-def shows_report(command: Callable[..., Report | Shown]) -> Callable[..., None]:
-    """Decorator: prints the report that the command returns; adds --report, and --overwrite where it is missing."""
-    has_overwrite = "overwrite" in _names(command)
-
-    @wraps(command)
-    def show(report: Path | None, **arguments: Any) -> None:
-        overwrite = arguments["overwrite"] if has_overwrite else arguments.pop("overwrite")
-        output = arguments.get("output")
-        if report is not None:
-            read = [path for path in _paths(arguments) if path != output]
-            require_file(report, [".html"], overwrite, *read, folder=output)
-        found = command(**arguments)
-        shown = found if isinstance(found, Shown) else Shown(found)
         print_report(shown.report)
         if report is not None:
             from guideload import html_report
@@ -81,13 +69,13 @@ def shows_report(command: Callable[..., Report | Shown]) -> Callable[..., None]:
             print_text(f"Wrote {' and '.join(written)}.")
         exit_if(shown.failure)
 
-    return cast("Callable[..., None]", _with_options(show, report_option, overwrite_picture_option))
+    with_picture = (picture_option, overwrite_picture_option) if picture else ()
+    added = _with_options(show, *with_picture, report_option, overwrite_picture_option)
+    return cast("Callable[..., None]", added)
 
 
-def _paths(arguments: dict[str, Any]) -> list[Path]:
-    """The files among the arguments of a command."""
-    given = [*arguments.values(), *arguments.get("files", ())]
-    return [one for one in given if isinstance(one, Path)]
+# Decorator: `shows_report`, and -o, which writes the picture that the command returns.
+draws_report = partial(shows_report, picture=True)
 
 
 def _names(command: Any) -> set[str]:

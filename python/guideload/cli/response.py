@@ -38,16 +38,10 @@ class Direction(options.Vector):
     show_default=True,
     help="Direction of the force or acceleration.",
 )
-@click.option(
-    "--csv", "table", type=click.Path(path_type=Path, dir_okay=False), help="Table to write (.csv)."
-)
+@click.option("--csv", "table", type=options.OutputFile, help="Table to write (.csv).")
 @options.overwrite_picture_option
 def response(
-    machine_file: Path,
-    force_at: str | None,
-    direction: Any,
-    table: Path | None,
-    overwrite: bool,
+    machine_file: Path, force_at: str | None, direction: Any, table: Path | None, overwrite: bool
 ) -> Shown:
     """Show the frequency response of the points of a machine.
 

@@ -11,14 +11,7 @@ import click
 from guideload.cli import options
 from guideload.cli.exit_codes import exit_if, picture_failure
 from guideload.cli.inputs import EXAMPLES, paths, read_machine, read_motion, read_riders
-from guideload.cli.outputs import (
-    FORMATS,
-    OF_POINTS,
-    PICTURES,
-    atomic_output,
-    write_errors,
-    write_manifest,
-)
+from guideload.cli.outputs import FORMATS, OF_POINTS, PICTURES, atomic_output
 from guideload.cli.reporting import Shown, shows_report
 from guideload.cli.terminal import print_report, print_text, status
 
@@ -54,7 +47,7 @@ def demo(output: Path, no_pictures: bool, overwrite: bool) -> None:
         for name, with_dofs in (("guides", machine), ("paper", machine.with_free(PAPER_DOFS))):
             with status(f"computing the loads, {name}"):
                 results[name] = simulate(with_dofs, motion)
-            written = _write(results[name], folder / name, "netcdf", not no_pictures, output / name)
+            written = _write(results[name], folder / name, "netcdf", not no_pictures)
             failures.append(written.failure)
     titles = {"All dofs that the guides support": results["guides"], "The paper's dofs": results["paper"]}
     print_report(comparison(titles))
@@ -100,6 +93,7 @@ def run(
     riders: tuple[str, ...],
     file_format: str | None,
     no_pictures: bool,
+    report: Path | None,
     overwrite: bool,
     strict: bool,
     **reading: Any,
@@ -118,7 +112,7 @@ def run(
             f"{method} has no fixed step"
         )
     if output is None:
-        if click.get_current_context().params["report"] is None:
+        if report is None:
             raise click.UsageError(
                 "expected -o FOLDER, for loads, report and pictures, or --report FILE.html, or both"
             )
@@ -138,17 +132,10 @@ def run(
             moved = read_riders(machine, machine_file, riders)
         with status("computing the loads"):
             result = simulate(
-                machine,
-                motion,
-                method=method,
-                riders=moved,
-                rtol=rtol,
-                step=step,
-                start=start,
-                strict=strict,
+                machine, motion, method=method, riders=moved, rtol=rtol, step=step, start=start, strict=strict
             )
-        if folder is not None and output is not None:
-            return _write(result, folder, form, not no_pictures, output)
+        if folder is not None:
+            return _write(result, folder, form, not no_pictures)
     return Shown(result_report(result), page=lambda pages: pages.run_page(result))
 
 
@@ -158,29 +145,23 @@ def _output_names(file_format: str, pictures: bool) -> set[str]:
     return names | {"loads.json"} if file_format == "csv" else names
 
 
-def _write(result: Result, folder: Path, file_format: str, with_pictures: bool, output: Path) -> Shown:
-    """Write loads, report, pictures and manifest of a run; pictures are drawn once for folder and HTML page.
-
-    output: the folder for messages.
-    """
+def _write(result: Result, folder: Path, file_format: str, with_pictures: bool) -> Shown:
+    """Write loads, report and pictures of a run; the pictures are drawn once, for the folder and the HTML page."""
     from guideload.base.cores import threads
     from guideload.reports.run import result_report
 
     pictures, failure = None, None
-    with write_errors(output):
-        folder.mkdir(exist_ok=True)
-        with status("writing the loads"), threads(1) as submit:
-            _ = result.quantities  # computed once, for both threads
-            report = submit(result_report, result)  # computes the audit while the file is written
-            getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
-            found: Report = report.result()
-            (folder / "report.txt").write_text(found.text(), encoding="utf-8")
-        if with_pictures:
-            with status("drawing the pictures"):
-                from guideload.plots.run import drawings
-                from guideload.plots.saving import save_each
+    with status("writing the loads"), threads(1) as submit:
+        _ = result.quantities  # computed once, for both threads
+        report = submit(result_report, result)  # computes the audit while the file is written
+        getattr(result, f"to_{file_format}")(folder / FORMATS[file_format])
+        found: Report = report.result()
+        (folder / "report.txt").write_text(found.text(), encoding="utf-8")
+    if with_pictures:
+        with status("drawing the pictures"):
+            from guideload.plots.run import drawings
+            from guideload.plots.saving import save_each
 
-                drawn = pictures = drawings(result)
-                failure = picture_failure(lambda: save_each(drawn, folder))
-        write_manifest(folder)
+            drawn = pictures = drawings(result)
+            failure = picture_failure(lambda: save_each(drawn, folder))
     return Shown(found, page=lambda pages: pages.run_page(result, pictures), failure=failure)

@@ -203,10 +203,9 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | 
                     from guideload.plots.study import save_study
 
                     failure = picture_failure(lambda: save_study(result, folder))
-            outputs.write_manifest(folder)
-    except OSError as error:
-        reason = f"{output}: the report cannot be written: {error.strerror or error}"
-        raise click.ClickException(f"{reason}; the samples are stored: --resume writes the report") from error
+    except click.ClickException as error:
+        stored = "the samples are stored: --resume writes the report"
+        raise click.ClickException(f"{error.message}; {stored}") from error
     return failure
 
 

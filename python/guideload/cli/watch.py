@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from guideload.cli import options
 from guideload.cli.exit_codes import LIMIT_PASSED, InputError
 from guideload.cli.outputs import unwritable
 from guideload.cli.signals import NUMBERS
@@ -31,10 +32,10 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
 
 
 @click.command()
-@click.argument("monitor_file", metavar="MONITOR.TOML", type=click.Path(path_type=Path))
+@click.argument("monitor_file", metavar="MONITOR.TOML", type=options.InputFile)
 @click.option(
     "--follow",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=options.OutputFile,
     help="File that grows, in place of standard input; it is read from its start.",
 )
 @click.option(

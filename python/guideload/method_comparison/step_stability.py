@@ -23,8 +23,7 @@ from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import moving_dofs
 from guideload.method_comparison.diagram import Setting
 from guideload.method_comparison.difficulties import difficulties, excitation
-from guideload.method_comparison.error_metric import difference
-from guideload.method_comparison.runner import has_exponential, reference_run, solve
+from guideload.method_comparison.runner import difference, has_exponential, reference_run, solve
 from guideload.motion.motion import Motion
 from guideload.simulation.stability_function import UNDAMPED, longest_stable_steps
 
