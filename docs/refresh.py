@@ -240,12 +240,18 @@ BLOCKS: dict[str, Callable[[], str]] = {
 }
 
 
+@cache
+def block(name: str) -> str:
+    """What the program gives for a block; pages share some."""
+    return BLOCKS[name]()
+
+
 # ---- writing
 
 
 def refreshed(text: str) -> str:
     """The text of a page with its blocks as the program gives them."""
-    return BLOCK.sub(lambda found: f"{found[1]}{BLOCKS[found[2]]()}\n{found[4]}", text)
+    return BLOCK.sub(lambda found: f"{found[1]}{block(found[2])}\n{found[4]}", text)
 
 
 def stale() -> list[str]:
@@ -253,7 +259,7 @@ def stale() -> list[str]:
     differing = []
     for page in pages():
         for _, name, inside, _ in BLOCK.findall(page.read_text(encoding="utf-8")):
-            if inside != f"{BLOCKS[name]()}\n":
+            if inside != f"{block(name)}\n":
                 differing.append(f"{page.relative_to(ROOT)}: {name}")
     return differing
 

@@ -139,26 +139,10 @@ def elf(image: bytes) -> tuple[list[str], int, int]:
 
 def replay(program: Path, design: Design, counts: np.ndarray) -> None:
     """Runs the firmware, and compares it with the monitor of this machine."""
-    emulator = (
-        "qemu-system-arm",
-        "-M",
-        "mps2-an500",
-        "-display",
-        "none",
-        "-serial",
-        "null",
-        "-monitor",
-        "none",
-    )
-    options = (
-        "-semihosting-config",
-        "enable=on,target=native",
-        "-icount",
-        "shift=8",
-        "-kernel",
-        str(program),
-    )
-    done = subprocess.run((*emulator, *options), capture_output=True, text=True, timeout=600)
+    emulator = "qemu-system-arm -M mps2-an500 -display none -serial null -monitor none"
+    options = "-semihosting-config enable=on,target=native -icount shift=8 -kernel"
+    command = (*emulator.split(), *options.split(), str(program))
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     lines = [line.split() for line in (done.stdout + done.stderr).splitlines() if line]
     by_name: dict[str, list[list[int]]] = {}
     for name, *numbers in lines:
@@ -199,15 +183,8 @@ def c_example(folder: Path, design: Design, counts: np.ndarray, left_out: list[s
         f"#include <stdint.h>\nstatic const uint32_t counts[] = {{{numbers}}};\n"
     )
     target = cargo(LIBRARY)
-    command = (
-        "make",
-        "-s",
-        "-C",
-        str(LIBRARY / "example"),
-        f"GENERATED={folder}",
-        f"LIBRARY={target}/release",
-        "run",
-    )
+    example = str(LIBRARY / "example")
+    command = ("make", "-s", "-C", example, f"GENERATED={folder}", f"LIBRARY={target}/release", "run")
     sanitizers = "-fsanitize=address,undefined"
     empty = ("cc", sanitizers, "-x", "c", "-", "-o", str(folder / "empty"))
     kinds = ["-O2"]

@@ -11,14 +11,12 @@ timed too), and the whole of `guideload run --no-pictures` on 25 s of cart veloc
 
 from __future__ import annotations
 
-import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 from typing import get_args
 
@@ -29,6 +27,7 @@ from reference import cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import GuideloadError, Machine, Motion, peak_loads, simulate
 from guideload.base.methods import Method
+from guideload.cli.inputs import EXAMPLES
 
 TURNS = 75
 NAMES = "from guideload import Machine, motion_from_trace, read_trace, simulate"
@@ -88,9 +87,6 @@ def import_time(statement: str, runs: int = 7) -> float:
 
 def run_time(runs: int = 5) -> tuple[float, float]:
     """Seconds of `guideload run` on 25 s of 1 kHz data as a whole process, and of a bare Python; medians."""
-    program = shutil.which("guideload", path=str(Path(sys.executable).parent))
-    if program is None:
-        sys.exit(f"no command guideload beside {sys.executable}: install the package with that Python's pip")
 
     def once(*command: str) -> float:
         return timed(partial(subprocess.run, command, check=True, capture_output=True))
@@ -98,8 +94,8 @@ def run_time(runs: int = 5) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as folder:
         trace, out = Path(folder) / "trace.csv", Path(folder) / "out"
         write_trace(trace)
-        machine = str(files("guideload") / "examples" / "manipulator.toml")
-        command = (program, "run", machine, str(trace), "-o", str(out), "--no-pictures", "--overwrite")
+        machine, options = str(EXAMPLES / "manipulator.toml"), ("--no-pictures", "--overwrite")
+        command = (sys.executable, "-m", "guideload", "run", machine, str(trace), "-o", str(out), *options)
         once(*command)
         whole = statistics.median(once(*command) for _ in range(runs))
     return whole, statistics.median(once(sys.executable, "-c", "pass") for _ in range(runs))

@@ -105,9 +105,9 @@ def score(case: Case) -> Score:
 
 def loads(case: Case, found: MotionEstimate) -> tuple[float, float, float]:
     """Cover of the loads, worst error of a peak, and share of the peaks within their bands."""
-    true = simulate(EXAMPLE, Motion.along_x(case.time, case.acceleration))
+    true = simulate(EXAMPLE, Motion.along_x(case.time, case.acceleration), times=case.time)
     motion = Motion.along_x(case.time, found.acceleration, uncertainty=found.uncertainty)
-    result = simulate(EXAMPLE, motion)
+    result = simulate(EXAMPLE, motion, times=case.time)
     across = {"axis": ["y", "z"]}
     error = result.data["force"].sel(across).values - true.data["force"].sel(across).values
     peaks, right = result.peaks(), true.peaks().peak_resultant_N

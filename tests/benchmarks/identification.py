@@ -20,14 +20,14 @@ from functools import partial
 import harness
 import numpy as np
 from hammer_tests import hammer_test, unknown, with_corners
-from motor_records import OFFSET, SEAL, VISCOUS, axis, force_of, moves, shown_by
+from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
 from reference import cart, preloaded
 from scipy.signal import lfilter
 
 from guideload import Machine, Motion, PointOfInterest
 from guideload.identification.measured import Measured
-from guideload.identification.model import Model, parse_load_place, parse_place
-from guideload.identification.motor_force import MotorForce
+from guideload.identification.model import Excitation, Model, parse_load_place, parse_place
+from guideload.identification.motor_force import MotorForce, X
 from guideload.identification.responses import Deflection, Deflections, FrequencyResponses, ResponseCurve
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
@@ -145,9 +145,10 @@ def motor_force(
     measured: bool = False,
     correlated: bool = False,
 ) -> tuple[Measured, Truths]:
-    machine, motion = model.at(truth).machine, moves(seconds, seed=seed)
-    force = force_of(machine, motion, motion.time) + OFFSET
-    force += 2.0 * rng.standard_normal(force.size)
+    machine, motion = model.machine, moves(seconds, seed=seed)
+    run, velocity = model.at(truth).run(Excitation.of(machine, motion)), motion.velocity[:, 0]
+    force = run.at(motion.time).history("reaction", np.eye(6)[X]).values + OFFSET
+    force += 2.0 * SEAL * np.sign(velocity) + VISCOUS * velocity + 2.0 * rng.standard_normal(force.size)
     if correlated:
         white = rng.standard_normal(force.size + 1000)
         force += 3.0 * np.sqrt(1.0 - MEMORY**2) * lfilter([1.0], [1.0, -MEMORY], white)[1000:]
@@ -173,13 +174,15 @@ def sensors(
     cells: bool = False,
 ) -> tuple[Measured, Truths]:
     """Accelerometers; with cells one along x, a calibrated cell and a strain gauge in place of the others."""
-    machine, motion = model.at(truth).machine, from_standstill(moves(3.0, seed=seed))
+    machine, motion = model.machine, from_standstill(moves(3.0, seed=seed))
     channels = [Channel(parse_place(f"tool {i}", machine), gain_spread=0.02 * (i == "y")) for i in "xyz"]
     if cells:
         loads = [parse_load_place(text, machine) for text in ("a Fy", "b Fz")]
         channels[1:] = [Channel(loads[0], "load"), Channel(loads[1], "load", gain_spread=np.inf)]
     time = np.arange(0.2, motion.time[-1] - 0.2, 1.0 / 900.0)
-    shown = shown_by(machine, motion, channels, time)
+    true = model.at(truth)
+    at = true.run(Excitation.of(machine, motion)).at(time)
+    shown = np.array([one.shown(at, true.rest).values for one in channels]).T
     shown = shown + 0.1 * shown.std(axis=0) * rng.standard_normal(shown.shape)
     motion = seen(motion) if measured else motion
     return SensorLog.of(machine, motion, channels, time + DELAY, shown), {"delay of sensor log": DELAY}

@@ -40,8 +40,8 @@ RTOLS = (1e-3, 1e-4, 1e-6, 1e-8)
 MOST_STEPS = 2e5  # of rk45, at its limit of stability
 
 
-def truth_of(machine: Machine, motion: Motion, times: np.ndarray | None) -> np.ndarray | None:
-    """Link loads of a trusted reference; None if two methods differ."""
+def truth_of(machine: Machine, motion: Motion, times: np.ndarray) -> np.ndarray | None:
+    """Link loads of a trusted reference at these times; None if two methods differ."""
     scene, loads = machine.scene, []
     ways = [("implicit", 1e-12), ("rk45", 1e-11)]
     if scene.model_level != "smooth nonlinear":
@@ -104,8 +104,7 @@ def judge(seed: int) -> tuple[str, str, str, str]:
     except GuideloadError as error:
         return kind, "", "refused", str(error)
     data = result.quantities
-    times = data["time"] if way in ("times", "read") else None
-    truth = truth_of(machine, motion, times)
+    truth = truth_of(machine, motion, data["time"])
     found = "; ".join(result.audit.doubts)
     if way == "changed":
         return kind, way, "wrong", found

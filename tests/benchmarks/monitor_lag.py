@@ -6,19 +6,18 @@ writes the table in docs/how-to/monitor.md and the picture docs/images/monitor-l
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
 import harness
 
 from guideload import Machine, motion_from_trace, read_trace
+from guideload.cli.inputs import EXAMPLES
 from guideload.monitor import Design, MonitorSettings, designed
 from guideload.plots.style import CARRIAGE_COLORS, look, new_figure
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "how-to" / "monitor.md"
 PICTURE = ROOT / "docs" / "images" / "monitor-lag.png"
-EXAMPLES = Path(str(files("guideload"))) / "examples"
 
 PERIOD, MOST = 1e-3, 20.0  # s; m/s2
 LAGS = (0, 5, 10, 20, 50)  # samples

@@ -25,17 +25,14 @@ rotations): its error is a check of the physics. Two threads are only worth look
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
+import resource
 import statistics
 import subprocess
 import sys
 import tempfile
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 
 import harness
@@ -46,6 +43,7 @@ from peers.scatter import Peaks, Scatter
 from scattered import CHECKED, Case, cases
 
 from guideload import peak_loads
+from guideload.cli.inputs import EXAMPLES
 
 PACKAGES = ("numba", "jax", "pydiffsol", "exudyn")
 ROUNDS, PATIENCE = 7, 2.5  # runs of each, as long as they have not taken that many seconds
@@ -171,26 +169,17 @@ def apart(given: Scatter, batch: Peaks) -> float:
 
 
 def run_million() -> str:
-    """Time and memory of `guideload study` from its start to the summary; or what went wrong."""
-    program = shutil.which("guideload", path=str(Path(sys.executable).parent))
-    if program is None:
-        return f"no command guideload beside {sys.executable}"
+    """Time and memory of `guideload study` from its start to the summary."""
     on_cores(2)
-    study = str(files("guideload") / "examples" / "study.toml")
+    options = ("--samples", str(MILLION), "--threads", "2", "--no-pictures")
     with tempfile.TemporaryDirectory() as folder:
-        options = ("--samples", str(MILLION), "--threads", "2", "--no-pictures")
-        start = time.perf_counter()
-        child = subprocess.Popen(
-            (program, "study", study, "-o", str(Path(folder) / "out"), *options), stdout=subprocess.DEVNULL
-        )
-        _, status, usage = os.wait4(child.pid, 0)
-        seconds = time.perf_counter() - start
-        child.returncode = os.waitstatus_to_exitcode(status)
+        study = ("study", str(EXAMPLES / "study.toml"), "-o", str(Path(folder) / "out"))
+        command = (sys.executable, "-m", "guideload", *study, *options)
+        seconds = timed(lambda: subprocess.run(command, stdout=subprocess.DEVNULL, check=True))
     on_cores(1)
-    if child.returncode:
-        return f"guideload study ended with {child.returncode}"
     unit = 1 if sys.platform == "darwin" else 1024  # of the largest resident set, bytes
-    return f"{seconds:.1f} s, {usage.ru_maxrss * unit / 2**30:.2f} GiB"
+    memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * unit
+    return f"{seconds:.1f} s, {memory / 2**30:.2f} GiB"
 
 
 # ---- print

@@ -9,6 +9,7 @@ as many samples as one study has.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 
 import numpy as np
 from scipy import stats
@@ -56,20 +57,33 @@ def lines(title: str, of_seeds: Rows, truth: np.ndarray, independent: np.ndarray
         title = ""
 
 
+def compare(
+    truth: np.ndarray,
+    limit: float,
+    count: int,
+    seeds: int,
+    values_of: Callable[[Sampling, int, int], np.ndarray],
+) -> None:
+    """Print the lines of each design; values_of: of a sampling, a number of replicates and a seed."""
+    independent = None
+    for sampling, replicates in DESIGNS:
+        of_seeds = [values_of(sampling, replicates, seed) for seed in range(seeds)]
+        rows = np.array([estimates(values, replicates, limit) for values in of_seeds])
+        independent = np.median(rows[:, :, 2] - rows[:, :, 1], axis=0) if independent is None else independent
+        lines(f"{sampling}, {replicates} of {count // replicates}", rows, truth, independent)
+
+
 def products(count: int, seeds: int) -> None:
     """Products of lognormal factors, which are lognormal."""
     weights = 0.3 * 0.8 ** np.arange(13)
     law, limit = stats.lognorm(np.linalg.norm(weights)), 3.0
     truth = np.array([*law.ppf(LEVELS), law.mean(), law.sf(limit)])
-    independent = None
-    for sampling, replicates in DESIGNS:
-        found = []
-        for seed in range(seeds):
-            uniforms = Design(sampling, seed, count, 13, replicates=replicates).uniforms(0, count)
-            found.append(estimates(np.exp(weights @ stats.norm.ppf(uniforms)), replicates, limit))
-        rows = np.array(found)
-        independent = np.median(rows[:, :, 2] - rows[:, :, 1], axis=0) if independent is None else independent
-        lines(f"{sampling}, {replicates} of {count // replicates}", rows, truth, independent)
+
+    def values(sampling: Sampling, replicates: int, seed: int) -> np.ndarray:
+        uniforms = Design(sampling, seed, count, 13, replicates=replicates).uniforms(0, count)
+        return np.exp(weights @ stats.norm.ppf(uniforms))
+
+    compare(truth, limit, count, seeds, values)
 
 
 def machines(count: int, seeds: int) -> None:
@@ -77,23 +91,18 @@ def machines(count: int, seeds: int) -> None:
     described = Study.from_toml(EXAMPLES / "study.toml").model_copy(
         update={"quantities": ("resultant",), "statistics": ("max",), "histories": 0}
     )
+    given = {name: getattr(described, name) for name in type(described).model_fields.keys() - {"replicates"}}
 
     def peaks(**keys: object) -> np.ndarray:
-        given = {
-            name: getattr(described, name) for name in type(described).model_fields.keys() - {"replicates"}
-        }
         return run_study(Study(**(given | keys))).column(COLUMN)
+
+    def values(sampling: Sampling, replicates: int, seed: int) -> np.ndarray:
+        keys = {} if sampling == "random" else {"replicates": replicates}
+        return peaks(samples=count, seed=seed, sampling=sampling, **keys)
 
     limit = 6800.0
     truth = estimates(peaks(samples=64 * count, seed=10**6), 8, limit)[:, 0]
-    independent = None
-    for sampling, replicates in DESIGNS:
-        keys = {"sampling": sampling} | ({} if sampling == "random" else {"replicates": replicates})
-        rows = np.array(
-            [estimates(peaks(samples=count, seed=seed, **keys), replicates, limit) for seed in range(seeds)]
-        )
-        independent = np.median(rows[:, :, 2] - rows[:, :, 1], axis=0) if independent is None else independent
-        lines(f"{sampling}, {replicates} of {count // replicates}", rows, truth, independent)
+    compare(truth, limit, count, seeds, values)
 
 
 def main() -> None:

@@ -42,8 +42,6 @@ TRACES = (*(f"{name}.csv" for name in TEXTS), "npz", "npy", "parquet", "mat", "v
 RESULTS = ("loads.nc", "loads.parquet")
 STUDY = ("study.json", "samples", "histories.nc")
 FORMATS = (*TRACES, *RESULTS, *STUDY)
-# A netCDF file of another program has no digest: damage in it reaches HDF5, which may stall or end the process.
-FOREIGN = "foreign.nc"
 
 
 def finite(*arrays: np.ndarray) -> None:
@@ -51,9 +49,15 @@ def finite(*arrays: np.ndarray) -> None:
     assert all(np.isfinite(array).all() for array in arrays), "numbers that are not finite"
 
 
-def read_damaged_trace(folder: Path, name: str, rng: np.random.Generator) -> Path:
+def path_of(folder: Path, name: str) -> Path:
+    """The file or folder that is read, which errors must name."""
+    if name in STUDY:
+        return folder / "out"
+    return folder / (f"trace.{name}" if name in TRACES and not name.endswith(".csv") else name)
+
+
+def read_damaged_trace(path: Path, name: str, rng: np.random.Generator) -> None:
     """A damaged trace, read and smoothed."""
-    path = folder / (name if name.endswith(".csv") else f"trace.{name}")
     made = {"npz": made_files.npz, "npy": made_files.npy, "parquet": made_files.frame}
     made |= {"mat": made_files.mat, "v73.mat": made_files.mat73}
     stem = name.removesuffix(".csv")
@@ -63,28 +67,15 @@ def read_damaged_trace(folder: Path, name: str, rng: np.random.Generator) -> Pat
     if rng.random() < 0.4:
         options |= {"repair": "all"}
     options = options if rng.random() < 0.9 else {}
-    yield_path(path)
     trace = read_trace(path, **options)
     finite(trace.time, trace.value, np.array([trace.quantum, trace.tick, trace.jitter]))
     if trace.kind != "motor_speed" and trace.time.size < 10_000:
         finite(motion_from_trace(trace).acceleration)
-    return path
 
 
-def yield_path(path: Path) -> None:
-    """The file that errors must name, kept for `outcome`."""
-    global named
-    named = path
-
-
-named = Path()
-
-
-def read_damaged_result(folder: Path, name: str, rng: np.random.Generator) -> None:
+def read_damaged_result(path: Path, name: str, rng: np.random.Generator) -> None:
     """A damaged result, with its peaks and its audit."""
-    path = folder / name
-    path.write_bytes(_changed((folder / "valid" / name).read_bytes(), name, rng))
-    yield_path(path)
+    path.write_bytes(_changed((path.parent / "valid" / name).read_bytes(), name, rng))
     result = Result.load(path)
     if result.quantities["time"].size:
         result.peaks()
@@ -92,15 +83,13 @@ def read_damaged_result(folder: Path, name: str, rng: np.random.Generator) -> No
     finite(*(each.values for each in result.quantities.variables.values() if each.values.dtype.kind == "f"))
 
 
-def read_damaged_study(folder: Path, name: str, rng: np.random.Generator) -> None:
+def read_damaged_study(study: Path, name: str, rng: np.random.Generator) -> None:
     """A damaged study: its statistics, and whether it can be resumed."""
-    study = folder / "out"
     shutil.rmtree(study, ignore_errors=True)
-    shutil.copytree(folder / "valid" / "study", study)
+    shutil.copytree(study.parent / "valid" / "study", study)
     files = sorted(study.glob("samples/*.parquet")) if name == "samples" else [study / name]
     path = files[int(rng.integers(len(files)))]
     path.write_bytes(_changed(path.read_bytes(), name, rng))
-    yield_path(study)
     loaded = StudyResult.load(study)
     loaded.store.histories()
     assert loaded.failed >= 0 and loaded.finished <= loaded.runs
@@ -125,14 +114,14 @@ def reader_of(name: str) -> Callable[[Path, str, np.random.Generator], object]:
 
 def outcome(folder: Path, name: str, seed: int) -> str:
     """`valid`, `refused`, or what went wrong."""
-    rng = np.random.default_rng((zlib.crc32(name.encode()), seed))
+    rng, path = np.random.default_rng((zlib.crc32(name.encode()), seed)), path_of(folder, name)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            reader_of(name)(folder, name, rng)
+            reader_of(name)(path, name, rng)
         except (GuideloadError, MemoryError) as error:
             text = str(error)
-            is_named = text.startswith((str(named), named.name)) and len(text) < 4000
+            is_named = text.startswith((str(path), path.name)) and len(text) < 4000
             return "refused" if is_named else f"no file name: {type(error).__name__}: {text[:160]}"
         except Exception as error:
             return f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
@@ -195,9 +184,8 @@ def main() -> None:
         valid_files(folder)
         if asked.case is not None:
             warnings.simplefilter("error")
-            reader_of(names[0])(
-                folder, names[0], np.random.default_rng((zlib.crc32(names[0].encode()), asked.case))
-            )
+            rng = np.random.default_rng((zlib.crc32(names[0].encode()), asked.case))
+            reader_of(names[0])(path_of(folder, names[0]), names[0], rng)
             return
         failed = 0
         print(f"{'format':<16}{'tried':>7}{'valid':>7}{'refused':>9}{'failed':>8}   slowest")

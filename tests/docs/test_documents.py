@@ -9,7 +9,6 @@ import re
 import shlex
 import sys
 from collections.abc import Iterator
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 from guideload import Machine, Moves, Study
+from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 from guideload.identification.description import IdentifyFile
 
@@ -32,7 +32,6 @@ sys.path.insert(0, str(ROOT / "docs"))
 import pictures  # noqa: E402
 import refresh  # noqa: E402
 
-EXAMPLES = Path(str(files("guideload"))) / "examples"
 PAGES = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in refresh.pages()}
 SCRIPTS = sorted((ROOT / "docs" / "examples").glob("*.py"))
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)

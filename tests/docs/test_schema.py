@@ -2,7 +2,6 @@
 
 import json
 import sys
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
+from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 
 if sys.version_info >= (3, 11):
@@ -17,7 +17,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-EXAMPLES = Path(str(files("guideload"))) / "examples"
 
 FILES = {
     "machine.toml": "machine",

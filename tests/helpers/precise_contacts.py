@@ -197,7 +197,6 @@ def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) ->
     """
     with mpmath.workdps(DIGITS):
         run = _Run(machine, rest)
-        centers = reference._centers(mpmath.mp, machine)
         zero = np.zeros((motion.time.size, 6))
         wrenches = zero if motion.wrench is None else motion.wrench
         outer = []  # forces on all dofs
@@ -209,22 +208,18 @@ def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) ->
                     for w, row in zip(wrench, run.mass, strict=True)
                 ]
             )
-        fields: dict[str, list[Any]] = {
-            name: []
-            for name in (
-                "link_load", "link_load_damping", "carriage", "reaction", "displacement", "velocity", "acceleration",
-            )
-        }  # fmt: skip
-        _record(run, outer[0], centers, fields)
+        found = [_observed(run, outer[0], machine)]
         for k, h in enumerate(reference._intervals(mpmath.mp, motion.time)):
             ends = [[of[i] for i in run.free] for of in outer[k : k + 2]]
             if h:
                 run.pass_interval(ends, h)
-            _record(run, outer[k + 1], centers, fields)
-        return fields
+            found.append(_observed(run, outer[k + 1], machine))
+        return {name: [one[i] for one in found] for i, name in enumerate(reference.OBSERVED)}
 
 
-def _record(run: _Run, outer: Numbers, centers: list[Numbers], fields: dict[str, list[Any]]) -> None:
+def _observed(run: _Run, outer: Numbers, machine: Machine) -> tuple[Any, ...]:
+    """The values of `reference.OBSERVED`."""
+
     def all_dofs(part: Any) -> Numbers:
         out = [mpmath.mpf(0)] * 6
         for i, value in zip(run.free, part, strict=True):
@@ -232,33 +227,19 @@ def _record(run: _Run, outer: Numbers, centers: list[Numbers], fields: dict[str,
         return out
 
     q, v = all_dofs(run.state[: run.n]), all_dofs(run.state[run.n :])
-    k, c, force = run.equations()
-    pull = [
-        force[i] + outer[dof] - mpmath.fdot(k[i], run.state[: run.n]) - mpmath.fdot(c[i], run.state[run.n :])
-        for i, dof in enumerate(run.free)
-    ]
-    rate = all_dofs([mpmath.fdot(row, pull) for row in run.inverse])
     loads, damping = [], []
     for one, segment in zip(run.links, run.segments, strict=True):
         a, stiffness = one.pieces[segment]
         damping.append(one.damping_on(segment) * mpmath.fdot(one.row, v))
         loads.append(a + stiffness * (mpmath.fdot(one.row, q) - one.offset) + damping[-1])
-    carriages = []
-    for i, center in enumerate(centers):
-        total = [mpmath.mpf(0)] * 6
-        for one, load in zip(run.links, loads, strict=True):
-            if one.carriage == i:
-                arm = reference._minus(one.point, center)
-                unit = [*one.direction, *reference._cross(arm, one.direction)]
-                total = [t + load * x for t, x in zip(total, unit, strict=True)]
-        carriages.append(total)
-    reaction = [mpmath.mpf(0)] * 6
-    for i in (i for i in range(6) if i not in run.free):
-        of_links = mpmath.fsum(load * one.row[i] for one, load in zip(run.links, loads, strict=True))
-        reaction[i] = mpmath.fdot(run.mass[i], rate) - outer[i] - run.weight[i] + of_links
-    found = {
-        "link_load": loads, "link_load_damping": damping, "carriage": carriages, "reaction": reaction,
-        "displacement": q, "velocity": v, "acceleration": rate,
-    }  # fmt: skip
-    for name, value in found.items():
-        fields[name].append(value)
+    pull = [
+        run.weight[dof]
+        + outer[dof]
+        - mpmath.fsum(load * one.row[dof] for one, load in zip(run.links, loads, strict=True))
+        for dof in run.free
+    ]
+    rate = all_dofs([mpmath.fdot(row, pull) for row in run.inverse])
+    mp = mpmath.mp
+    carriages = reference._carriage_loads(mp, machine, run.links, loads)
+    reaction = reference._reaction(mp, run.links, loads, run.free, run.mass, run.weight, rate, outer)
+    return loads, damping, carriages, reaction, q, v, rate

@@ -121,7 +121,7 @@ def at_rest() -> Motion:
 def matrices_of(machine: Machine, all_dofs: bool = False) -> tuple[Any, Any, Any]:
     """M, C, K of the free dofs, or of all, as matrices of mpmath in its present precision."""
     links = reference._links(mpmath.mp, machine)
-    rows = [[*link.o, *reference._cross(link.p, link.o)] for link in links]
+    rows = [link.row for link in links]
     mass = reference._body(mpmath.mp, machine)[0]
     squares = [
         reference._sum_of_squares(mpmath.mp, rows, [getattr(link, key) for link in links]) for key in "bk"

@@ -10,16 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from machines import body
+from moves import GENTLE
 from mpmath import MPContext
 from numpy.typing import NDArray
 
 from guideload import Audit, Body, Carriage, Link, Machine, Motion, Rail, motion_from_trace, read_trace
 from guideload._core import Batch, VariedScene
+from guideload.cli.inputs import EXAMPLES
 from guideload.parameters.parts import arguments_of
 
 Array = NDArray[np.float64]
@@ -45,16 +46,6 @@ DOFS = ("x", "y", "z", "rx", "ry", "rz")
 DIGITS = 70
 
 # ---- the scenes and motions of the yardstick
-
-
-def body(**changes: Any) -> Body:
-    """The body of all yardstick scenes."""
-    values: dict[str, Any] = {
-        "mass": 1250.0,
-        "center_of_mass": (0.12, -0.65, 0.18),
-        "inertia": ((420.0, 15.0, -8.0), (15.0, 310.0, 22.0), (-8.0, 22.0, 380.0)),
-    }
-    return Body(**(values | changes))
 
 
 def on_rails(
@@ -112,23 +103,14 @@ def paper(free: Sequence[str] = ("rx", "ry", "rz")) -> Machine:
 
 def example() -> tuple[Machine, Motion]:
     """The packaged manipulator and its measured motion."""
-    folder = Path(str(files("guideload"))) / "examples"
-    machine = Machine.from_toml(folder / "manipulator.toml")
-    return machine, motion_from_trace(read_trace(folder / "manipulator.csv"), machine.drive)
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    return machine, motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
 
 
 def cycle() -> Motion:
     """There and back, jerk-limited: 1.6 m/s, 2.2 m/s2, 25 m/s3; 7062 samples at 1 kHz."""
-    speed, acceleration, jerk = 1.6, 2.2, 25.0
-    ramp = acceleration / jerk
-    move = [(ramp, 1.0), (speed / acceleration - ramp, 1.0), (ramp, 0.0)]
-    back = [(length, -sign) for length, sign in move]
-    there = [*move, (1.0, 0.0), *back]
-    home = [(length, -sign) for length, sign in there]
-    lengths, signs = np.array([(0.0, 0.0), (0.6, 0.0), *there, (0.6, 0.0), *home, (0.6, 0.0)]).T
-    corners = np.cumsum(lengths)
-    time = np.arange(int(corners[-1] * 1000.0) + 1) / 1000.0
-    return Motion.along_x(time, np.interp(time, corners, acceleration * signs), source="cycle")
+    time = GENTLE.times(1000.0)
+    return Motion.along_x(time, np.interp(time, *GENTLE.corners()), source="cycle")
 
 
 def noisy() -> Motion:
@@ -314,6 +296,12 @@ class Reference:
     static_displacement: Array
 
 
+# What the references compute at each instant.
+OBSERVED = (
+    "link_load", "link_load_damping", "carriage", "reaction", "displacement", "velocity", "acceleration",
+)  # fmt: skip
+
+
 def reference(machine: Machine, motion: Motion, digits: int = DIGITS) -> Reference:
     """The loads of a machine under a motion, from static equilibrium on, with `digits` digits throughout."""
     exact = precise(machine, motion, digits)
@@ -330,12 +318,11 @@ def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str,
     mp = MPContext()
     mp.dps = digits
     links = _links(mp, machine)
-    rows = [[*link.o, *_cross(link.p, link.o)] for link in links]  # eqs. 14-17
+    rows = [link.row for link in links]
     mass, weight = _body(mp, machine)
     stiffness = _sum_of_squares(mp, rows, [link.k for link in links])
     damping = _sum_of_squares(mp, rows, [link.b for link in links])
     free = [DOFS.index(dof) for dof in machine.free]
-    held = [i for i in range(6) if i not in free]
     n = len(free)
 
     def block(matrix: list[Numbers], of: list[int], by: list[int]) -> Any:
@@ -373,66 +360,35 @@ def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str,
         now = states[-1] + drive[k] + drive[k + 1]
         states.append([mp.fdot(row, now) for row in propagators[h]])
 
-    # Quantities from states and inputs.
     def all_dofs(part: Numbers) -> Numbers:
         out = [mp.zero] * 6
         for i, value in zip(free, part, strict=True):
             out[i] = value
         return out
 
-    rest6 = all_dofs(list(rest))
-    static_load = [link.k * mp.fdot(row, rest6) for link, row in zip(links, rows, strict=True)]
-    load_rows = [
-        [link.k * row[i] for i in free] + [link.b * row[i] for i in free]
-        for link, row in zip(links, rows, strict=True)
-    ]
-    load_damping = [[mp.fdot(row[n:], state[n:]) for row in load_rows] for state in states]
-    load = [
-        [static + mp.fdot(row, state) for static, row in zip(static_load, load_rows, strict=True)]
-        for state in states
-    ]
-    centers = _centers(mp, machine)
-    arms = [
-        [[*link.o, *_cross(_minus(link.p, center), link.o)] for link in links if link.carriage == i]
-        for i, center in enumerate(centers)
-    ]
-    members = [[j for j, link in enumerate(links) if link.carriage == i] for i in range(len(centers))]
-
-    def carriage(loads: Numbers) -> list[Numbers]:
-        return [
-            [mp.fdot([arm[axis] for arm in of], [loads[j] for j in which]) for axis in range(6)]
-            for of, which in zip(arms, members, strict=True)
-        ]
-
-    static_reaction = [mp.fdot(stiffness[i], rest6) - weight[i] if i in held else mp.zero for i in range(6)]
-    displacement, velocity, acceleration, reaction = [], [], [], []
-    by_all = [a[n + i] + by_input[i] for i in range(n)]
+    nothing, rest6 = [mp.zero] * 6, all_dofs(list(rest))
+    instants = []
+    by_state_and_input = [a[n + i] + by_input[i] for i in range(n)]
     for state, u in zip(states, values, strict=True):
-        moved, speed = all_dofs(state[:n]), all_dofs(state[n:])
-        rate = all_dofs([mp.fdot(row, state + u) for row in by_all])
-        displacement.append([p + q for p, q in zip(rest6, moved, strict=True)])
-        velocity.append(speed)
-        acceleration.append(rate)
-        # Eqs. 34-36 for F.
-        force = [mp.zero] * 6
-        for i in held:
-            inertia = mp.fdot(mass[i], rate) - mp.fdot(from_input[i], u)
-            force[i] = static_reaction[i] + inertia + mp.fdot(damping[i] + stiffness[i], speed + moved)
-        reaction.append(force)
-    return {
-        "time": [mp.mpf(float(t)) for t in motion.time],
-        "link_load": load,
-        "link_load_damping": load_damping,
-        "carriage": [carriage(loads) for loads in load],
-        "reaction": reaction,
-        "displacement": displacement,
-        "velocity": velocity,
-        "acceleration": acceleration,
-        "static_link_load": static_load,
-        "static_carriage": carriage(static_load),
-        "static_reaction": static_reaction,
-        "static_displacement": rest6,
+        place = [p + q for p, q in zip(rest6, all_dofs(state[:n]), strict=True)]
+        rate = all_dofs([mp.fdot(row, state + u) for row in by_state_and_input])
+        outer = [mp.fdot(row, u) for row in from_input]
+        instants.append((place, all_dofs(state[n:]), rate, outer))
+
+    def observed(place: Numbers, speed: Numbers, rate: Numbers, outer: Numbers) -> dict[str, Any]:
+        damping = [link.b * mp.fdot(link.row, speed) for link in links]
+        loads = [link.k * mp.fdot(link.row, place) + d for link, d in zip(links, damping, strict=True)]
+        forces = _carriage_loads(mp, machine, links, loads)
+        reaction = _reaction(mp, links, loads, free, mass, weight, rate, outer)
+        return dict(zip(OBSERVED, (loads, damping, forces, reaction, place, speed, rate), strict=True))
+
+    static = observed(rest6, nothing, nothing, nothing)
+    found = [observed(*instant) for instant in instants]
+    at_rest = {
+        f"static_{name}": static[name] for name in ("link_load", "carriage", "reaction", "displacement")
     }
+    times = {"time": [mp.mpf(float(t)) for t in motion.time]}
+    return times | {name: [one[name] for one in found] for name in OBSERVED} | at_rest
 
 
 def matrices(machine: Machine) -> tuple[Array, Array, Array, Array, Array]:
@@ -440,7 +396,7 @@ def matrices(machine: Machine) -> tuple[Array, Array, Array, Array, Array]:
     mp = MPContext()
     mp.dps = DIGITS
     links = _links(mp, machine)
-    rows = [[*link.o, *_cross(link.p, link.o)] for link in links]
+    rows = [link.row for link in links]
     mass, weight = _body(mp, machine)
     c, k = (_sum_of_squares(mp, rows, [getattr(link, name) for link in links]) for name in ("b", "k"))
     m, c, k, weight, rows = (np.array(part, dtype=np.float64) for part in (mass, c, k, weight, rows))
@@ -449,8 +405,9 @@ def matrices(machine: Machine) -> tuple[Array, Array, Array, Array, Array]:
 
 @dataclass(frozen=True)
 class _PreciseLink:
-    p: Numbers  # m from L
-    o: Numbers  # unit vector
+    point: Numbers  # m from L
+    direction: Numbers  # unit vector
+    row: Numbers  # its deflection per unit of (u, phi), eqs. 14-17
     k: Any
     b: Any
     carriage: int  # -1: none
@@ -465,14 +422,48 @@ def _links(mp: Any, machine: Machine) -> list[_PreciseLink]:
             y, z = [mp.zero, mp.one, mp.zero], [mp.zero, mp.zero, mp.one]
             half_y = (mp.mpf(carriage.stiffness_y) / 2, mp.mpf(carriage.damping_y) / 2)
             half_z = (mp.mpf(carriage.stiffness_z) / 2, mp.mpf(carriage.damping_z) / 2)
-            links += [_PreciseLink(point, y, *half_y, i), _PreciseLink(point, z, *half_z, i)]
+            for o, half in ((y, half_y), (z, half_z)):
+                links.append(_PreciseLink(point, o, [*o, *_cross(point, o)], *half, i))
     for link in machine.links:
         direction = [mp.mpf(x) for x in link.direction]
         length = mp.sqrt(mp.fdot(direction, direction))
         unit = [x / length for x in direction]
         point = [mp.mpf(x) for x in link.point]
-        links.append(_PreciseLink(point, unit, mp.mpf(link.stiffness), mp.mpf(link.damping), -1))
+        row = [*unit, *_cross(point, unit)]
+        links.append(_PreciseLink(point, unit, row, mp.mpf(link.stiffness), mp.mpf(link.damping), -1))
     return links
+
+
+def _carriage_loads(mp: Any, machine: Machine, links: Sequence[Any], loads: Numbers) -> list[Numbers]:
+    """Force and moment about its centre of each carriage, from the loads of its links."""
+    found = []
+    for i, center in enumerate(_centers(mp, machine)):
+        total = [mp.zero] * 6
+        for link, load in zip(links, loads, strict=True):
+            if link.carriage == i:
+                arm = [x - y for x, y in zip(link.point, center, strict=True)]
+                unit = [*link.direction, *_cross(arm, link.direction)]
+                total = [t + load * x for t, x in zip(total, unit, strict=True)]
+        found.append(total)
+    return found
+
+
+def _reaction(
+    mp: Any,
+    links: Sequence[Any],
+    loads: Numbers,
+    free: Sequence[int],
+    mass: list[Numbers],
+    weight: Numbers,
+    rate: Numbers,
+    outer: Numbers,
+) -> Numbers:
+    """Eqs. 34-36 for F of the held dofs; rate: acceleration of all dofs, outer: forces of the motion on them."""
+    force = [mp.zero] * 6
+    for i in (i for i in range(6) if i not in free):
+        of_links = mp.fsum(load * link.row[i] for link, load in zip(links, loads, strict=True))
+        force[i] = mp.fdot(mass[i], rate) - outer[i] - weight[i] + of_links
+    return force
 
 
 def _centers(mp: Any, machine: Machine) -> list[Numbers]:
@@ -541,10 +532,6 @@ def _cross(a: Numbers, b: Numbers) -> Numbers:
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ]
-
-
-def _minus(a: Numbers, b: Numbers) -> Numbers:
-    return [x - y for x, y in zip(a, b, strict=True)]
 
 
 def core_batch(machine: Machine | None = None, **arguments: Any) -> Batch:
