@@ -13,18 +13,21 @@ and starting process per task, and the largest memory of each, with the growth o
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
+import subprocess
+import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import psutil
 from distributed import Client
-from distributed.deploy.subprocess import SubprocessCluster
 
 from guideload import Study, run_study
 from guideload.cli.inputs import EXAMPLES
@@ -61,6 +64,40 @@ def resident(pid: int) -> float:
         return 0.0
 
 
+@contextmanager
+def cluster(workers: int) -> Iterator[tuple[str, int, list[int]]]:
+    """Address and process of a scheduler, and the processes of its workers."""
+    started: list[subprocess.Popen[bytes]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "scheduler.json"
+
+        def start(program: str, *options: str) -> int:
+            words = [
+                sys.executable,
+                "-m",
+                f"distributed.cli.dask_{program}",
+                "--scheduler-file",
+                str(place),
+                *options,
+            ]
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            started.append(subprocess.Popen(words, cwd=folder, **quiet))
+            return started[-1].pid
+
+        try:
+            scheduler = start("scheduler", "--port", "0", "--no-dashboard")
+            while not place.exists() or not place.read_text():
+                time.sleep(0.1)
+            one = ("--nthreads", "1", "--memory-limit", "1GiB", "--no-dashboard", "--local-directory", folder)
+            pids = [start("worker", *one) for _ in range(workers)]
+            yield json.loads(place.read_text())["address"], scheduler, pids
+        finally:
+            for process in reversed(started):
+                process.terminate()
+            for process in started:
+                process.wait(20)
+
+
 def processor_time(pids: Iterable[int]) -> float:
     """Seconds."""
     return sum(sum(psutil.Process(pid).cpu_times()[:2]) for pid in pids)
@@ -79,16 +116,8 @@ class Measured:
 def measured(samples: int, workers: int, folder: Path, chunk: int | None) -> Measured:
     keys = {"quantities": ("resultant",), "statistics": ("max",), "histories": 0}
     study = Study.from_toml(EXAMPLES / "study.toml", samples=samples).model_copy(update=keys)
-    each = {"memory_limit": "1GiB"}
-    with (
-        SubprocessCluster(
-            n_workers=workers, threads_per_worker=1, worker_kwargs=each, dashboard_address=":0"
-        ) as cluster,
-        Client(cluster) as client,
-    ):
+    with cluster(workers) as (address, scheduler, pids), Client(address) as client:
         client.wait_for_workers(workers, timeout=60)
-        scheduler = cluster.scheduler.process.pid
-        pids = [one.process.pid for one in cluster.workers.values()]
         memory = Memory(scheduler, pids)
         watcher = threading.Thread(target=memory.watch)
         begun, groups = (
