@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed")
 
 import guideload
-from guideload.app.decide_view import changes_of
+from guideload.app.decide_view import product_changes
 from guideload.app.document import with_values
 
 
@@ -19,7 +19,7 @@ def test_a_product_that_is_taken_gives_the_machine_of_its_candidate(kind: str, p
     found = guideload.sizing.size(machine, motion, guideload.packaged_catalogue(), products=[product])
     for candidate in found.candidates:
         assert candidate.result is not None and candidate.life is not None
-        taken = guideload.Machine.from_text(with_values(text, changes_of(candidate, text)))
+        taken = guideload.Machine.from_text(with_values(text, product_changes(candidate, text)))
         life = guideload.life_of(guideload.simulate(taken, motion))
         # The damping is written with six digits.
         assert life.machine == pytest.approx(candidate.life.machine, rel=1e-4)

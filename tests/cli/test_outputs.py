@@ -14,7 +14,7 @@ import pytest
 from command_line import MACHINE, TRACE, guideload, names, refused
 from faults import each
 
-from guideload.base.atomic import atomic_folder, atomic_write, draft_of
+from guideload.base.atomic import atomic_folder, atomic_write, draft_path
 from guideload.base.errors import RunError, WriteError
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import MANIFEST, atomic_output
@@ -253,7 +253,7 @@ def test_a_second_writer_is_refused_and_the_first_is_not_disturbed(
 @pytest.mark.parametrize("make", [Path.touch, lambda path: (path / "mine").mkdir(parents=True)])
 def test_what_is_not_a_draft_of_ours_stays(tmp_path: Path, make: Callable[[Path], None]) -> None:
     for path in (tmp_path / "x.png", tmp_path / "out"):
-        make(draft_of(path))
+        make(draft_path(path))
     before = sorted(tmp_path.rglob("*"))
     with (
         pytest.raises(RunError, match=r"\.x\.png\.draft is in the way; move it"),

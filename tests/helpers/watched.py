@@ -10,7 +10,7 @@ from guideload import Machine
 from guideload.cli.inputs import EXAMPLES
 from guideload.monitor import Monitor, MonitorSettings
 from guideload.monitor.description import monitor_text
-from guideload.monitor.estimator import taps_of
+from guideload.monitor.estimator import filter_taps
 from guideload.watch.inputs import Break, Input
 from guideload.watch.lines import Lines
 from guideload.watch.session import Session
@@ -27,7 +27,7 @@ def machine() -> Machine:
 
 def new_monitor() -> Monitor:
     order, time_constant = SMOOTHER
-    return Monitor(machine(), SETTINGS, taps_of(order, time_constant, SETTINGS.lag))
+    return Monitor(machine(), SETTINGS, filter_taps(order, time_constant, SETTINGS.lag))
 
 
 def write_monitor(folder: Path) -> Path:

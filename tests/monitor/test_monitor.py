@@ -17,7 +17,7 @@ from guideload.life.life import life_of
 from guideload.life.mean_load import Travel, integrals
 from guideload.monitor import Design, Monitor, MonitorSettings, designed
 from guideload.monitor.design import PHASES, SampledPath
-from guideload.monitor.estimator import taps_of
+from guideload.monitor.estimator import filter_taps
 from guideload.monitor.source import C_PLACES, c_source, rust_source
 from guideload.watch.status import status
 
@@ -43,7 +43,7 @@ def test_loads_and_integrals_are_those_of_a_simulation_with_the_same_acceleratio
     machine: Machine, motion: Motion
 ) -> None:
     result = simulate(machine, motion)
-    monitor = Monitor(machine, SETTINGS, taps_of(3, 2.0, 20))
+    monitor = Monitor(machine, SETTINGS, filter_taps(3, 2.0, 20))
     velocity, acceleration = motion.velocity, motion.acceleration[:, 0]
     assert velocity is not None
     loads = monitor.push_motion(np.ascontiguousarray(velocity[:, 0]), np.ascontiguousarray(acceleration))
@@ -66,7 +66,7 @@ def test_the_life_that_is_used_is_that_of_a_simulation() -> None:
     acceleration = 3.0 * np.sin(2.0 * np.pi * time)
     speed = np.concatenate([[0.0], np.cumsum(0.5e-3 * (acceleration[1:] + acceleration[:-1]))])
     motion = Motion.along_x(time, acceleration, velocity=speed)
-    monitor = Monitor(machine, SETTINGS, taps_of(3, 2.0, 20))
+    monitor = Monitor(machine, SETTINGS, filter_taps(3, 2.0, 20))
     monitor.push_motion(speed, acceleration)
     lives = life_of(simulate(machine, motion)).carriages
     expected = [float(one.damage.sum()) for one in lives]
@@ -79,7 +79,7 @@ def test_the_life_that_is_used_is_that_of_a_simulation() -> None:
 def test_the_smoother_is_exact_for_a_constant_acceleration(
     order: int, time_constant: float, lag: int
 ) -> None:
-    taps = taps_of(order, time_constant, lag)
+    taps = filter_taps(order, time_constant, lag)
     instants = np.arange(len(taps) + 2) - (len(taps) + 1 - lag)  # periods after the instant of the estimate
     position = 0.3 + 0.7 * instants + 0.25 * instants**2
     second = np.diff(position, 2)
@@ -92,7 +92,7 @@ def test_the_chosen_smoother_is_no_worse_than_another(
 ) -> None:
     path = SampledPath.of(machine, motion, SETTINGS)
     for time_constant in (1.0, 2.0, 4.0):
-        other = taps_of(3, time_constant, SETTINGS.lag)
+        other = filter_taps(3, time_constant, SETTINGS.lag)
         monitors = ((Monitor(machine, SETTINGS, other), phase) for phase in PHASES)
         assert max(path.errors(each, phase)[0] for each, phase in monitors) >= design.peak_error
 
@@ -132,7 +132,7 @@ def test_source_texts_have_all_constants_and_fit_their_places(design: Design) ->
     for name in constants:
         assert f"    {name}: " in rust and f"    .{name} = " in c
     assert "nan" not in rust.lower() and "inf" not in rust.lower().replace("f32::infinity", "")
-    long = replace(design, settings=replace(SETTINGS, most_missing=64), taps=taps_of(3, 2.0, 100))
+    long = replace(design, settings=replace(SETTINGS, most_missing=64), taps=filter_taps(3, 2.0, 100))
     with pytest.raises(ArgumentError, match=f"{C_PLACES[2]} second differences"):
         c_source(long)
 

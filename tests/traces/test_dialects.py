@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from trace_files import has_note, refuses, same
 
 from guideload.base.errors import TraceError
-from guideload.traces.format.dialect_detection import dialect_of
+from guideload.traces.format.dialect_detection import detect_dialect
 from guideload.traces.format.headers import Header
 from guideload.traces.reading import Trace, read_trace
 
@@ -332,11 +332,11 @@ def test_a_unit_may_be_given_in_any_spelling(read):
 def test_detection_looks_at_lines_only():
     """The dialect of the first lines is that of the whole."""
     lines = text_of(";", ",", ("t,x,u", "s,mm,V")).splitlines()
-    whole = dialect_of(lines)
+    whole = detect_dialect(lines)
     assert (whole.separator, whole.decimal, whole.width, whole.first) == (";", ",", 3, 2)
     assert whole.names == ("t", "x", "u")
     assert whole.units == ("s", "mm", "")  # of lengths, times and angles only
-    assert all(dialect_of(lines[:count]) == whole for count in range(4, len(lines), 7))
+    assert all(detect_dialect(lines[:count]) == whole for count in range(4, len(lines), 7))
 
 
 def scope_text(

@@ -7,7 +7,7 @@ from trace_files import has_note, refuses, write_trace
 
 from guideload.base.errors import TraceError
 from guideload.traces.content.samples import decimal_quantum
-from guideload.traces.quality.clocks import clock_of, fill_standstills, on_grid
+from guideload.traces.quality.clocks import detect_clock, fill_standstills, on_grid
 from guideload.traces.reading import read_trace
 
 COUNT = 400
@@ -184,7 +184,7 @@ def test_a_date_beside_a_time_of_day(tmp_path):
 def test_kind_tick_and_jitter_of_made_clocks_are_found(kind, stamps, tick, jitter, seed):
     time = stamps(np.arange(3000) / 700.0, np.random.default_rng(seed))
     for scale, shift in ((1.0, 0.0), (4.0, 100.0)):
-        clock = clock_of(scale * time + shift, np.sin(time), True, 0.0)
+        clock = detect_clock(scale * time + shift, np.sin(time), True, 0.0)
         assert clock.kind == kind and clock.gaps.size == 0
         assert clock.step == pytest.approx(scale / 700.0, rel=0.05)
         assert clock.tick == pytest.approx(scale * tick, rel=1e-6)

@@ -103,7 +103,7 @@ class DecideView(Part):
         if one.result is None:
             ui.notify(f"{name}: {one.reason}", type="negative")
             return
-        changes = changes_of(one, self.session.state.machine)
+        changes = product_changes(one, self.session.state.machine)
         with widgets.errors_shown():
             self.session.set("machine", changes)
         ui.notify(f"All carriages are {name} now; Undo takes it back")
@@ -218,7 +218,7 @@ class DecideView(Part):
             widgets.show_report(report)
 
 
-def changes_of(candidate: guideload.sizing.Candidate, text: str) -> dict[document.Path, Any]:
+def product_changes(candidate: guideload.sizing.Candidate, text: str) -> dict[document.Path, Any]:
     """The values of the machine file `text` with which its carriages are the candidate's, as in its run."""
     changes: dict[document.Path, Any] = {}
     assert candidate.result is not None

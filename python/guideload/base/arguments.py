@@ -150,10 +150,10 @@ def _alternatives(hint: Any) -> tuple[Any, ...]:
 
 
 def _fits(value: object, hint: Any) -> bool:
-    return any(_is_of(value, one) for one in _alternatives(hint))
+    return any(_is_instance(value, one) for one in _alternatives(hint))
 
 
-def _is_of(value: object, hint: Any) -> bool:
+def _is_instance(value: object, hint: Any) -> bool:
     """Whether a value is of a type that is no union."""
     kind = get_origin(hint) or hint
     if kind is Literal:

@@ -41,7 +41,7 @@ def median_step(time: Array) -> float:
     return float(np.median(steps)) if steps.size else 0.0
 
 
-def runs_of(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def find_runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Runs of consecutive true flags: indices of their first entries, and of the entries after their last."""
     edges = np.flatnonzero(np.diff(np.pad(flags, 1).astype(np.int8)))
     return edges[::2], edges[1::2]

@@ -44,7 +44,7 @@ def atomic_write(path: Path, *, durable: bool = False, replace: bool = True) -> 
             raise WriteError(errno.ENOENT, f"there is no folder {path.parent}", str(path))
         if path.is_dir():
             raise WriteError(errno.EISDIR, "this is a folder: give the name of a file", str(path))
-        with draft_folder(draft_of(path), path) as folder:
+        with draft_folder(draft_path(path), path) as folder:
             draft = folder / path.name
             draft.touch()
             yield draft
@@ -73,7 +73,7 @@ def atomic_folder(
     """
     folder = folder.absolute()
     missing = [parent for parent in folder.parents if not parent.exists()]
-    beside, inside = draft_of(folder), folder / DRAFT
+    beside, inside = draft_path(folder), folder / DRAFT
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         if folder.is_dir() and beside.is_dir():
@@ -104,7 +104,7 @@ def atomic_folder(
         raise
 
 
-def draft_of(path: Path) -> Path:
+def draft_path(path: Path) -> Path:
     """The draft folder of a file, or of a folder that does not exist yet."""
     return path.with_name(f".{path.name}{DRAFT}")
 

@@ -19,7 +19,7 @@ LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
 WEIBULL_SLOPE = 1.5  # of rolling fatigue, behind the reliability factors of ISO 14728-1
 
 
-def exponent_of(value: object) -> float:
+def life_exponent(value: object) -> float:
     """A number, or a fraction as text: "10/3"."""
     try:
         if isinstance(value, str) and re.fullmatch(r"[\d./]{1,20}", value):
@@ -43,7 +43,7 @@ class Rating(ConfigModel):
     base: Annotated[float, in_range(RATED_TRAVEL, above=0.0)] = Field(
         description='travel to which C refers, "50 km" or "100 km", from the same catalogue'
     )
-    exponent: Annotated[float, PlainValidator(exponent_of)] = Field(
+    exponent: Annotated[float, PlainValidator(life_exponent)] = Field(
         description='exponent of the life, 3 for balls, "10/3" for rollers; by default from the type'
     )
 

@@ -20,7 +20,7 @@ from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import ArgumentError, TraceError, no_file
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.smoothing.smoothing import Method
-from guideload.traces.content.columns import columns_of
+from guideload.traces.content.columns import find_columns
 from guideload.traces.content.samples import time_stamps
 from guideload.traces.format.sources import damage_named, table_of_frame
 from guideload.traces.reading import motion_from_trace, read_trace
@@ -89,7 +89,7 @@ def _blocks(
     shift, before, last = 0.0, np.empty(0), None
     for table, own in _tables(path, rows):
         with errors_name(path.name):
-            columns = columns_of(table, given)
+            columns = find_columns(table, given)
             given["column"] = columns.measured
             if columns.time is not None:
                 given["time"] = columns.time

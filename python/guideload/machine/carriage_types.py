@@ -12,7 +12,7 @@ from pydantic_core import InitErrorDetails
 from guideload.base.config import ConfigModel
 from guideload.base.errors import KeyPath, ValueRefused, did_you_mean, shown
 from guideload.machine.components import Carriage, Name
-from guideload.machine.unchecked import tables_of, texts_of
+from guideload.machine.unchecked import find_tables, find_texts
 
 OWN_KEYS = ("name", "rail", "x", "type")  # that a type cannot have
 
@@ -64,7 +64,7 @@ def _tables(values: Any) -> dict[str, dict[str, Any]]:
 
 def with_types(values: Any) -> Any:
     """Unchecked values of a machine whose carriages have the keys of their types, unless they have their own."""
-    types, carriages = _tables(values), tables_of(values, "carriages")
+    types, carriages = _tables(values), find_tables(values, "carriages")
     if not types or not carriages:
         return values
     filled = [{**one, **_shared(one, types)} if isinstance(one, dict) else one for one in carriages]
@@ -83,7 +83,7 @@ def type_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefuse
     """Problems of unchecked carriages: types that are unknown."""
     types = list(_tables(values))
     known = f", one of {', '.join(map(shown, types))}" if types else ""
-    for i, name in texts_of(values, "carriages", "type"):
+    for i, name in find_texts(values, "carriages", "type"):
         if name not in types:
             hint = did_you_mean(name, types, f"add a table [carriage_types.{name}]")
             yield ("carriages", i, "type"), ValueRefused(f"a carriage type{known}", name, hint)

@@ -174,11 +174,11 @@ class ElasticModel(ConfigModel):
         In series, each deflection grows by the compliance times the force, so a slope k becomes k/(1 + k compliance).
         """
         keys = (*(f"{key}{suffix}" for key in ("curve", "stiffness", "preload", "clearance")), "rolling")
-        return _law_of(*(getattr(self, key) for key in keys), compliance)
+        return _make_law(*(getattr(self, key) for key in keys), compliance)
 
 
 @lru_cache(maxsize=1024)
-def _law_of(
+def _make_law(
     curve: CurvePoints | None,
     stiffness: float | Sides | None,
     preload: float | None,

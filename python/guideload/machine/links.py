@@ -103,7 +103,7 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
     """
     rows: list[_Row] = []
     for i, (one, place) in enumerate(zip(carriages, places.tolist(), strict=True)):
-        rows += _rows_of(i, one, place, errors[i])
+        rows += _link_rows(i, one, place, errors[i])
     for link in links:
         own = link.law, link.damping, link.damping_in_contact
         rows.append(_Row(link.name, link.point, link.direction, *own, 0.0, -1, -1))
@@ -122,7 +122,7 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
     )
 
 
-def _rows_of(index: int, carriage: Carriage, place: Sequence[float], error: Array) -> Iterator[_Row]:
+def _link_rows(index: int, carriage: Carriage, place: Sequence[float], error: Array) -> Iterator[_Row]:
     x, y, z, roll = place
     own_y = (math.cos(roll), math.sin(roll))
     own_z = (0.0 - own_y[1], own_y[0])

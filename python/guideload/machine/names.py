@@ -9,7 +9,7 @@ from guideload.base.errors import MOST_PROBLEMS, KeyPath, ValueRefused, did_you_
 from guideload.machine.carriage_types import type_problems
 from guideload.machine.links import NAMES
 from guideload.machine.products import product_problems
-from guideload.machine.unchecked import texts_of
+from guideload.machine.unchecked import find_texts
 
 
 def name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
@@ -19,12 +19,12 @@ def name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
     yield from type_problems(values)
     yield from product_problems(values)
     keys = ("rails", "carriages", "links", "riders", "points", "payloads")
-    parts = {key: list(texts_of(values, key, "name")) for key in keys}
+    parts = {key: list(find_texts(values, key, "name")) for key in keys}
     if not values.get("carriages") and not values.get("links"):
         yield ("carriages",), ValueRefused("at least one [[carriages]] or [[links]] table", [])
     known = {name for _, name in parts["rails"]}
     expected = f"a rail's name ({shown(sorted(known))})"
-    unknown = ((i, rail) for i, rail in texts_of(values, "carriages", "rail") if rail not in known)
+    unknown = ((i, rail) for i, rail in find_texts(values, "carriages", "rail") if rail not in known)
     for number, (i, rail) in enumerate(unknown):
         candidates = sorted(known) if number < MOST_PROBLEMS else ()  # the others are counted only
         hint = did_you_mean(rail, candidates, "add a [[rails]] table with that name")

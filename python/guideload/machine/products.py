@@ -14,7 +14,7 @@ from guideload.catalogue.product import Product
 from guideload.catalogue.stiffness import StiffnessEstimate
 from guideload.machine.carriage_types import with_types
 from guideload.machine.components import Carriage
-from guideload.machine.unchecked import tables_of, texts_of, value_of
+from guideload.machine.unchecked import find_tables, find_texts, find_value
 
 LAW_KEYS = ("stiffness", "curve")  # a carriage that has one of them has its own law along this axis
 
@@ -39,7 +39,7 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
     known = {*names, *(product.name for product in found)}
     if all(name in known or is_packaged(name) for name in wanted):  # else keep all, for the nearest name
         found = [product for product in found if product.name in wanted]
-    return {**values, "products": (*tables_of(values, "products"), *found)}
+    return {**values, "products": (*find_tables(values, "products"), *found)}
 
 
 def with_packaged(values: Any) -> Any:
@@ -52,11 +52,11 @@ def with_packaged(values: Any) -> Any:
             found.append(packaged_product(name))
         except ValueRefused:  # `product_problems` tells it
             continue
-    return {**values, "products": (*tables_of(values, "products"), *found)} if found else values
+    return {**values, "products": (*find_tables(values, "products"), *found)} if found else values
 
 
 def _texts(values: Any, tables: str, key: str) -> set[str]:
-    return {text for _, text in texts_of(values, tables, key)}
+    return {text for _, text in find_texts(values, tables, key)}
 
 
 def filled(values: Any) -> Any:
@@ -68,8 +68,8 @@ def filled(values: Any) -> Any:
     products = _products(values)
     if not products:
         return values
-    carriages = list(tables_of(values, "carriages"))
-    for i, name in texts_of(values, "carriages", "product"):
+    carriages = list(find_tables(values, "carriages"))
+    for i, name in find_texts(values, "carriages", "product"):
         if isinstance(carriages[i], dict) and name in products:
             carriages[i] = _with_product(carriages[i], products[name])
     return {**values, "carriages": carriages}
@@ -110,8 +110,8 @@ def stiffness_estimates(
 def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked carriages: unknown products and preload classes, and products without stiffness."""
     products = _products(values)
-    for i, table in enumerate(tables_of(values, "carriages")):
-        name, chosen = (value_of(table, key) for key in ("product", "preload_class"))
+    for i, table in enumerate(find_tables(values, "carriages")):
+        name, chosen = (find_value(table, key) for key in ("product", "preload_class"))
         if name is None:
             if chosen is not None:
                 yield (
@@ -131,7 +131,7 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
         except ValueRefused as refused:
             yield ("carriages", i, "preload_class"), refused
             continue
-        if not laws and not all(any(value_of(table, f"{key}_{axis}") for key in LAW_KEYS) for axis in "yz"):
+        if not laws and not all(any(find_value(table, f"{key}_{axis}") for key in LAW_KEYS) for axis in "yz"):
             missing = joined(product.missing_for_estimate(chosen))
             hint = f"add {missing} to its record, or give the carriage stiffness_y and stiffness_z"
             words = "a product whose stiffness is given or can be estimated"
@@ -154,7 +154,7 @@ def _product(products: Mapping[str, Product], name: str, where: str) -> Product:
 def _products(values: Any) -> Mapping[str, Product]:
     """The valid products of unchecked values, by name."""
     products = {}
-    for table in tables_of(values, "products"):
+    for table in find_tables(values, "products"):
         try:
             product = table if isinstance(table, Product) else Product(**table)
         except (ConfigError, TypeError):

@@ -15,7 +15,7 @@ from guideload.base.config import ConfigModel, entries, in_range
 from guideload.base.errors import ValueRefused, refused_at
 from guideload.base.ranges import LENGTH, POSITION, POWER
 from guideload.base.units import quantity
-from guideload.machine.unchecked import tables_of, texts_of
+from guideload.machine.unchecked import find_tables, find_texts
 
 COLUMNS = ("x", "dy", "dz")
 WAVES = 100  # of a random profile: one in each of as many bands of the wave number, of equal ratios; it does not repeat
@@ -85,17 +85,17 @@ def with_straightness(values: dict[str, Any], folder: Path) -> dict[str, Any]:
 
     Raises ConfigError, with the key path of the machine file, for a file that does not exist or has other columns.
     """
-    rails = list(tables_of(values, "rails"))
-    for i, name in texts_of(values, "rails", "straightness_file"):
+    rails = list(find_tables(values, "rails"))
+    for i, name in find_texts(values, "rails", "straightness_file"):
         try:
-            rails[i] = {**rails[i], "straightness": _points_of(folder / name, rails[i])}
+            rails[i] = {**rails[i], "straightness": _parse_points(folder / name, rails[i])}
         except ValueRefused as refused:
             path = ("rails", i, "straightness_file")
             raise refused_at(path, refused.expected, name, refused.hint) from None
     return {**values, "rails": rails} if rails else values
 
 
-def _points_of(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:
+def _parse_points(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:
     """The points of a CSV file with the columns x, dy and dz, each with its unit as in "dy [um]"."""
     if "straightness" in rail:
         raise ValueRefused("no straightness_file beside straightness", str(file), "keep one of them")

@@ -6,19 +6,19 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 
-def tables_of(values: Any, key: str) -> Sequence[Any]:
+def find_tables(values: Any, key: str) -> Sequence[Any]:
     """The list under a key; empty if there is none, which the field of this key tells."""
     listed = values.get(key) if isinstance(values, dict) else None
     return listed if isinstance(listed, list | tuple) else ()
 
 
-def value_of(table: Any, key: str) -> Any:
+def find_value(table: Any, key: str) -> Any:
     """What a table or a model has under a key; None without it."""
     return table.get(key) if isinstance(table, dict) else getattr(table, key, None)
 
 
-def texts_of(values: Any, tables: str, key: str) -> Iterator[tuple[int, str]]:
+def find_texts(values: Any, tables: str, key: str) -> Iterator[tuple[int, str]]:
     """(index, text) of each of the tables under a key of `values` that has a text under a key of its own."""
-    for i, table in enumerate(tables_of(values, tables)):
-        if isinstance(text := value_of(table, key), str):
+    for i, table in enumerate(find_tables(values, tables)):
+        if isinstance(text := find_value(table, key), str):
             yield i, text

@@ -15,7 +15,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, shortened
 from guideload.machine.machine import Machine
-from guideload.monitor.estimator import taps_of
+from guideload.monitor.estimator import filter_taps
 from guideload.monitor.monitor import Monitor, require_supported
 from guideload.monitor.settings import MonitorSettings
 from guideload.motion.motion import Motion
@@ -74,7 +74,7 @@ def designed(machine: Machine, motion: Motion, settings: MonitorSettings) -> Des
     best: Design | None = None
     for order in ORDERS:
         for time_constant in TIME_CONSTANTS:
-            taps = taps_of(order, time_constant, settings.lag)
+            taps = filter_taps(order, time_constant, settings.lag)
             errors = [path.errors(Monitor(machine, settings, taps), phase) for phase in PHASES]
             peak, load = (max(column) for column in zip(*errors, strict=True))
             if best is None or peak < best.peak_error:

@@ -20,7 +20,7 @@ PRIOR = 1e6
 MEMORY = 5.0  # time constants of the past that are kept: the weights before are below 1e-3 of the largest
 
 
-def taps_of(order: int, time_constant: float, lag: int) -> Array:
+def filter_taps(order: int, time_constant: float, lag: int) -> Array:
     """Weights (n, 2) of the n second differences before the instant `lag` samples ago and after it, the oldest first.
 
     order: of the white derivative of the position. time_constant: in samples, (noise/density)^(1/(2 order - 1)).

@@ -17,7 +17,7 @@ from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.equivalent_load import EquivalentLoad
 from guideload.machine.machine import Machine
 from guideload.monitor.description import MonitorFile
-from guideload.monitor.estimator import taps_of
+from guideload.monitor.estimator import filter_taps
 from guideload.monitor.settings import MonitorSettings
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Monitor(CoreMonitor):
         described = MonitorFile.from_toml(file)
         machine = Machine.from_toml(Path(file).parent / described.machine)
         order, time_constant = described.smoother.order, described.smoother.time_constant
-        return cls(machine, described.settings, taps_of(order, time_constant, described.lag))
+        return cls(machine, described.settings, filter_taps(order, time_constant, described.lag))
 
     @property
     def carriages(self) -> list[str]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from guideload.base.arrays import Array, runs_of
+from guideload.base.arrays import Array, find_runs
 
 RESTING = 0.01  # of the largest speed: slower may be a standstill
 PARTS = 5  # of a slow stretch; the quietest is in its standstill
@@ -39,7 +39,7 @@ def move_spans(time: Array, acceleration: Array, velocity: Array | None = None) 
         return []
     slow = speed <= RESTING * speed.max()
     rests = [
-        rest for ends in zip(*runs_of(slow), strict=True) if (rest := _standstill(rate, *map(int, ends)))
+        rest for ends in zip(*find_runs(slow), strict=True) if (rest := _standstill(rate, *map(int, ends)))
     ]
     last = time.size - 1
     ends = [(0, 0), *rests] if not rests or rests[0][0] > 0 else rests

@@ -112,7 +112,7 @@ def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
     yield Row("motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], need)
 
 
-def _range_of(row: Row) -> Range:
+def _find_range(row: Row) -> Range:
     """The range of a parameter: by its unit and, for lengths, by its key."""
     if row.unit != "m":
         return RANGES[row.unit]
@@ -154,7 +154,7 @@ class Parameters:
             if row.value is None:
                 needs[row.key] = row.need
             else:
-                given = row.unit, row.value, row.floor, tuple(row.sets), owners, _range_of(row)
+                given = row.unit, row.value, row.floor, tuple(row.sets), owners, _find_range(row)
                 found[row.key] = Parameter(part + row.key, *given)
 
     # ---- finding

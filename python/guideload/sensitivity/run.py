@@ -51,7 +51,7 @@ class RunDerivatives:
 
     def carriage_loads(self) -> Array:
         """Loads of the carriages (time, carriage, 6), force [N] and moment about the carriage centre [N m]."""
-        return self._loads_of(self.solution)
+        return self._group_loads(self.solution)
 
     def on_instants(self, motion: Motion) -> RunDerivatives:
         """The same run under the same motion with other stamps."""
@@ -91,7 +91,7 @@ class RunDerivatives:
         for _ in range(PASSES if at.size else 0):
             tops = np.clip(_tops_of_parabolas(places, values), time[at], time[at + 2])
             order = np.argsort(tops)
-            found = self._loads_of(run.solution_at(tops[order]))[np.argsort(order), carriage, 1:3]
+            found = self._group_loads(run.solution_at(tops[order]))[np.argsort(order), carriage, 1:3]
             index = np.arange(at.size), np.abs(places - tops[:, None]).argmax(axis=1)
             places[index], values[index] = tops, np.linalg.norm(found, axis=1)
         return np.asarray(places[np.arange(at.size), values.argmax(axis=1)])
@@ -100,7 +100,7 @@ class RunDerivatives:
         """The histories at other instants (m,) [s], ascending."""
         return self.at_rest.scene.solve(*self._scaled(self.motion), times=times, **self._settings)
 
-    def _loads_of(self, solution: Solution) -> Array:
+    def _group_loads(self, solution: Solution) -> Array:
         return solution.group_loads(self.machine.links_of_carriages, self.machine.carriage_places, "total")
 
     @property

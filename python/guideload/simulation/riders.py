@@ -10,7 +10,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.stamps import is_late, jumps_of, place_of, with_stamps
+from guideload.simulation.stamps import find_jumps, find_place, is_late, with_stamps
 
 # Speed at the ends of a rider's motion over its largest speed: below it the rider stands still before and after.
 STILL = 1e-3
@@ -35,7 +35,7 @@ def with_riders(
     common = with_stamps(
         motion,
         np.concatenate([one.time for one in others]),
-        np.concatenate([jumps_of(one) for one in others]),
+        np.concatenate([find_jumps(one) for one in others]),
     )
     travel = np.zeros((len(machine.riders), common.time.size, 3))
     standing = list(machine.riders)
@@ -110,7 +110,7 @@ def _travel(name: str, motion: Motion, stamps: Array) -> Array:
                 f"riders[{name!r}]: its motion {when} that of the cart, at {time[end]:g} s, with {speed[end]:.3g} m/s; "
                 "expected one that covers the time of the cart, or begins and ends at rest"
             )
-    lower, since = place_of(stamps, time, is_late(stamps))
+    lower, since = find_place(stamps, time, is_late(stamps))
     inside = (since >= 0.0) & ((lower < time.size - 1) | (since == 0.0))
     upper = np.minimum(lower + 1, time.size - 1)
     width = time[upper] - time[lower]

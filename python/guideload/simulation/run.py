@@ -168,7 +168,9 @@ class Run:
 
     @cached_property
     def _total_loads(self) -> Array:
-        loads = self._loads_of(self.machine.links_of_carriages, self.machine.carriage_places, "total", None)
+        loads = self._group_loads(
+            self.machine.links_of_carriages, self.machine.carriage_places, "total", None
+        )
         loads.setflags(write=False)
         return loads
 
@@ -179,20 +181,22 @@ class Run:
         """
         if part == "total" and solution is None:
             return self._total_loads
-        loads = self._loads_of(self.machine.links_of_carriages, self.machine.carriage_places, part, solution)
+        loads = self._group_loads(
+            self.machine.links_of_carriages, self.machine.carriage_places, part, solution
+        )
         loads.setflags(write=False)  # arrays of the result are views of it
         return loads
 
     def rail_loads(self) -> Array:
         """Loads (time, rail, 6): force [N] and moment about the mean of its carriage centres [N m]."""
-        return self._loads_of(self.machine.links_of_rails, self.machine.rail_places, "total", None)
+        return self._group_loads(self.machine.links_of_rails, self.machine.rail_places, "total", None)
 
     def link_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
         """Loads along the links (time, link) [N]. Arguments as for `carriage_loads`."""
         loads = (solution or self.solution).link_loads(part)
         return loads if self.feet is None else loads + self.feet.loads(part, self.times)
 
-    def _loads_of(
+    def _group_loads(
         self, groups: Sequence[NDArray[np.int64]], places: Array, part: str, solution: Solution | None
     ) -> Array:
         """Loads (time, group, 6) of groups of links about their centres, in their own axes."""

@@ -19,7 +19,7 @@ def with_stamps(motion: Motion, stamps: Array, twice: Array) -> Motion:
     # At its ends a jump of another motion needs no second stamp: the run begins after it, and ends before it.
     doubled = np.isin(time, twice)
     doubled[[0, -1]] = False
-    time = np.repeat(time, 1 + (doubled | np.isin(time, jumps_of(motion))))
+    time = np.repeat(time, 1 + (doubled | np.isin(time, find_jumps(motion))))
     if np.array_equal(time, motion.time):
         return motion
     late = is_late(time)
@@ -34,7 +34,7 @@ def with_stamps(motion: Motion, stamps: Array, twice: Array) -> Motion:
     return replace(motion, time=time, uncertainty=uncertainty, **histories)
 
 
-def jumps_of(motion: Motion) -> Array:
+def find_jumps(motion: Motion) -> Array:
     """The times [s] at which a motion has two stamps."""
     jumps: Array = motion.time[1:][np.diff(motion.time) == 0.0]
     return jumps
@@ -49,7 +49,7 @@ def is_late(time: Array) -> NDArray[np.bool_]:
     return np.asarray(second | single)
 
 
-def place_of(stamps: Array, time: Array, late: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Array]:
+def find_place(stamps: Array, time: Array, late: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Array]:
     """The sample before each stamp, and the seconds since it; negative before the first sample."""
     after = np.where(late, np.searchsorted(time, stamps, "right"), np.searchsorted(time, stamps, "left"))
     lower = np.clip(after - 1, 0, time.size - 1)
@@ -58,7 +58,7 @@ def place_of(stamps: Array, time: Array, late: NDArray[np.bool_]) -> tuple[NDArr
 
 def sampled(time: Array, values: Array, stamps: Array, late: NDArray[np.bool_]) -> Array:
     """A history, linear between its samples and constant beyond them, at the stamps."""
-    lower, since = place_of(stamps, time, late)
+    lower, since = find_place(stamps, time, late)
     upper = np.minimum(lower + 1, time.size - 1)
     width = time[upper] - time[lower]
     share = np.clip(np.divide(since, width, out=np.zeros(stamps.size), where=width > 0.0), 0.0, 1.0)

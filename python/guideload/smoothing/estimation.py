@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array, runs_of
+from guideload.base.arrays import Array, find_runs
 from guideload.base.errors import TraceError
 from guideload.base.warnings import WarningText
 from guideload.motion.uncertainty import Uncertainty
@@ -192,7 +192,7 @@ def _estimate(
         noise=noise,
         density=density * density_unit,
         stationary_density=stationary.density * density_unit,
-        jumps=np.column_stack([time[edge] for edge in runs_of(density >= JUMP * stationary.density)]),
+        jumps=np.column_stack([time[edge] for edge in find_runs(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
         note=f"smoother with white derivative {_in_words(shares)} of the {'drive' if oscillation else 'position'}"
         f"{ringing}, adapted to jumps, by likelihood: "

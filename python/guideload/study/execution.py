@@ -25,7 +25,7 @@ from guideload.study.plan import Plan
 from guideload.study.result import StudyResult
 from guideload.study.second_look import second_look
 from guideload.study.storage import Chunk, FolderStore, Range, SampleStore, open_store
-from guideload.study.study import Study, plan_of
+from guideload.study.study import Study, make_plan
 from guideload.study.tasks import Client, connected, run_chunk, write_chunk
 
 Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
@@ -99,7 +99,7 @@ def run_study(
 
     For a file also what `Study.from_toml` raises.
     """
-    plan = plan_of(study)
+    plan = make_plan(study)
     if cluster is not None and (executor is not None or output is None):
         raise ArgumentError(
             "cluster: expected an output folder that its workers see, and no executor beside it"

@@ -29,7 +29,7 @@ from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
 from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES
 from guideload.study.storage import Chunk, SampleStore
-from guideload.study.study import Study, plan_of
+from guideload.study.study import Study, make_plan
 
 # ---- subset simulation
 
@@ -296,7 +296,7 @@ def exceedance_probability(
 
     For a file also what `Study.from_toml` raises.
     """
-    plan = plan_of(study)
+    plan = make_plan(study)
     if not 1e-6 <= coefficient_of_variation < 1.0:
         expected = "expected a number from 1e-6 to 1, e.g. 0.1"
         raise ArgumentError(f"coefficient_of_variation: {expected}, got {coefficient_of_variation!r}")

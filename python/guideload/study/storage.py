@@ -19,7 +19,15 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from guideload.base.arrays import Array
-from guideload.base.atomic import DRAFT, LOCK, atomic_write, draft_folder, draft_of, exclusive_lock, is_draft
+from guideload.base.atomic import (
+    DRAFT,
+    LOCK,
+    atomic_write,
+    draft_folder,
+    draft_path,
+    exclusive_lock,
+    is_draft,
+)
 from guideload.base.errors import ArgumentError, RunError
 from guideload.base.finite import finite_json
 from guideload.base.netcdf import read_netcdf, write_netcdf
@@ -301,7 +309,7 @@ def _remove_drafts(folder: Path) -> None:
 
     A draft of a chunk may also be held by a worker of an interrupted run, which ends its chunk; it stays.
     """
-    for draft in (draft_of(folder / name) for name in (FILE, HISTORIES)):
+    for draft in (draft_path(folder / name) for name in (FILE, HISTORIES)):
         _remove_draft(draft, folder)
     for draft in (folder / SAMPLES).glob(f".chunk-*.parquet{DRAFT}"):
         with suppress(RunError):
@@ -317,7 +325,7 @@ def _remove_draft(draft: Path, folder: Path) -> None:
 def begun_only(folder: Path) -> bool:
     """Whether a folder holds only a study that ended before its metadata was written."""
     names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
-    return names <= {SAMPLES, DRAFT, draft_of(folder / FILE).name} and not chunks_in(folder)
+    return names <= {SAMPLES, DRAFT, draft_path(folder / FILE).name} and not chunks_in(folder)
 
 
 def study_files(folder: Path) -> list[Path]:

@@ -225,7 +225,7 @@ class Study(StudyOptions):
             raise refused_at(("sampling",), f'at most {most} factors with "sobol"', self.sampling, hint)
 
 
-def plan_of(study: Study | Plan | str | PathLike[str]) -> Plan:
+def make_plan(study: Study | Plan | str | PathLike[str]) -> Plan:
     """The plan of a study, or of the study in a file."""
     if isinstance(study, str | PathLike):
         study = Study.from_toml(study)

@@ -13,7 +13,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import TraceError
 from guideload.motion.motion import Forces
-from guideload.traces.content.columns import time_column_of
+from guideload.traces.content.columns import find_time_column
 from guideload.traces.content.samples import time_stamps
 from guideload.traces.format.headers import Header
 from guideload.traces.format.sources import load_table
@@ -70,7 +70,7 @@ def read_channels(
 
 def scaled_columns(table: Table, scales: Mapping[str, float], of: str, given: ReadingOptions) -> Channels:
     """Columns times their scales, with one clock; `of` says in messages what they are of."""
-    column = time_column_of(table, given)
+    column = find_time_column(table, given)
     if column is None and given.get("rate") is None and table.clocks:
         column, *others = sorted({table.clocks[name] for name in scales})
         stamps = table.values(column)

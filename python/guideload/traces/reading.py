@@ -17,16 +17,16 @@ from guideload.base.errors import TraceError
 from guideload.motion.motion import Motion
 from guideload.smoothing.estimation import MotionEstimate, noise_warnings
 from guideload.smoothing.smoothing import Kind, Method, smooth
-from guideload.traces.content.columns import columns_of, option_in_si
+from guideload.traces.content.columns import find_columns, option_in_si
 from guideload.traces.content.samples import quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.headers import KINDS
 from guideload.traces.format.sources import load_table
 from guideload.traces.options import ReadingOptions, with_reading_options
 from guideload.traces.quality.checks import check_gaps, check_jumps, check_order, check_partner
-from guideload.traces.quality.clocks import CLOCKS, apply_clock, clock_of
+from guideload.traces.quality.clocks import CLOCKS, apply_clock, detect_clock
 from guideload.traces.quality.holds import use_new_values
-from guideload.traces.quality.repair import repair, repairs_of
+from guideload.traces.quality.repair import parse_repairs, repair
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -125,8 +125,8 @@ def read_trace(table: TableLike, **options: Unpack[ReadingOptions]) -> Trace:
 def _read(data: Table, options: ReadingOptions) -> Trace:
     """The trace of a table; see `read_trace`."""
     _check_options(options)
-    kinds_of_damage = repairs_of(options.get("repair"))
-    draft = read_samples(data, columns_of(data, options), options, "empty" in kinds_of_damage)
+    kinds_of_damage = parse_repairs(options.get("repair"))
+    draft = read_samples(data, find_columns(data, options), options, "empty" in kinds_of_damage)
     use_new_values(draft, options.get("hold"))
     max_speed = options.get("max_speed")
     if max_speed is not None:
@@ -135,7 +135,7 @@ def _read(data: Table, options: ReadingOptions) -> Trace:
     repair(draft, kinds_of_damage, max_speed)
     check_order(draft)
     is_left_out = np.diff(draft.place) > 1
-    clock = clock_of(draft.time, draft.value, draft.is_position, draft.quantum, is_left_out)
+    clock = detect_clock(draft.time, draft.value, draft.is_position, draft.quantum, is_left_out)
     if draft.columns.time is not None:
         draft.notes.append(clock.note)
     clock_kind = options.get("clock") or clock.kind

@@ -38,10 +38,10 @@ class Columns:
     note: str
 
 
-def columns_of(table: Table, options: ReadingOptions) -> Columns:
+def find_columns(table: Table, options: ReadingOptions) -> Columns:
     """Columns of the trace: named by the options, else recognised by their headers. Raises TraceError."""
     measured, rate = options.get("column"), options.get("rate")
-    time, note = time_column_of(table, options), ""
+    time, note = find_time_column(table, options), ""
     if measured is not None:
         table.require(measured)
     else:
@@ -55,10 +55,10 @@ def columns_of(table: Table, options: ReadingOptions) -> Columns:
     if rate is None and time is None:
         time = table.clocks.get(measured)
     compared = kind in ("position", "velocity") and options.get("cross_check") is not False
-    return Columns(measured, kind, scale, time, _partner_of(table, measured) if compared else None, note)
+    return Columns(measured, kind, scale, time, _find_partner(table, measured) if compared else None, note)
 
 
-def time_column_of(table: Table, options: ReadingOptions) -> str | None:
+def find_time_column(table: Table, options: ReadingOptions) -> str | None:
     """Name of the time column; None if the sampling rate is given, or if each channel has its own time.
 
     Raises TraceError if there is no time column, or more than one.
@@ -185,7 +185,7 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
         raise TraceError(f"{place}: unit: {error}") from None
 
 
-def _partner_of(table: Table, name: str) -> str | None:
+def _find_partner(table: Table, name: str) -> str | None:
     """The velocity column of the same axis as the position column `name`, or the reverse; None if not exactly one.
 
     The headers have the same words, except that for position or velocity; the columns have the same time stamps.

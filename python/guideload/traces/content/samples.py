@@ -16,7 +16,7 @@ from guideload.base.warnings import LIMITS, WarningText
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.columns import Columns, option_in_si
 from guideload.traces.content.counters import unwrap
-from guideload.traces.content.stamps import stamps_of
+from guideload.traces.content.stamps import read_stamps
 from guideload.traces.format.headers import KINDS
 from guideload.traces.format.table import Table
 from guideload.traces.options import ReadingOptions
@@ -141,7 +141,7 @@ def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> N
     """Warn of a given rate that a column of the time contradicts."""
     for column in table.time_names[:1]:
         try:
-            stamps = stamps_of(table, column, options)[0]
+            stamps = read_stamps(table, column, options)[0]
         except TraceError:
             return
         given, own = (float(np.median(np.diff(each[np.isfinite(each)]))) for each in (draft.time, stamps))
@@ -219,7 +219,7 @@ def time_stamps(table: Table, column: str | None, options: ReadingOptions, count
     given = options.get("rate")
     rate = table.rate if given is None else option_in_si("rate", given, "Hz", ">")
     if column is not None:
-        return stamps_of(table, column, options, None if given is None else rate)
+        return read_stamps(table, column, options, None if given is None else rate)
     if options.get("time_unit") is not None:
         raise TraceError("expected no time_unit (--time-unit) without a time column")
     assert rate is not None

@@ -42,7 +42,7 @@ TIME_OF_DAY = (
 YEARS = (1678, 2261)  # whose nanoseconds since 1970 have 64 bits
 
 
-def stamps_of(
+def read_stamps(
     table: Table, name: str, options: ReadingOptions, rate: float | None = None
 ) -> tuple[Array, str]:
     """Seconds (n,) and a note. Cells without a time stamp become NaN.
@@ -143,7 +143,7 @@ def _read_dates(
     parts = pc.extract_regex(text, f"^{DATES[notation]}{TIME_OF_DAY}$")
     wrong = pc.is_null(parts).to_numpy(zero_copy_only=False)
 
-    def is_one_of(part: str, *values: str) -> NDArray[np.bool_]:
+    def is_spelled(part: str, *values: str) -> NDArray[np.bool_]:
         return np.isin(np.asarray(pc.struct_field(parts, part).fill_null("")), values)
 
     def number(part: str, default: str = "0") -> NDArray[np.int64]:
@@ -159,7 +159,7 @@ def _read_dates(
     months = (12 * (year - 1970) + month - 1).astype("M8[M]")
     days = months.astype("M8[D]") + (day - 1)
     hour, minute, second = number("hour"), number("minute"), number("second")
-    has_half, has_zone = ~is_one_of("half", ""), ~is_one_of("zone", "")
+    has_half, has_zone = ~is_spelled("half", ""), ~is_spelled("zone", "")
     wrong |= (has_half != has_half[first]) | (has_zone != has_zone[first])
     wrong |= (month < 1) | (month > 12) | (day < 1) | (days.astype("M8[M]") != months)
     wrong |= (year < YEARS[0]) | (year > YEARS[1]) | (hour > 23) | (minute > 59) | (second > 59)
@@ -170,8 +170,8 @@ def _read_dates(
             "write ISO 8601 (2024-01-31 14:05:06.789, with or without zone), 31.01.2024 14:05:06,789, "
             "01/31/2024 2:05:06.789 PM or 14:05:06.789, all rows alike"
         )
-    hour = np.where(has_half, hour % 12 + 12 * is_one_of("half", "p", "P"), hour)
-    east = np.where(is_one_of("sign", "-"), -1, 1) * (60 * number("zone_hour") + number("zone_minute"))
+    hour = np.where(has_half, hour % 12 + 12 * is_spelled("half", "p", "P"), hour)
+    east = np.where(is_spelled("sign", "-"), -1, 1) * (60 * number("zone_hour") + number("zone_minute"))
     seconds = 60 * (60 * hour + minute - east) + second
     fraction = pc.utf8_rpad(pc.struct_field(parts, "fraction").fill_null(""), 9, "0").cast(pa.int64())
     nanoseconds = DAY * days.astype(np.int64) + 10**9 * seconds + np.asarray(fraction)

@@ -94,7 +94,7 @@ def decimal_by_groups(cell: str) -> str:
     return next((sign for sign, form in GROUPS.items() if form.fullmatch(cell)), "")
 
 
-def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
+def split_rows(lines: Sequence[str], separator: str) -> list[Row]:
     """The lines split into rows of cells; a quoted name may run over several lines."""
     if separator == " ":
         return [Row(i, tuple(line.split())) for i, line in enumerate(lines)]
@@ -109,7 +109,7 @@ def rows_of(lines: Sequence[str], separator: str) -> list[Row]:
     return rows
 
 
-def dialect_of(lines: Sequence[str]) -> Dialect:
+def detect_dialect(lines: Sequence[str]) -> Dialect:
     """The dialect of a table from its first lines, all of them complete.
 
     The separator is the one with the largest share of numbers and stamps in the last rows, and with a header as wide as
@@ -120,7 +120,7 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
     for order, separator in enumerate(SEPARATORS):
         if any(lines[i].count(separator) > MOST_COLUMNS for i in plain):
             continue
-        rows = [row for row in rows_of([lines[i] for i in plain], separator) if row.cells]
+        rows = [row for row in split_rows([lines[i] for i in plain], separator) if row.cells]
         tail = rows[-TAIL:] if len(rows) > 1 else rows
         widths = Counter(row.width for row in tail if row.has_numbers)
         if not widths:
@@ -135,13 +135,13 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
         scored.append((score, separator, rows, width))
     if not scored:  # only text: a header without samples, or no table
         separator = max(SEPARATORS[:3], key=lines[plain[0]].count) if plain else ","
-        names = rows_of([lines[plain[0]]], separator)[0].cells if plain else ()
+        names = split_rows([lines[plain[0]]], separator)[0].cells if plain else ()
         return Dialect(separator, ".", len(names), names, (), len(lines))
     _, separator, rows, width = max(scored)
     return _with_header(lines, [replace(row, line=plain[row.line]) for row in rows], separator, width)
 
 
-def decimal_of(rows: Sequence[Row]) -> str:
+def detect_decimal(rows: Sequence[Row]) -> str:
     """The decimal sign of the rows' numbers; "" if none of them shows one."""
     cells = [cell for row in rows for cell in row.cells]
     signs = {decimal_by_groups(cell) for cell in cells} - {""}
@@ -189,7 +189,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     else:  # the names may be in a comment
         comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
         for comment in reversed(comments):
-            cells = rows_of([comment], separator)[0].cells
+            cells = split_rows([comment], separator)[0].cells
             if len(cells) == width and not any(map(is_value, cells)):
                 names = cells
                 break
@@ -198,7 +198,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     width = max(width, Row(0, names).width)
     return Dialect(
         separator,
-        decimal_of(rows[start:]),
+        detect_decimal(rows[start:]),
         width,
         names[:width],
         (units or spare)[:width],

@@ -19,7 +19,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from guideload.traces.format.dialect_detection import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
+from guideload.traces.format.dialect_detection import (
+    SEPARATORS,
+    Dialect,
+    Row,
+    detect_decimal,
+    is_value,
+    split_rows,
+)
 from guideload.traces.format.headers import Header, known_unit
 from guideload.traces.format.table import Table, unique
 
@@ -34,7 +41,7 @@ def paired_dialect(lines: Sequence[str]) -> Dialect | None:
     """The dialect of a table under a header of pairs of key and value; None for any other table."""
     top = [(i, line) for i, line in enumerate(lines[:LONGEST_HEADER]) if line.strip()]
     for separator in SEPARATORS[:-1]:
-        rows = [Row(i, rows_of([line], separator)[0].cells) for i, line in top]
+        rows = [Row(i, split_rows([line], separator)[0].cells) for i, line in top]
         data = next((i for i, row in enumerate(rows) if is_value(row.cells[0])), len(rows))
         keyed = {row.cells[0].lower(): row for row in rows[:data]}
         named = next((keyed[key] for key in NAME_KEYS if key in keyed), None)
@@ -46,7 +53,7 @@ def paired_dialect(lines: Sequence[str]) -> Dialect | None:
             names = [cell for name in channels for cell in (f"time of {name}", name)]
             pairs = [cell for unit in units for cell in ("", known_unit(unit))]
             clocks = {name: f"time of {name}" for name in channels}
-            first, decimal = rows[data].line, decimal_of(rows[data:])
+            first, decimal = rows[data].line, detect_decimal(rows[data:])
             notes = (f"header of keys and values; {OWN_TIME}",)
             return Dialect(separator, decimal, len(names), tuple(names), tuple(pairs), first, notes, clocks)
     return None

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from guideload.base.cores import threads
 from guideload.base.errors import UnreadableTrace, shortened
-from guideload.traces.format.dialect_detection import COMMENT, MOST_COLUMNS, Dialect, dialect_of, rows_of
+from guideload.traces.format.dialect_detection import (
+    COMMENT,
+    MOST_COLUMNS,
+    Dialect,
+    detect_dialect,
+    split_rows,
+)
 from guideload.traces.format.own_clocks import paired_dialect, with_channels, with_repeated_times
 from guideload.traces.format.table import Table, listed_rows, unique
 from guideload.traces.format.twincat_scope import scope_dialect
@@ -78,11 +84,11 @@ def read_text(path: Path) -> Table:
 
 def _dialect(lines: list[str]) -> Dialect:
     """The dialect, from the first DIALECT_LINES lines, or from all if the header is longer."""
-    dialect = dialect_of(lines[:DIALECT_LINES])
+    dialect = detect_dialect(lines[:DIALECT_LINES])
     if len(lines) > DIALECT_LINES:
-        width = len(rows_of(lines[-1:], dialect.separator)[0].cells)
+        width = len(split_rows(lines[-1:], dialect.separator)[0].cells)
         if width != dialect.width or dialect.first >= DIALECT_LINES:
-            dialect = dialect_of(lines)
+            dialect = detect_dialect(lines)
     return dialect
 
 
@@ -97,7 +103,7 @@ def _decimal(lines: list[str], body: str, dialect: Dialect) -> str:
         return dialect.decimal or ("," if has_comma else ".")
     # Decimal commas have split each number into two cells.
     if not dialect.names and any(
-        row.is_text and 2 * len(row.cells) == dialect.width for row in rows_of(above, ",")
+        row.is_text and 2 * len(row.cells) == dialect.width for row in split_rows(above, ",")
     ):
         raise UnreadableTrace(
             f"not a readable CSV table: {dialect.width} cells in a row under half as many names; "
@@ -105,7 +111,7 @@ def _decimal(lines: list[str], body: str, dialect: Dialect) -> str:
         )
     if dialect.decimal != ",":
         return "."
-    cells = [cell for row in rows_of(samples, ",") for cell in row.cells if "," in cell]
+    cells = [cell for row in split_rows(samples, ",") for cell in row.cells if "," in cell]
     if cells and all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in cells):
         raise UnreadableTrace(
             f'cells such as "{cells[0]}" may have groups of digits or a decimal comma, which is '
@@ -246,7 +252,7 @@ def _cleaned(body: str, dialect: Dialect, first: int) -> tuple[str, NDArray[np.i
                 line = " ".join(line.split())
             cells = line.count(separator) + 1
             if cells > width or '"' in line:
-                row = rows_of([line], separator)[0]
+                row = split_rows([line], separator)[0]
                 cells = len(row.cells)
                 if cells > width:
                     line, cells = line.rstrip(separator + " "), max(row.width, 1)

@@ -20,7 +20,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from guideload.traces.format.dialect_detection import SEPARATORS, Dialect, Row, decimal_of, is_value, rows_of
+from guideload.traces.format.dialect_detection import (
+    SEPARATORS,
+    Dialect,
+    Row,
+    detect_decimal,
+    is_value,
+    split_rows,
+)
 from guideload.traces.format.headers import known_unit
 
 PROJECT_KEYS = ("File", "StartRecord", "Starttime of export")
@@ -33,7 +40,7 @@ def scope_dialect(lines: Sequence[str]) -> Dialect | None:
     separator = next((sign for sign in SEPARATORS if sign != " " and first.startswith(f"Name{sign}")), "")
     if not separator:
         return None
-    rows = [Row(i, rows_of([line], separator)[0].cells) for i, line in enumerate(lines) if line.strip()]
+    rows = [Row(i, split_rows([line], separator)[0].cells) for i, line in enumerate(lines) if line.strip()]
     data = next((i for i, row in enumerate(rows) if is_value(row.cells[0])), len(rows))
     keyed = [row for row in rows[:data] if row.cells[0] == "Name"]
     keys = {row.cells[0] for row in rows[:data]}
@@ -68,5 +75,5 @@ def scope_dialect(lines: Sequence[str]) -> Dialect | None:
     start = samples[0].line if samples else len(lines)
     names, units = zip(*columns, strict=True) if columns else ((), ())
     return Dialect(
-        separator, decimal_of(samples), len(names), names, units, start, tuple(notes), clocks, rate
+        separator, detect_decimal(samples), len(names), names, units, start, tuple(notes), clocks, rate
     )

@@ -48,7 +48,7 @@ class Clock:
         return f"time stamps: {text}, usual step {self.step:.6g} s"
 
 
-def clock_of(
+def detect_clock(
     time: Array,
     value: Array,
     is_position: bool,

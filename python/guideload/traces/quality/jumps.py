@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, runs_of
+from guideload.base.arrays import Array, find_runs
 
 Flags = NDArray[np.bool_]
 
@@ -89,7 +89,7 @@ def _far_above(speed: Array, quantum: float) -> Flags:
     leaps = np.flatnonzero(top[1:] > FAR_ABOVE * np.maximum(top[:-1], QUANTA * quantum))
     if leaps.size and top[leaps[0]] > 0.0:
         above: Flags = size > top[leaps[0]]
-        starts, ends = runs_of(above)
+        starts, ends = find_runs(above)
         if (ends - starts).max() <= LONGEST_RUN:
             return above
     return np.zeros(size.size, bool)

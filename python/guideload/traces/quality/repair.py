@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, median_step, runs_of
+from guideload.base.arrays import Array, find_runs, median_step
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.warnings import WarningText
@@ -30,7 +30,7 @@ COMES_BACK = 0.3
 CAUGHT_UP = 0.5  # largest error of the step after a stuck value, over the travel at the speed around it
 
 
-def repairs_of(repair: str | Iterable[str] | None) -> frozenset[str]:
+def parse_repairs(repair: str | Iterable[str] | None) -> frozenset[str]:
     """The kinds of damage named by `repair`: "all", or some of REPAIRS with commas or as a collection."""
     if repair is None:
         return frozenset()
@@ -210,7 +210,7 @@ def stuck_samples(time: Array, value: Array, quantum: float) -> Samples:
     first step after the repeats is the travel since the stuck value at the speed around it.
     """
     change = np.diff(value)
-    starts, ends = runs_of(change == 0.0)  # of steps without a change
+    starts, ends = find_runs(change == 0.0)  # of steps without a change
     inside = (starts >= 1) & (ends + 1 < change.size) & (ends - starts >= 2)
     starts, ends = starts[inside], ends[inside]
     steps = np.diff(time)
