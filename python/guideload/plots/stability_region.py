@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError
+from guideload.base.methods import METHODS
 from guideload.method_comparison.step_stability import ON_ANY, Stability
 from guideload.plots.style import CARRIAGE_COLORS, GREY, look, new_figure
 from guideload.simulation.stability_function import error_per_period, stability_function
@@ -87,7 +88,8 @@ def _point_outwards(ax: Axes, points: NDArray[np.complex128], color: str) -> Non
 
 def _draw_periods(ax: Axes, stability: Stability) -> None:
     steps = np.geomspace(2.0, 300.0, 400)
-    for method, color in zip(ON_ANY[1:], CARRIAGE_COLORS[1:3], strict=True):
+    for method in ON_ANY[1:]:
+        color = METHODS[method].color
         lost = np.array([error_per_period(method, count)[0] for count in steps])
         lost[np.abs(lost) < SMALLEST] = np.nan
         ax.plot(steps, np.where(lost > 0.0, lost, np.nan), color=color, label=f"{method} damps")

@@ -8,7 +8,7 @@ import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits, joined, milliseconds, number, scientific
-from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN, Stability
+from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN, WITHOUT_EDGES, Stability
 from guideload.reports.machine import nominal_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value
 from guideload.reports.run import motion_lines
@@ -110,7 +110,8 @@ def _complex(value: complex) -> str:
 
 def _cost(stability: Stability) -> str:
     """What limits the steps of rk45, and which method needs fewer."""
-    exact, rk45, implicit, *exponential = stability.costs
+    costs = dict(zip((*ON_ANY, *WITHOUT_EDGES), stability.costs, strict=False))
+    exact, rk45, implicit = (costs[method] for method in ("exact", "rk45", "implicit"))
     if stability.limited_by == "samples":
         share = stability.sample_interval / stability.predicted_step
         return (
@@ -123,7 +124,7 @@ def _cost(stability: Stability) -> str:
     samples = np.count_nonzero(np.diff(stability.motion.time))
     advice = "This takes little time here."
     if counted > NEAR * samples:
-        stable = "exact or " if exact.steps else "exponential or " if exponential else ""
+        stable = "exact or " if exact.steps else "exponential or " if "exponential" in costs else ""
         advice = f"Use {stable}implicit here."
     return (
         f"Stability limits the steps of rk45 at any tolerance: {digits(counted / samples)} per sample, "

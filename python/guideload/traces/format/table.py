@@ -113,12 +113,11 @@ class Table:
             return np.full(column.shape[0], np.nan)
         import pandas
 
-        series = pandas.Series(self.columns[name])
-        if series.dtype == object or series.dtype == "str":
-            # Lists and complex numbers are no cells.
-            is_cell = series.map(lambda cell: isinstance(cell, str | Real | Decimal))
-            series = _plain(series.where(is_cell, None), self.decimal)
-        return np.asarray(pandas.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
+        series = pandas.Series(self.columns[name], dtype=object)  # arrow refuses what is no text
+        # Lists and complex numbers are no cells.
+        is_cell = series.map(lambda cell: isinstance(cell, str | Real | Decimal))
+        plain = _plain(series.where(is_cell, None), self.decimal)
+        return np.asarray(pandas.to_numeric(plain, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
 
     def require_size(
         self, name: str, values: NDArray[Any], largest: float = LARGEST_NUMBER, unit: str = ""
