@@ -222,7 +222,7 @@ def test_what_cannot_be_sized_is_refused() -> None:
     with pytest.raises(ArgumentError, match="'huge' is neither a name in the catalogue"):
         size(cart(), MOTION, CATALOGUE, products=["huge"])
     machine = with_product(cart(), CATALOGUE["small"], "Z0")
-    with pytest.raises(RunError, match="is not reached even without payload"):
+    with pytest.raises(RunError, match="is missed even without payload"):
         largest(machine, MOTION, "payload", conditions=LifeConditions(life="1e9 km"))
     with pytest.raises(ArgumentError, match="quantity"):
         largest(machine, MOTION, "price")  # type: ignore[arg-type]

@@ -273,7 +273,7 @@ def simpler_models(histories: Histories) -> SimplerModels:
         linear=linear,
         links=links,
         dynamic=np.abs(load - data["static_link_load"]).max(axis=0),
-        quasi_static_dynamic=np.abs(histories.moved).max(axis=0),
+        quasi_static_dynamic=np.abs(histories.quasi_static_change).max(axis=0),
     )
 
 

@@ -35,8 +35,9 @@ class Histories:
         self.rows = self.links.rows
         self.free = [DOFS.index(dof) for dof in machine.free]
         (self.mass, self.damping, self.stiffness), self.weight = self.machine.nominal_scene.matrices()
-        self.relative: Array = np.eye(6)  # motion of the links per motion of the body, on an elastic base
-        self.dragged: Array = np.zeros((6, 6))  # and per unit of its velocity, by the dampers
+        # On an elastic base the links move by (relative q - dragged q'), q the motion of the body.
+        self.relative: Array = np.eye(6)
+        self.dragged: Array = np.zeros((6, 6))
         if self.machine.base is not None:
             compliance = np.array(self.machine.base.compliance)
             links, dampers = (
@@ -114,7 +115,7 @@ class Histories:
         return np.where(apart, 0.0, self.links.damping)
 
     @cached_property
-    def moved(self) -> Array:
+    def quasi_static_change(self) -> Array:
         """Quasi-static link loads (time, link) [N] less those at rest: K q = E - M_u a at every instant."""
         loads = self.excitation @ self.response
         return loads if self.foot_load is None else loads + self.foot_load
@@ -123,8 +124,8 @@ class Histories:
     def quasi_static(self) -> Array:
         """Quasi-static link loads (time, link) [N]: K q = Q + E - M_u a at every instant."""
         if self.machine.offsets.any():
-            return np.asarray(self.machine.nominal_scene.static_link_loads() + self.moved)
-        return np.asarray(self.weight @ self.response + self.moved)
+            return np.asarray(self.machine.nominal_scene.static_link_loads() + self.quasi_static_change)
+        return np.asarray(self.weight @ self.response + self.quasi_static_change)
 
     def resultants(self, loads: Array) -> Array:
         """Resultants (time, carriage) [N] in the y-z plane of link loads (time, link) [N]."""
@@ -210,7 +211,7 @@ def payload_changes(data: Quantities) -> Changes:
 
 
 def _firsts(time: Array, changes: Changes) -> list[int]:
-    """Index of the first instant of each stretch: of two at the change the second, else the first from there on."""
+    """Index of the first instant of each stretch: the second of two equal stamps, else the first at or after it."""
     began = np.array([start for start, _ in changes[1:]])
     before, after = np.searchsorted(time, began, "left"), np.searchsorted(time, began, "right")
     return [0, *np.where(after - before > 1, before + 1, before).tolist()]

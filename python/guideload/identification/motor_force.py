@@ -38,7 +38,7 @@ X = DOFS.index("x")
 class MotorForce(Record):
     """A measured force [N] of the drive on the cart, or a torque [N m] of the motor; its motion has a velocity.
 
-    known     whether the level of the noise is right
+    known     whether the standard deviation of the noise is known
     friction  keys of [friction] that are unknown
     machine   the machine, with the values of the keys that are known
     delayed   whether the delay of the measured values is unknown

@@ -86,7 +86,7 @@ class Interval:
     """The interval of one coordinate with a probability of 95 %.
 
     low, high  its ends; the coordinate may reach its bounds
-    narrowed   spread after the data over the one before: 1 if they say nothing about it
+    narrowed   standard deviation after the data over that before: 1 if they say nothing about it
     profile    whether it is from the likelihood profile, because the one from the covariance is not good
     """
 
@@ -109,16 +109,16 @@ def student_quantile(degrees: float | Array) -> Array:
 def intervals(fit: Fit, covariance: Array) -> tuple[Interval, ...]:
     """The intervals of the unknowns of the machine."""
     sigma, degrees = np.sqrt(np.diag(covariance)), degrees_of_freedom(fit, covariance)
-    widening = sigma / np.sqrt(np.diag(fit.covariance))
-    each = zip(sigma.tolist(), degrees.tolist(), widening.tolist(), strict=True)
+    inflation = sigma / np.sqrt(np.diag(fit.covariance))
+    each = zip(sigma.tolist(), degrees.tolist(), inflation.tolist(), strict=True)
     return tuple(interval(fit, i, *one) for i, one in enumerate(islice(each, fit.objective.p)))
 
 
-def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float = 1.0) -> Interval:
+def interval(fit: Fit, index: int, sigma: float, degrees: float, inflation: float = 1.0) -> Interval:
     """The interval of a coordinate whose standard deviation is sigma.
 
-    widening: sigma over that of independent errors, by which serial errors of records widen the profile as well.
-    Around every other minimum that explains the data as well it holds what the sum of squares there allows.
+    inflation: sigma over that of independent errors: serial errors of records widen the profile as well. The interval
+    holds those around all minima that explain the data about as well.
     """
     best, objective = fit.minimum, fit.objective
     center, quantile = float(best.x[index]), float(student_quantile(degrees))
@@ -126,32 +126,32 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, widening: float
     before = 1.0 / float(objective.weights[index])
     if sigma > IDENTIFIED * before:  # unless the profile is far steeper than the covariance says
         least = IDENTIFIED * quantile * before
-        if not all(_Root(fit, best, index, side, widening)(least) > quantile for side in (-1.0, 1.0)):
+        if not all(_ProfileT(fit, best, index, side, inflation)(least) > quantile for side in (-1.0, 1.0)):
             low, high = np.clip([center - quantile * sigma, center + quantile * sigma], *bounds).tolist()
             return Interval(low, high, sigma / before, False)
-    low, high, profile = _ends(fit, best, index, sigma, quantile, widening)
+    low, high, profile = _ends(fit, best, index, sigma, quantile, inflation)
     for other in fit.others:
-        if other.squares - best.squares < (quantile * widening) ** 2:
-            here = widening * float(np.sqrt(objective.covariance(other.x)[index, index]))
-            ends = _ends(fit, other, index, here, quantile, widening)
+        if other.squares - best.squares < (quantile * inflation) ** 2:
+            here = inflation * float(np.sqrt(objective.covariance(other.x)[index, index]))
+            ends = _ends(fit, other, index, here, quantile, inflation)
             low, high, profile = min(low, ends[0]), max(high, ends[1]), True
     spread = 0.5 * (high - low) / quantile if profile else sigma
     return Interval(low, high, spread / before, profile)
 
 
 def _ends(
-    fit: Fit, minimum: Minimum, index: int, sigma: float, quantile: float, widening: float
+    fit: Fit, minimum: Minimum, index: int, sigma: float, quantile: float, inflation: float
 ) -> tuple[float, float, bool]:
     """Ends of the interval around a minimum, and whether one of them is from the profile.
 
     They are where the sum of squares exceeds that of the best fit by the square of the quantile.
     """
     center, bounds = float(minimum.x[index]), fit.objective.bounds[:, index]
-    excess = (minimum.squares - fit.minimum.squares) / widening**2
+    excess = (minimum.squares - fit.minimum.squares) / inflation**2
     linear = sigma * float(np.sqrt(quantile**2 - excess))
     ends, profile = [center - linear, center + linear], False
     for i, side in enumerate((-1.0, 1.0)):
-        root = _Root(fit, minimum, index, side, widening)
+        root = _ProfileT(fit, minimum, index, side, inflation)
         reach = abs(float(np.clip(ends[i], *bounds)) - center)
         if reach == 0.0 or abs(root(reach) / np.hypot(reach / sigma, np.sqrt(excess)) - 1.0) <= CURVED:
             continue
@@ -166,14 +166,14 @@ def _ends(
     return low, high, profile
 
 
-class _Root:
-    """Square root of the excess of the sum of squares over the best fit's, at a distance from one of the minima.
+class _ProfileT:
+    """Profile t at a distance from a minimum: the signed root of the likelihood ratio, with one coordinate held there.
 
-    One coordinate is held there, and the others are fitted. Divided by what serial errors widen.
+    That is the root of the sum of squares less that of the best fit, over the inflation by serial errors.
     """
 
-    def __init__(self, fit: Fit, minimum: Minimum, index: int, side: float, widening: float) -> None:
-        self.fit, self.index, self.side, self.widening = fit, index, side, widening
+    def __init__(self, fit: Fit, minimum: Minimum, index: int, side: float, inflation: float) -> None:
+        self.fit, self.index, self.side, self.inflation = fit, index, side, inflation
         self.center = float(minimum.x[index])
         self.known: dict[float, tuple[float, Array]] = {0.0: (self._root(minimum.squares), minimum.x)}
 
@@ -187,7 +187,7 @@ class _Root:
         return self.known[distance][0]
 
     def _root(self, squares: float) -> float:
-        return float(np.sqrt(max(squares - self.fit.minimum.squares, 0.0))) / self.widening
+        return float(np.sqrt(max(squares - self.fit.minimum.squares, 0.0))) / self.inflation
 
 
 # ---- directions that the data cannot determine, in words such as "k_y of 1 and 2: only their sum"

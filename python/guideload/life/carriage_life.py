@@ -50,7 +50,7 @@ class CarriageLife(Criteria):
 
     @cached_property
     def factor_life(self) -> float:
-        """f_W that, put into the catalogue's formula with statics with m a, gives the life of the simulated loads."""
+        """Load factor f_W of the catalogues for the life: mean load over that of the quasi-static loads."""
         quasi_static = self.record.quasi_static[:, self.index]
         exponent = self.rating.exponent
         mean = mean_load(*integrals(self.record.travel, quasi_static, self.rule, exponent), exponent)
@@ -58,7 +58,7 @@ class CarriageLife(Criteria):
 
     @cached_property
     def factor_safety(self) -> float:
-        """f_W that, put into the catalogue's formula with statics with m a, gives the safety of the simulated loads."""
+        """Load factor f_W of the catalogues for the static safety: peak over that of the quasi-static loads."""
         peak = float(self.static_rule(self.record.quasi_static[:, self.index]).max())
         return self.static.peak / peak if peak else float("nan")
 

@@ -16,7 +16,7 @@ CAUSES = {
     "process force": "quasi-static load of the forces on the body",
     "rail error": "quasi-static load of mounting errors and of rails that are not straight",
     "vibration": "dynamic overshoot, and what the elastic laws add if they are not linear",
-    "preload": "what the loaded row of the carriage carries beyond this load",
+    "preload": "load of the loaded row of the carriage less the equivalent load",
 }
 ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding
 
@@ -29,7 +29,7 @@ class LoadParts(dict[str, Array]):
 
     @property
     def quasi_static(self) -> Array:
-        """Loads of statics with m a, which catalogues put into their formulas."""
+        """Quasi-static loads, inertia forces included: what catalogues put into their formulas."""
         return np.asarray(sum(part for cause, part in self.items() if cause != "vibration"))
 
     def at(self, instant: int, carriage: int) -> dict[str, Array]:

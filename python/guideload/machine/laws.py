@@ -158,7 +158,7 @@ class ElasticModel(ConfigModel):
 
     @field_validator("compliance_y", "compliance_z", check_fields=False)
     @classmethod
-    def _piecewise_linear(cls, value: float, info: ValidationInfo) -> float:
+    def _no_compliance_with_preload(cls, value: float, info: ValidationInfo) -> float:
         suffix = (info.field_name or "")[-2:]
         if value and info.data.get(f"preload{suffix}") is not None:
             way_out = (
@@ -202,7 +202,7 @@ def _make_law(
 
 
 def _refuse_without(value: Value, info: ValidationInfo, keys: list[str], expected: str) -> Value:
-    """Refuse `value` if none of the keys that it needs has a value; a refused key counts as a value."""
+    """Refuse `value` if none of the keys that it needs has a value; one that was refused itself counts as given."""
     if value and all(key in info.data and not info.data[key] for key in keys):
         way_out = f"add {' or '.join(keys)}, or leave {info.field_name} out"
         raise ValueRefused(expected, value, way_out)

@@ -31,8 +31,8 @@ class Stretches:
         return tuple(map(self.machine.carrying, self.payloads))
 
     @cached_property
-    def kept(self) -> tuple[Machine, ...]:
-        """The machine with the payloads that are on it before and after each change."""
+    def through_changes(self) -> tuple[Machine, ...]:
+        """The machine with the payloads that stay on it through each change."""
         pairs = zip(self.payloads, self.payloads[1:], strict=False)
         return tuple(
             self.machine.carrying(name for name in before if name in after) for before, after in pairs
@@ -64,4 +64,6 @@ class Stretches:
 
     @property
     def _scenes(self) -> tuple[Sequence[Scene], Sequence[Scene]]:
-        return [machine.scene for machine in self.machines], [machine.scene for machine in self.kept]
+        return [machine.scene for machine in self.machines], [
+            machine.scene for machine in self.through_changes
+        ]

@@ -67,7 +67,7 @@ class TraceResolution:
     frequency      (mode,) Hz, without damping
     moving         (mode,) the dofs that move most
     participation  (mode,) largest static link load in this mode under an acceleration along x, over the sum of modes
-    ringing        (mode,) ringing after the ramp over ringing after a sudden change
+    ringing        (mode,) residual vibration after the ramp over that after a step, |sin(pi f T) / (pi f T)|
     largest        m/s2, largest acceleration along x
     change         m/s2, largest change of acceleration that may have been sudden
     names          `carriage ...` for each carriage, then `link ...` for each link

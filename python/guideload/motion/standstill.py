@@ -54,7 +54,7 @@ def move_spans(time: Array, acceleration: Array, velocity: Array | None = None) 
 def _standstill(rate: Array, first: int, after: int) -> tuple[int, int] | None:
     """First and last instant of the standstill in a slow stretch, around its quietest part; None if there is none.
 
-    rate: (n,) size of the acceleration. first, after: ends of the stretch, as in a slice.
+    rate: (n,) magnitude of the acceleration. first, after: ends of the stretch, as in a slice.
     """
     if after - first < FEWEST:
         return None

@@ -65,8 +65,9 @@ def largest(
 ) -> Limit:
     """The largest pace, payload, overhang or limit of planned moves at which the machine meets its requirements.
 
-    A bracketed root, with an exact run at each try. Vibration need not grow steadily with a limit of the moves: it also
-    depends on the length of a ramp against the periods of the modes. The limit is doubled until the first failure.
+    A bracketed root, with a full simulation at each value. Vibration need not grow steadily with a limit of the moves:
+    it also depends on the length of a ramp against the periods of the modes. The limit is doubled until the first
+    failure.
 
     at          m from L, the place of the payload; default: L
     direction   of the overhang; default: x
@@ -147,7 +148,7 @@ def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantit
     found = margins(0.0 if added else high)
     where = f"without {quantity}" if added else f"at {high / unit:g} of the {quantity}"
     raise RunError(
-        f"{quantity}: {found.first_to_fail} is not reached even {where} ({found.smallest:.3g} of what is wanted); "
+        f"{quantity}: the requirement on {found.first_to_fail} is missed even {where} (margin {found.smallest:.3g}); "
         "take a larger product or drive, or lower the requirement"
     )
 

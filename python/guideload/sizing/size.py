@@ -31,7 +31,7 @@ from guideload.sizing.requirements import Margins, margins_of
 if TYPE_CHECKING:
     import pandas as pd
 
-# Of a product, on a run and its life.
+# Keys of a product that change neither loads nor life.
 WITHOUT_EFFECT = {
     "name",
     "maker",
@@ -48,11 +48,11 @@ LAW_KEYS = ("stiffness", "curve", "preload", "clearance")
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A product in one preload class on all carriages of the machine, and what comes of it.
+    """A product in one preload class on all carriages of the machine, with its run.
 
     product, preload_class  None if the product has no preload classes
-    result, life            of the run; None if it failed. Products that differ in name and mass only share one, under
-                            the name of the first of them
+    result, life            of the run; None if it failed. Products that differ in nothing but name and mass share one
+                            run, under the name of the first of them
     margins                 figure over requirement; None if the run failed
     drive_force             N, largest of the drive, with friction
     first_mode              Hz, lowest natural frequency
