@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room};
 use crate::extremes;
-use crate::interrupt::compute;
+use crate::interrupt::try_compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads, with_less};
 use crate::riders::{self, RiderTuple, Travels};
@@ -111,7 +111,7 @@ impl PyScene {
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
         let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
-        Ok(compute(py, |watch| {
+        try_compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut record = Watched { record: Vec::<State>::new(), watch };
@@ -128,8 +128,8 @@ impl PyScene {
             }
             let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
             drop(motions);
-            Ok::<_, CoreError>(PySolution { stretches: vec![(system, 0)], states, inputs, travels, summary })
-        })??)
+            Ok(PySolution { stretches: vec![(system, 0)], states, inputs, travels, summary })
+        })
     }
 
     /// Extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8); with `less` (2 groups, 8), whose second
@@ -156,7 +156,7 @@ impl PyScene {
         let travels = Travels::new(&self.1, travel.as_ref())?;
         let loads = with_less(group_loads(&self.0, &groups.0, &centers, Part::Total)?, less.as_ref())?;
         let count = groups.0.len();
-        let extremes = compute(py, |watch| {
+        let extremes = try_compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = extremes::before(count, loads.len());
@@ -164,8 +164,8 @@ impl PyScene {
                 Watched { record: Peaks::new(&self.0, &excitation, &loads, &mut extremes), watch };
             let control = convert::control(rtol, step);
             method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
-            Ok::<_, CoreError>(extremes)
-        })??;
+            Ok(extremes)
+        })?;
         extremes::arrays(py, count, &extremes)
     }
 
