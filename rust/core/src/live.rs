@@ -4,7 +4,7 @@ use core::fmt;
 use core::ops::{Add, Mul};
 
 use crate::equations::SampledSystem;
-use crate::error::{ExcitationError, RunError, SceneError};
+use crate::error::{ExcitationError, RunError, SceneError, from_variants};
 use crate::machine::{Load, PerCarriage, Simulation};
 
 /// The numbers of a [`Live`] step: f64 or f32.
@@ -60,23 +60,7 @@ impl fmt::Display for Error {
     }
 }
 
-impl From<SceneError> for Error {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
-    }
-}
-
-impl From<ExcitationError> for Error {
-    fn from(error: ExcitationError) -> Self {
-        Self::Excitation(error)
-    }
-}
-
-impl From<RunError> for Error {
-    fn from(error: RunError) -> Self {
-        Self::Run(error)
-    }
-}
+from_variants!(Error: Scene(SceneError), Excitation(ExcitationError), Run(RunError));
 
 /// Loads of the carriages of a linear machine, one period after the other.
 ///

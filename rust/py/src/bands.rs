@@ -15,9 +15,9 @@ use pyo3::prelude::*;
 
 use crate::chain::{Chain, OscillatorOfModel};
 use crate::convert::{
-    Array1, Array2, CoreError, List, check_ascending, check_finite, check_results, numbers, zeros,
+    Array1, Array2, List, check_ascending, check_finite, check_results, filled, numbers, zeros,
 };
-use crate::interrupt::compute;
+use crate::interrupt::try_compute;
 use crate::links::group_loads;
 use crate::scene::PyScene;
 
@@ -67,15 +67,10 @@ pub fn draw_motion<'py>(
     seed: u64,
 ) -> PyResult<Array2<'py>> {
     let model = checked(&chain, derivative)?;
-    let drawn = zeros(py, &[count, model.variance.len()])?;
-    {
-        let mut out = drawn.readwrite();
-        let out = out.as_slice_mut()?;
-        compute(py, |watch| smoother::draw(&posterior(&model, watch)?, derivative, seed, out))?
-            .map_err(CoreError::from)?;
-        check_results(&[out])?;
-    }
-    Ok(drawn)
+    filled(py, &[count, model.variance.len()], |out| {
+        try_compute(py, |watch| Ok(smoother::draw(&posterior(&model, watch)?, derivative, seed, out)?))?;
+        check_results(&[out])
+    })
 }
 
 /// Draws of the motion for the samples of a batch.
@@ -99,10 +94,9 @@ impl PyMotionDraws {
         check_ascending(&stamps, "stamps")?;
         let time = numbers(&time, "time")?;
         check_finite(&time, "time")?;
-        let draws = compute(py, |watch| {
-            let chain = posterior(&model, watch)?;
-            MotionDraws::new(&chain, (derivative, &unit), &stamps, &time, seed).map_err(CoreError::from)
-        })??;
+        let draws = try_compute(py, |watch| {
+            Ok(MotionDraws::new(&posterior(&model, watch)?, (derivative, &unit), &stamps, &time, seed)?)
+        })?;
         Ok(Self(Arc::new(draws)))
     }
 
@@ -200,13 +194,12 @@ pub fn load_spread<'py>(
             sizes: s.as_slice_mut()?,
             links: l.as_slice_mut()?,
         };
-        compute(py, |watch| {
+        try_compute(py, |watch| {
             let chain = posterior(&model, watch)?;
             let deviation =
                 Deviation { posterior: &chain, time: &time, derivative, unit: &unit, quasi_static };
-            bands::standard_deviations(system, deviation, &instants, &groups, &loads, &mut out)
+            Ok(bands::standard_deviations(system, deviation, &instants, &groups, &loads, &mut out)?)
         })?
-        .map_err(CoreError::from)?
         .ok_or_else(not_linear)?;
         check_results(&[out.acceleration, out.groups, out.sizes, out.links])?;
     }
@@ -243,20 +236,15 @@ pub fn draw_peaks<'py>(
     }
     let wanted = numbers(&wanted, "wanted")?;
     let system = &scene.0;
-    let peaks = zeros(py, &[groups.len(), count])?;
-    {
-        let mut out = peaks.readwrite();
-        let out = out.as_slice_mut()?;
-        compute(py, |watch| {
+    filled(py, &[groups.len(), count], |out| {
+        try_compute(py, |watch| {
             let chain = posterior(&model, watch)?;
             let deviation =
                 Deviation { posterior: &chain, time: &time, derivative, unit: &unit, quasi_static };
             let nominal = NominalLoads { instants: &instants, loads: &loads, wanted: &wanted };
-            bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, out)
+            Ok(bands::draw_peaks(system, deviation, nominal, &groups, seed, threads, out)?)
         })?
-        .map_err(CoreError::from)?
         .ok_or_else(not_linear)?;
-        check_results(&[out])?;
-    }
-    Ok(peaks)
+        check_results(&[out])
+    })
 }

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use guideload::batch::{Batch, Change, Measure, Motion, MotionDraws, Solver, Width};
 use guideload::{BatchError, SampleError, Start, Watch};
-use numpy::{PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray4, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::bands::PyMotionDraws;
-use crate::convert::{self, Array2, CoreError, List, Samples, numbers, zeros};
-use crate::interrupt::compute;
+use crate::convert::{self, Array2, CoreError, List, Samples, filled, numbers};
+use crate::interrupt::try_compute;
 use crate::life::{Rule, equivalent_load};
 use crate::variation::{OwnedBase, PyVariedScene};
 
@@ -90,7 +90,7 @@ impl PyBatch {
                 "draws: expected those of {of_motion} samples in a column up to {MOST_COLUMNS}, got {got}, column {column}"
             )));
         }
-        compute(py, |watch| batch.with_batch(watch, |_| Ok(())))??;
+        try_compute(py, |watch| batch.with_batch(watch, |_| Ok(())))?;
         Ok(batch)
     }
 
@@ -107,14 +107,13 @@ impl PyBatch {
         let width = Width::from_name(width).ok_or_else(|| {
             PyValueError::new_err(format!("width: expected widest, four or one, got {width:?}"))
         })?;
-        let out = zeros(py, &[count, self.measures.len()])?;
-        let failures = {
-            let mut rows = out.readwrite();
-            let rows = rows.as_slice_mut()?;
-            compute(py, |watch| {
+        let mut failures = Vec::new();
+        let out = filled(py, &[count, self.measures.len()], |rows| {
+            failures = try_compute(py, |watch| {
                 self.with_batch(watch, |batch| batch.with_width(width).run(count, &values, threads, rows))
-            })??
-        };
+            })?;
+            Ok(())
+        })?;
         Ok((out, messages(failures)))
     }
 
@@ -125,12 +124,13 @@ impl PyBatch {
         values: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<(Bound<'py, PyArray4<f64>>, Failures)> {
         let (count, values) = table(&values)?;
-        let out = zeros(py, &[count, self.samples.acceleration.len(), self.base.groups.len(), 6])?;
-        let failures = {
-            let mut rows = out.readwrite();
-            let rows = rows.as_slice_mut()?;
-            compute(py, |watch| self.with_batch(watch, |batch| batch.histories(count, &values, rows)))??
-        };
+        let mut failures = Vec::new();
+        let shape = [count, self.samples.acceleration.len(), self.base.groups.len(), 6];
+        let out = filled(py, &shape, |rows| {
+            let histories = |batch: Batch| batch.histories(count, &values, rows);
+            failures = try_compute(py, |watch| self.with_batch(watch, histories))?;
+            Ok(())
+        })?;
         Ok((out, messages(failures)))
     }
 }

@@ -10,8 +10,8 @@ use guideload::{
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{
-    Element, PyArray, PyArray1, PyArray2, PyReadonlyArray, PyReadonlyArray1, PyReadonlyArray2,
-    PyUntypedArrayMethods,
+    Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray, PyReadonlyArray1,
+    PyReadonlyArray2, PyUntypedArrayMethods,
 };
 use pyo3::Borrowed;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyTypeError, PyValueError};
@@ -217,6 +217,17 @@ pub fn zeros<'py, D: numpy::ndarray::Dimension>(
         if too_large { PyMemoryError::new_err(error.value(py).to_string()) } else { error }
     })?;
     Ok(array.cast_into()?)
+}
+
+/// A new array, whose numbers `fill` writes.
+pub fn filled<'py, D: numpy::ndarray::Dimension>(
+    py: Python<'py>,
+    shape: &[usize],
+    fill: impl FnOnce(&mut [f64]) -> PyResult<()>,
+) -> PyResult<Bound<'py, PyArray<f64, D>>> {
+    let array = zeros(py, shape)?;
+    fill(array.readwrite().as_slice_mut()?)?;
+    Ok(array)
 }
 
 /// An error that names the first of the numbers that is not as `expected`, which `holds` tells.

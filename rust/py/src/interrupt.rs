@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{ThreadId, current};
 use std::time::Instant;
 
+use crate::convert::CoreError;
 use guideload::Watch;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -91,6 +92,14 @@ impl Signals {
         self.stopped.store(true, Ordering::Relaxed);
         true
     }
+}
+
+/// [`compute`] for work that may fail.
+pub fn try_compute<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(Watch) -> Result<T, CoreError> + Send,
+) -> PyResult<T> {
+    Ok(compute(py, work)??)
 }
 
 /// Does `work` with the interpreter released. Its watch stops it when a signal handler raises, such as that of Ctrl-C.

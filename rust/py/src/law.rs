@@ -1,10 +1,10 @@
 //! Elastic laws over arrays.
 
 use guideload::Law;
-use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, CoreError, not_contiguous, rows, zeros};
+use crate::convert::{Array1, CoreError, filled, not_contiguous, rows};
 
 #[pyclass(name = "Law", module = "guideload._core", frozen, eq, from_py_object)]
 #[derive(Clone, PartialEq)]
@@ -77,9 +77,8 @@ fn over<'py>(
     of: impl Fn(f64) -> f64,
 ) -> PyResult<Array1<'py>> {
     let deflection = deflection.as_slice().map_err(|_| not_contiguous("deflection"))?;
-    let values = zeros(py, &[deflection.len()])?;
-    for (value, &d) in values.readwrite().as_slice_mut()?.iter_mut().zip(deflection) {
-        *value = of(d);
-    }
-    Ok(values)
+    filled(py, &[deflection.len()], |values| {
+        values.iter_mut().zip(deflection).for_each(|(value, d)| *value = of(*d));
+        Ok(())
+    })
 }

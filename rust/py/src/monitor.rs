@@ -11,7 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::convert::{List, numbers, rows, scene_error, zeros};
+use crate::convert::{List, filled, numbers, rows, scene_error, zeros};
 use crate::interrupt::compute;
 use crate::life::{Rule, equivalent_load};
 use crate::links::group_loads;
@@ -149,16 +149,14 @@ impl PyMonitor {
         let (velocity, acceleration) =
             (numbers(&velocity, "velocity")?, numbers(&acceleration, "acceleration")?);
         let carriages = self.carriages();
-        let loads: Loads<'py> = zeros(py, &[velocity.len(), carriages, 5])?;
-        {
-            let mut to = loads.readwrite();
-            let to = to.as_slice_mut()?.chunks_exact_mut(carriages * 5);
+        filled(py, &[velocity.len(), carriages, 5], |to| {
+            let to = to.chunks_exact_mut(carriages * 5);
             for ((to, velocity), acceleration) in to.zip(velocity).zip(acceleration) {
                 self.state.push_motion(&self.constants, Motion { velocity, acceleration });
                 to.copy_from_slice(&self.state.loads().as_flattened()[..carriages * 5]);
             }
-        }
-        Ok(loads)
+            Ok(())
+        })
     }
 
     /// Whether the loads still depend on the state at the last restart.

@@ -15,10 +15,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{
-    self, Array1, Array2, CoreError, List, Samples, StartState, matrix3, numbers, room, zeros,
+    self, Array1, Array2, CoreError, List, Samples, StartState, filled, matrix3, numbers, room,
 };
 use crate::extremes;
-use crate::interrupt::compute;
+use crate::interrupt::try_compute;
 use crate::law::PyLaw;
 use crate::links::{self, group_loads, with_less};
 use crate::riders::{self, RiderTuple, Travels};
@@ -114,7 +114,7 @@ impl PyScene {
         let times = times.as_ref().map(|times| numbers(times, "times")).transpose()?;
         let system = Arc::clone(&self.0);
         let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
-        Ok(compute(py, |watch| {
+        try_compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut record = Watched { record: Vec::<State>::new(), watch };
@@ -131,8 +131,8 @@ impl PyScene {
             }
             let inputs = Inputs::Samples { acceleration: samples.acceleration, wrench: samples.wrench };
             drop(motions);
-            Ok::<_, CoreError>(PySolution { stretches: vec![(system, 0)], states, inputs, travels, summary })
-        })??)
+            Ok(PySolution { stretches: vec![(system, 0)], states, inputs, travels, summary })
+        })
     }
 
     /// Extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8); with `less` (2 groups, 8), whose second
@@ -159,7 +159,7 @@ impl PyScene {
         let travels = Travels::new(&self.1, travel.as_ref())?;
         let loads = with_less(group_loads(&self.0, &groups.0, &centers, Part::Total)?, less.as_ref())?;
         let count = groups.0.len();
-        let extremes = compute(py, |watch| {
+        let extremes = try_compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
             let mut extremes = extremes::before(count, loads.len());
@@ -167,8 +167,8 @@ impl PyScene {
                 Watched { record: Peaks::new(&self.0, &excitation, &loads, &mut extremes), watch };
             let control = convert::control(rtol, step);
             method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
-            Ok::<_, CoreError>(extremes)
-        })??;
+            Ok(extremes)
+        })?;
         extremes::arrays(py, count, &extremes)
     }
 
@@ -255,11 +255,8 @@ impl PyScene {
         }
         let loads = group_loads(system, &groups.0, &centers, Part::Total)?;
         let (width, intervals) = (6 * loads.len(), time.len().saturating_sub(1));
-        let bows = zeros(py, &[intervals, loads.len(), 6])?;
-        {
-            let mut bows = bows.readwrite();
-            let bows = bows.as_slice_mut()?;
-            let is_finite = compute(py, |watch| {
+        filled(py, &[intervals, loads.len(), 6], |bows| {
+            try_compute(py, |watch| {
                 let mut is_finite = true;
                 for from in (0..intervals).step_by(AT_A_TIME).take_while(|_| !watch.stops()) {
                     let to = usize::min(from + AT_A_TIME, intervals);
@@ -271,13 +268,9 @@ impl PyScene {
                     };
                     is_finite &= motion.load_bows(system, &loads, &mut bows[from * width..to * width]);
                 }
-                is_finite
-            })?;
-            if !is_finite {
-                return Err(CoreError::Run(RunError::OutOfRange).into());
-            }
-        }
-        Ok(bows)
+                if is_finite { Ok(()) } else { Err(CoreError::Run(RunError::OutOfRange)) }
+            })
+        })
     }
 }
 

@@ -9,8 +9,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::chain::{Chain, OscillatorOfModel};
-use crate::convert::{Array1, Array2, CoreError, check_finite, check_results, numbers, zeros};
-use crate::interrupt::compute;
+use crate::convert::{Array1, Array2, check_finite, check_results, numbers, zeros};
+use crate::interrupt::try_compute;
 
 /// The arrays of samples and of the model of their motion: step, value, variance, mean, covariance, segment, density, oscillator.
 type Arrays<'py> = (
@@ -60,10 +60,10 @@ impl Checked {
 #[pyfunction]
 pub fn motion_likelihood(py: Python<'_>, given: Arrays<'_>) -> PyResult<Option<(f64, f64)>> {
     let given = Checked::new(&given)?;
-    let found = compute(py, |watch| {
-        smoother::likelihood(given.chain.order, given.samples(watch), given.start(), given.chain.noise())
-    })?
-    .map_err(CoreError::from)?;
+    let found = try_compute(py, |watch| {
+        let (samples, start) = (given.samples(watch), given.start());
+        Ok(smoother::likelihood(given.chain.order, samples, start, given.chain.noise())?)
+    })?;
     if let Some((determinant, misfit)) = found {
         check_results(&[&[determinant, misfit]])?;
     }
@@ -86,11 +86,10 @@ pub fn smooth_motion<'py>(
             variance: variances.as_slice_mut()?.as_chunks_mut().0,
             residual: residuals.as_slice_mut()?.as_chunks_mut().0,
         };
-        compute(py, |watch| {
+        try_compute(py, |watch| {
             let (samples, start) = (given.samples(watch), given.start());
-            smoother::smooth(given.chain.order, samples, start, given.chain.noise(), &mut out)
-        })?
-        .map_err(CoreError::from)?;
+            Ok(smoother::smooth(given.chain.order, samples, start, given.chain.noise(), &mut out)?)
+        })?;
         check_results(&[means.as_slice()?, variances.as_slice()?, residuals.as_slice()?])?;
     }
     Ok(arrays)
@@ -146,7 +145,7 @@ pub fn adapt_motion<'py>(
     let level = {
         let (mut log_density, mut noise_ratio) = (log_density.readwrite(), noise_ratio.readwrite());
         let (log_density, noise_ratio) = (log_density.as_slice_mut()?, noise_ratio.as_slice_mut()?);
-        compute(py, |watch| {
+        try_compute(py, |watch| {
             let mut adapted = Adapted {
                 step: &step,
                 rounded: Rounded { value: &rounded, quantum },
@@ -161,8 +160,8 @@ pub fn adapt_motion<'py>(
             };
             let start = Start { mean: &mean, covariance: &covariance };
             smoother::adapt(order, start, rule, &mut adapted)?;
-            Ok::<_, CoreError>(adapted.noise_variance)
-        })??
+            Ok(adapted.noise_variance)
+        })?
     };
     check_results(&[
         &density,

@@ -6,13 +6,14 @@ use guideload::input_from;
 use guideload::{Input, RiddenInstant, RunError, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::ndarray::Dimension;
-use numpy::{PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, List, zeros};
-use crate::interrupt::compute;
+use crate::convert::{self, CoreError, List, filled};
+use crate::interrupt::{compute, try_compute};
 use crate::links::group_loads;
 use crate::riders::Travels;
+use crate::scene::table;
 
 /// Excitation at the recorded instants: the given samples, or interpolated at output times.
 pub enum Inputs {
@@ -99,12 +100,11 @@ impl PySolution {
     /// Position and velocity of L in the carriage frame at the end of the motion, (2, 6).
     fn end<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let system = &self.stretches[self.stretches.len() - 1].0;
-        let state = zeros(py, &[2, 6])?;
         let quantities = [position(system), velocity(system)];
-        let mut out = state.readwrite();
-        evaluate(&quantities, &[self.summary.end], |_| [0.0; 9], out.as_slice_mut()?);
-        drop(out);
-        Ok(state)
+        filled(py, &[2, 6], |out| {
+            evaluate(&quantities, &[self.summary.end], |_| [0.0; 9], out);
+            Ok(())
+        })
     }
 
     /// Acceleration of L in the carriage frame, (time, 6).
@@ -130,12 +130,11 @@ impl PySolution {
 
     /// Travel, speed and acceleration of the moving riders, (riders, time, 3).
     fn rider_travel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let array = zeros(py, &[self.travels.count(), self.states.len(), 3])?;
-        let flat = self.travels.samples().flat_map(|samples| samples.as_flattened().iter().copied());
-        for (to, from) in array.readwrite().as_slice_mut()?.iter_mut().zip(flat) {
-            *to = from;
-        }
-        Ok(array)
+        filled(py, &[self.travels.count(), self.states.len(), 3], |out| {
+            let flat = self.travels.samples().flat_map(|samples| samples.as_flattened());
+            out.iter_mut().zip(flat).for_each(|(to, from)| *to = *from);
+            Ok(())
+        })
     }
 
     /// Force of the drive on each moving rider along its direction, (time, riders).
@@ -146,11 +145,7 @@ impl PySolution {
 
     /// The excitation at the recorded instants, (time, 9): acceleration, force, moment about L.
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let inputs = zeros(py, &[self.states.len(), 9])?;
-        for (k, input) in inputs.readwrite().as_slice_mut()?.as_chunks_mut::<9>().0.iter_mut().enumerate() {
-            *input = self.inputs.at(k);
-        }
-        Ok(inputs)
+        table(py, (0..self.states.len()).map(|k| self.inputs.at(k)))
     }
 }
 
@@ -162,14 +157,13 @@ impl PySolution {
         width: usize,
         write: impl Fn(&RiddenInstant, &mut [f64]),
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let array = zeros(py, &[self.states.len(), width])?;
         let system = &self.stretches[0].0;
-        let instants = compute(py, |_| self.travels.instants(system, &self.states, |k| self.inputs.at(k)))??;
-        for (instant, out) in instants.iter().zip(array.readwrite().as_slice_mut()?.chunks_mut(width.max(1)))
-        {
-            write(instant, out);
-        }
-        Ok(array)
+        filled(py, &[self.states.len(), width], |out| {
+            let instants =
+                try_compute(py, |_| self.travels.instants(system, &self.states, |k| self.inputs.at(k)))?;
+            instants.iter().zip(out.chunks_mut(width.max(1))).for_each(|(instant, out)| write(instant, out));
+            Ok(())
+        })
     }
 
     fn of_reference<'py>(
@@ -187,10 +181,7 @@ impl PySolution {
         quantities: impl Fn(&'a System) -> PyResult<Vec<Recovery<'a, ROWS>>>,
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
-        let array = zeros(py, shape)?;
-        {
-            let mut out = array.readwrite();
-            let mut rest = out.as_slice_mut()?;
+        filled(py, shape, |mut rest| {
             for (index, (system, first)) in self.stretches.iter().enumerate() {
                 let quantities = quantities(system)?;
                 let width = usize::max(quantities.len() * ROWS, 1);
@@ -211,8 +202,8 @@ impl PySolution {
                     return Err(CoreError::Run(RunError::OutOfRange).into());
                 }
             }
-        }
-        Ok(array)
+            Ok(())
+        })
     }
 }
 

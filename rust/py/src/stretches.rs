@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
 use crate::extremes;
-use crate::interrupt::compute;
+use crate::interrupt::try_compute;
 use crate::links::{group_loads, with_less};
 use crate::riders::Travels;
 use crate::scene::{PyScene, named_method};
@@ -126,7 +126,7 @@ pub fn solve_stretches(
     let firsts: Vec<usize> = (0..=run.systems.len()).map(place).collect();
     let mut states: Vec<State> = room(firsts[run.systems.len()])?;
     let mut inputs: Vec<Input> = room(times.as_ref().map_or(0, Vec::len))?;
-    let summary = compute(py, |watch| {
+    let summary = try_compute(py, |watch| {
         let output = |index: usize| match &times {
             Some(times) => Output::Times(&times[firsts[index]..firsts[index + 1]]),
             None => Output::Samples,
@@ -137,8 +137,8 @@ pub fn solve_stretches(
             let times = &times[firsts[index]..firsts[index + 1]];
             inputs.extend(times.iter().map(|&time| excitation.input_at(time)));
         }
-        Ok::<_, CoreError>(summary)
-    })??;
+        Ok(summary)
+    })?;
     let stretches = run.systems.into_iter().zip(firsts).collect();
     let Samples { acceleration, wrench, .. } = run.samples;
     let inputs = if times.is_some() { Inputs::At(inputs) } else { Inputs::Samples { acceleration, wrench } };
@@ -172,7 +172,7 @@ pub fn peaks_of_stretches<'py>(
     let loads = run.systems.iter().map(|system| of(system)).collect::<PyResult<Vec<_>>>()?;
     let count = loads.first().map_or(0, Vec::len);
     let mut parts = vec![extremes::before(groups.0.len(), count); loads.len()];
-    compute(py, |watch| {
+    try_compute(py, |watch| {
         let part = |index: usize| run.bounds[index]..run.bounds[index + 1];
         let excitations = (0..loads.len())
             .map(|index| run.samples.excitation_of(part(index)))
@@ -183,7 +183,7 @@ pub fn peaks_of_stretches<'py>(
             Peaks::new(&run.systems[index], &excitations[index], &loads[index], room)
         };
         run.run(watch, |_| Output::Samples, record, |_| ()).map(|_| ())
-    })??;
+    })?;
     let whole: Vec<Extremes> = (0..count)
         .map(|group| parts.iter().fold(Extremes::NONE, |all, part| all.with(&part[group])))
         .collect();

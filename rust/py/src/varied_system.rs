@@ -14,8 +14,8 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, Samples, numbers, zeros};
-use crate::interrupt::compute;
+use crate::convert::{self, Array1, Array2, CoreError, Samples, filled, numbers, zeros};
+use crate::interrupt::{compute, try_compute};
 use crate::scene::{PyScene, table};
 
 /// A system and its derivatives by each column of values.
@@ -58,14 +58,12 @@ impl PyVariedSystem {
     /// Derivative of the static load of each link (columns, links).
     fn static_link_loads<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         let (columns, links) = (self.varied.derivatives.len(), self.varied.system.links().len());
-        let out = zeros(py, &[columns, links])?;
-        {
-            let mut rows = out.readwrite();
-            for (entry, to) in rows.as_slice_mut()?.iter_mut().enumerate() {
+        filled(py, &[columns, links], |out| {
+            for (entry, to) in out.iter_mut().enumerate() {
                 *to = self.varied.static_link_load(entry / links, entry % links);
             }
-        }
-        Ok(out)
+            Ok(())
+        })
     }
 
     /// Static load of each group (groups, 6), and its derivative (columns, groups, 6).
@@ -73,14 +71,13 @@ impl PyVariedSystem {
         let (columns, groups) = (self.varied.derivatives.len(), self.groups.len());
         let loads = |of: &(usize, &Group)| self.varied.group_load(of.0, of.1, Part::Total).at_rest();
         let at_rest = table(py, self.groups.iter().enumerate().map(|of| loads(&of)))?;
-        let out = zeros(py, &[columns, groups, 6])?;
-        {
-            let mut rows = out.readwrite();
-            for (entry, to) in rows.as_slice_mut()?.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+        let out = filled(py, &[columns, groups, 6], |out| {
+            for (entry, to) in out.as_chunks_mut::<6>().0.iter_mut().enumerate() {
                 let (column, group) = (entry / groups, entry % groups);
                 *to = self.varied.static_group_load(column, group, &self.groups[group]);
             }
-        }
+            Ok(())
+        })?;
         Ok((at_rest, out))
     }
 
@@ -99,9 +96,8 @@ impl PyVariedSystem {
         let (varied, [motion, load]) = (Arc::clone(&self.varied), self.varied.factors);
         samples.acceleration.as_flattened_mut().iter_mut().for_each(|x| *x *= motion);
         samples.wrench.iter_mut().flat_map(|all| all.as_flattened_mut()).for_each(|x| *x *= load);
-        let history = compute(py, |watch| {
-            Ok::<_, CoreError>(History::new(&varied, &samples.excitation()?, start, watch)?)
-        })??;
+        let history =
+            try_compute(py, |watch| Ok(History::new(&varied, &samples.excitation()?, start, watch)?))?;
         Ok(PyVariedRun { varied, groups: self.groups.clone(), samples, history })
     }
 
@@ -135,26 +131,21 @@ impl PyVariedRun {
         let tangents = self.tangents(py)?;
         let width = quantity.width(&self.varied, &self.groups);
         let shape = [self.varied.derivatives.len(), self.history.states().len(), width];
-        let out = zeros(py, &shape)?;
-        {
-            let mut numbers = out.readwrite();
-            let numbers = numbers.as_slice_mut()?;
-            let finite = compute(py, |_| {
+        filled(py, &shape, |out| {
+            require(try_compute(py, |_| {
                 let (varied, excitation) = ((&*self.varied, &self.groups[..]), self.samples.excitation()?);
-                Ok::<_, CoreError>(self.history.derivatives(tangents, varied, &excitation, quantity, numbers))
-            })??;
-            require(finite)?;
-        }
-        Ok(out)
+                Ok(self.history.derivatives(tangents, varied, &excitation, quantity, out))
+            })?)
+        })
     }
 
     /// The run at instants (n,), in ascending order.
     fn at(&self, py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> PyResult<PyVariedInstants> {
         let (tangents, time) = (self.tangents(py)?, numbers(&time, "time")?);
-        let instants = compute(py, |watch| {
+        let instants = try_compute(py, |watch| {
             let excitation = self.samples.excitation()?;
-            Ok::<_, CoreError>(self.history.at(tangents, (&self.varied, &excitation), &time, watch)?)
-        })??;
+            Ok(self.history.at(tangents, (&self.varied, &excitation), &time, watch)?)
+        })?;
         Ok(PyVariedInstants { varied: Arc::clone(&self.varied), groups: self.groups.clone(), instants })
     }
 
@@ -174,19 +165,19 @@ impl PyVariedRun {
             let got = weights.len();
             return Err(PyValueError::new_err(format!("weights: expected {expected} numbers, got {got}")));
         }
-        let gradient = compute(py, |watch| {
+        let gradient = try_compute(py, |watch| {
             let (varied, excitation) = ((&*self.varied, &self.groups[..]), self.samples.excitation()?);
-            Ok::<_, CoreError>(self.history.gradient(varied, &excitation, (quantity, &weights), watch)?)
-        })??;
+            Ok(self.history.gradient(varied, &excitation, (quantity, &weights), watch)?)
+        })?;
         Ok(gradient.into_pyarray(py))
     }
 }
 
 impl PyVariedRun {
     fn tangents(&self, py: Python<'_>) -> PyResult<&Tangents> {
-        Ok(compute(py, |watch| {
-            Ok::<_, CoreError>(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
-        })??)
+        try_compute(py, |watch| {
+            Ok(self.history.tangents(&self.varied, &self.samples.excitation()?, watch)?)
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use super::covariance::Covariance;
 use super::schedule::{Deviation, Event, Schedule};
 use crate::error::Stopped;
 use crate::numeric::float::{add_scaled, fma, sqrt};
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+use crate::numeric::simd::{LANES, Lanes, dispatch};
 use crate::output::{Axial, Part, Recovery, Wrench, link_load};
 use crate::system::{ModelLevel, System};
 
@@ -68,7 +68,7 @@ pub fn standard_deviations(
         }
         deviation.posterior.watch().check()?;
         let covariance = &mut covariance;
-        dispatch(DeviationsKernel { events: &events, covariance, quantities: &quantities, loads, out });
+        dispatch!(follow(&events, covariance, &quantities, loads, out));
     }
 }
 
@@ -104,32 +104,25 @@ fn pack(count: usize, of: impl Fn(usize, usize) -> f64) -> Vec<Rows> {
 }
 
 /// Follows events and writes the results at their instants.
-struct DeviationsKernel<'a, 'b> {
-    events: &'a [Event],
-    covariance: &'a mut Covariance,
-    quantities: &'a Quantities,
-    loads: &'a [f64],
-    out: &'a mut StandardDeviations<'b>,
-}
-
-impl Kernel for DeviationsKernel<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { events, covariance, quantities, loads, out } = self;
-        let (width, links) = (loads.len() / out.acceleration.len(), out.links.len() / out.acceleration.len());
-        for step in events {
-            covariance.follow(step);
-            let &Event::Instant { index, at } = step else { continue };
-            out.acceleration[index] = root(covariance.acceleration(at));
-            let groups = index * width..(index + 1) * width;
-            let z = &covariance.z;
-            fill(z, &quantities.groups, &mut out.groups[groups.clone()]);
-            fill(z, &quantities.links, &mut out.links[index * links..(index + 1) * links]);
-            let sizes = &mut out.sizes[index * width / 3..(index + 1) * width / 3];
-            fill_sizes(z, quantities, &loads[groups.clone()], &out.groups[groups], sizes);
-        }
+#[inline(always)]
+fn follow(
+    events: &[Event],
+    covariance: &mut Covariance,
+    quantities: &Quantities,
+    loads: &[f64],
+    out: &mut StandardDeviations,
+) {
+    let (width, links) = (loads.len() / out.acceleration.len(), out.links.len() / out.acceleration.len());
+    for step in events {
+        covariance.follow(step);
+        let &Event::Instant { index, at } = step else { continue };
+        out.acceleration[index] = root(covariance.acceleration(at));
+        let groups = index * width..(index + 1) * width;
+        let z = &covariance.z;
+        fill(z, &quantities.groups, &mut out.groups[groups.clone()]);
+        fill(z, &quantities.links, &mut out.links[index * links..(index + 1) * links]);
+        let sizes = &mut out.sizes[index * width / 3..(index + 1) * width / 3];
+        fill_sizes(z, quantities, &loads[groups.clone()], &out.groups[groups], sizes);
     }
 }
 

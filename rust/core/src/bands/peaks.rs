@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use super::schedule::{Deviation, Event, Response, Schedule};
 use crate::error::Stopped;
 use crate::numeric::float::{add_scaled, fma, sqrt};
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::simd::{LANES, Lanes, dispatch_wide};
 use crate::numeric::watch::{Watch, filled, on_threads, room};
 use crate::output::Wrench;
 use crate::smoother::DeviationDraws;
@@ -98,7 +98,7 @@ fn follow_on_threads<'a>(
                 if watch.stops() {
                     return;
                 }
-                dispatch_wide(FollowKernel { block, events: &events, plan });
+                dispatch_wide!(follow(block, &events, plan));
             }
         }
     };
@@ -207,34 +207,23 @@ impl DrawBlock {
 }
 
 /// Advances eight draws by several events.
-struct FollowKernel<'a> {
-    block: &'a mut DrawBlock,
-    events: &'a [Event],
-    plan: &'a Plan<'a>,
-}
-
-impl Kernel for FollowKernel<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { block, events, plan } = self;
-        for step in events {
-            match step {
-                Event::Sample { step, unit } => {
-                    block.before = block.after;
-                    block.drawn.advance(step, plan.order);
-                    for lane in 0..LANES {
-                        block.after[lane] = unit * block.drawn.state[plan.derivative][lane];
-                    }
-                    if !block.started {
-                        block.started = true;
-                        block.state = plan.start.map(|z| block.after.map(|acceleration| z * acceleration));
-                    }
+#[inline(always)]
+fn follow(block: &mut DrawBlock, events: &[Event], plan: &Plan) {
+    for step in events {
+        match step {
+            Event::Sample { step, unit } => {
+                block.before = block.after;
+                block.drawn.advance(step, plan.order);
+                for lane in 0..LANES {
+                    block.after[lane] = unit * block.drawn.state[plan.derivative][lane];
                 }
-                Event::Part { response, from, to } => block.advance(plan, response, *from, *to),
-                Event::Instant { index, .. } => block.update_largest(plan, *index),
+                if !block.started {
+                    block.started = true;
+                    block.state = plan.start.map(|z| block.after.map(|acceleration| z * acceleration));
+                }
             }
+            Event::Part { response, from, to } => block.advance(plan, response, *from, *to),
+            Event::Instant { index, .. } => block.update_largest(plan, *index),
         }
     }
 }

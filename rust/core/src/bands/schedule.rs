@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::equations::Propagator;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::smoother::{MarkovStep, Posterior};
 use crate::system::{State, System};
 
@@ -99,7 +99,7 @@ impl<'a> Schedule<'a> {
         if let Some((_, response)) = self.cached.iter().find(near) {
             return Rc::clone(response);
         }
-        let response = Rc::new(dispatch(ResponseKernel { system: self.system, length }));
+        let response = Rc::new(dispatch!(response(self.system, length)));
         let entry = (length, Rc::clone(&response));
         if self.cached.len() < CACHED_RESPONSES {
             self.cached.push(entry);
@@ -152,23 +152,13 @@ impl Iterator for Schedule<'_> {
 }
 
 /// Computes a response.
-struct ResponseKernel<'a> {
-    system: &'a System,
-    length: f64,
-}
-
-impl Kernel for ResponseKernel<'_> {
-    type Output = Response;
-
-    #[inline(always)]
-    fn run(self) -> Response {
-        let Self { system, length } = self;
-        let propagator = Propagator::new(system, &system.influence()[..1], length);
-        let (change, &start, &end) = propagator.parts(0);
-        let mut carry = *change;
-        for i in 0..12 {
-            carry[i][i] += 1.0;
-        }
-        Response { carry, start, end }
+#[inline(always)]
+fn response(system: &System, length: f64) -> Response {
+    let propagator = Propagator::new(system, &system.influence()[..1], length);
+    let (change, &start, &end) = propagator.parts(0);
+    let mut carry = *change;
+    for i in 0..12 {
+        carry[i][i] += 1.0;
     }
+    Response { carry, start, end }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::measure::Measure;
-use crate::error::{RunError, SceneError, Stopped};
+use crate::error::{RunError, SceneError, Stopped, from_variants};
 use crate::variation::ChangeError;
 
 /// Why a batch is refused.
@@ -68,29 +68,7 @@ pub enum BatchError {
     Stopped(Stopped),
 }
 
-impl From<ChangeError> for BatchError {
-    fn from(error: ChangeError) -> Self {
-        Self::Change(error)
-    }
-}
-
-impl From<Stopped> for BatchError {
-    fn from(stopped: Stopped) -> Self {
-        Self::Stopped(stopped)
-    }
-}
-
-impl From<SceneError> for BatchError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
-    }
-}
-
-impl From<RunError> for BatchError {
-    fn from(error: RunError) -> Self {
-        Self::Run(error)
-    }
-}
+from_variants!(BatchError: Change(ChangeError), Stopped(Stopped), Scene(SceneError), Run(RunError));
 
 impl fmt::Display for BatchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,7 +4,7 @@ use super::equivalent::EquivalentRows;
 use super::signals::{LoadRow, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use crate::life::{COMPONENTS, Rule};
-use crate::output::{Extremes, Part, Wrench, group_load_along, reaction};
+use crate::output::{Extremes, Part, Wrench, reaction};
 use crate::system::System;
 use crate::variation::{Group, Instance};
 
@@ -120,10 +120,7 @@ impl ExtremeLoads {
 
     /// The loads of a sample.
     pub(super) fn of<'a>(&self, system: &'a System, sample: &Instance, groups: &[Group]) -> Vec<Wrench<'a>> {
-        let group_load = |group: usize| {
-            let (links, center) = (groups[group].links.iter().copied(), sample.centers()[group]);
-            group_load_along(system, links, center, groups[group].axes, Part::Total)
-        };
+        let group_load = |group: usize| groups[group].load(system, sample.centers()[group], Part::Total);
         let mut loads = Vec::with_capacity(self.loads.len());
         for load in &self.loads {
             loads.push(match load {

@@ -4,7 +4,7 @@ use super::error::BatchError;
 use crate::error::Stopped;
 use crate::numeric::float::add_scaled;
 use crate::numeric::normal::NormalStreams;
-use crate::numeric::simd::{Aligned, Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::simd::{Aligned, LANES, Lanes, dispatch_wide};
 use crate::numeric::watch::{Watch, check_memory};
 use crate::smoother::{BLOCK, BlockStep, Posterior};
 
@@ -116,7 +116,7 @@ impl MotionDraws {
             if watch.stops() {
                 return;
             }
-            dispatch_wide(WalkKernel::<N, ROWS> { walk: &mut walk, places, out });
+            dispatch_wide!(walk_to::<N, ROWS>(&mut walk, places, out));
         }
     }
 }
@@ -159,40 +159,33 @@ struct Walk<'a, const N: usize> {
 }
 
 /// Writes the deviations at some samples.
-struct WalkKernel<'a, 'b, const N: usize, const ROWS: usize> {
-    walk: &'a mut Walk<'b, N>,
-    places: &'a [(usize, f64)],
-    out: &'a mut [Aligned<Lanes>],
-}
-
-impl<const N: usize, const ROWS: usize> Kernel for WalkKernel<'_, '_, N, ROWS> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { walk, places, out } = self;
-        let mut normals = walk.normals.clone();
-        for (&(stamp, share), Aligned(out)) in places.iter().zip(out) {
-            while BLOCK * walk.passed <= stamp {
-                let mut normal = Aligned([[0.0; LANES]; ROWS]);
-                for number in &mut normal.0 {
-                    *number = normals.next();
-                }
-                walk.advance(&normal.0);
+#[inline(always)]
+fn walk_to<const N: usize, const ROWS: usize>(
+    walk: &mut Walk<N>,
+    places: &[(usize, f64)],
+    out: &mut [Aligned<Lanes>],
+) {
+    let mut normals = walk.normals.clone();
+    for (&(stamp, share), Aligned(out)) in places.iter().zip(out) {
+        while BLOCK * walk.passed <= stamp {
+            let mut normal = Aligned([[0.0; LANES]; ROWS]);
+            for number in &mut normal.0 {
+                *number = normals.next();
             }
-            let at = 1 + stamp % BLOCK;
-            let now = &walk.values.0[at];
-            if share == 1.0 {
-                *out = *now;
-            } else {
-                let before = &walk.values.0[at - 1];
-                for lane in 0..LANES {
-                    out[lane] = (1.0 - share) * before[lane] + share * now[lane];
-                }
+            walk.advance(&normal.0);
+        }
+        let at = 1 + stamp % BLOCK;
+        let now = &walk.values.0[at];
+        if share == 1.0 {
+            *out = *now;
+        } else {
+            let before = &walk.values.0[at - 1];
+            for lane in 0..LANES {
+                out[lane] = (1.0 - share) * before[lane] + share * now[lane];
             }
         }
-        walk.normals = normals;
     }
+    walk.normals = normals;
 }
 
 impl<'a, const N: usize> Walk<'a, N> {

@@ -1,13 +1,11 @@
 //! Equivalent loads of one run, and the integral of their power over the travel, block by block.
 
 use super::equivalent::EquivalentRows;
-use super::load_rows::BLOCK;
+use super::load_rows::{BLOCK, Values};
 use super::travel::{NEARLY_CONSTANT, Travel};
 use crate::life::{COMPONENTS, Rule};
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
-
-type Values = [f64; BLOCK];
 
 /// Components of a load, and the groups of its rule, at the last instant before a block.
 #[derive(Debug, Clone, Copy, Default)]

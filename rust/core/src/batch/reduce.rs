@@ -1,6 +1,6 @@
 //! Measures from the states of a run: the extremes of loads, and block by block what needs their values at all samples. No history is stored.
 
-use super::load_rows::{BLOCK, LoadRows, StateBlock};
+use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
 use super::power_integral::{Ends, power_integral};
 use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
@@ -9,7 +9,7 @@ use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
 use crate::life::Rule;
 use crate::numeric::float::{fma, sqrt};
-use crate::numeric::simd::{Kernel, LANES, dispatch_wide};
+use crate::numeric::simd::{LANES, dispatch_wide};
 use crate::output::{Extremes, Peaks, Record, Wrench};
 use crate::system::{Input, NO_INPUT, State, StateBox, System};
 use crate::variation::{Group, Instance};
@@ -19,7 +19,8 @@ use crate::variation::{Group, Instance};
 pub(super) struct Memory {
     /// Of the loads in [`Requirements::extremes`].
     extremes: Vec<Extremes>,
-    rows: LoadRows,
+    /// The load rows at the block.
+    rows: Vec<Values>,
     block: StateBlock,
     statistics: Vec<RunningStatistics>,
     /// The last instant before the block, of each equivalent load.
@@ -33,7 +34,7 @@ impl Memory {
     pub(super) fn new() -> Self {
         Self {
             extremes: Vec::new(),
-            rows: LoadRows::new(),
+            rows: Vec::new(),
             block: StateBlock::new(),
             statistics: Vec::new(),
             ends: Vec::new(),
@@ -75,7 +76,9 @@ pub(super) struct Reduce<'a> {
     window: &'a Window<'a>,
     excitation: &'a Excitation<'a>,
     peaks: Peaks<'a>,
-    rows: &'a mut LoadRows,
+    /// Where the measures need more than extremes.
+    loads: Option<LoadRows<'a>>,
+    rows: &'a mut [Values],
     block: &'a mut StateBlock,
     statistics: &'a mut [RunningStatistics],
     ends: &'a mut [Ends],
@@ -97,11 +100,11 @@ impl<'a> Reduce<'a> {
     ) -> Self {
         let (requirements, excitation) = (&window.requirements, scaled.excitation);
         let Memory { extremes, rows, block, statistics, ends, lost, rules } = memory;
-        if requirements.needs_blocks {
-            rows.set_system(system, requirements, groups, sample.centers(), scaled.factors);
-        }
+        rows.resize(requirements.rows.len(), [0.0; BLOCK]);
         let peaks = Peaks::after(system, scaled, loads, extremes);
-        Self { window, excitation, peaks, rows, block, statistics, ends, lost, rules, before: 0, filled: 0 }
+        let loads = requirements.needs_blocks.then(|| LoadRows::new(system, requirements, sample, groups));
+        let (before, filled) = (0, 0);
+        Self { window, excitation, peaks, loads, rows, block, statistics, ends, lost, rules, before, filled }
     }
 
     /// Adds a sample to the block.
@@ -118,9 +121,61 @@ impl<'a> Reduce<'a> {
     #[inline(never)]
     fn flush(&mut self) {
         if self.filled > 0 {
-            dispatch_wide(FlushKernel(self));
+            dispatch_wide!(self.update());
             self.before += self.filled;
             self.filled = 0;
+        }
+    }
+
+    /// Updates the statistics with the block.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn update(&mut self) {
+        let Self { window, excitation, loads, rows, block, statistics, ends, lost, rules, .. } = self;
+        let (before, filled) = (self.before, self.filled);
+        let Window { requirements, first: offset, .. } = *window;
+        // The last instant is repeated past the end; these copies do not count.
+        block.complete(filled);
+        if requirements.needs_drive() {
+            block.set_inputs(excitation, before, filled);
+        }
+        if let Some(loads) = loads {
+            loads.evaluate(block, rows, lost);
+        }
+        for (wanted, statistics) in requirements.signals.iter().zip(statistics.iter_mut()) {
+            let mut values = [0.0; BLOCK];
+            match wanted.signal {
+                Signal::Row(row) => values = rows[row],
+                Signal::Resultant(y, z) => {
+                    let (y, z) = (&rows[y], &rows[z]);
+                    for i in 0..BLOCK {
+                        values[i] = sqrt(fma(y[i], y[i], z[i] * z[i]));
+                    }
+                }
+                Signal::Equivalent(_) => continue,
+                Signal::Power(index) => {
+                    if let Some(travel) = &requirements.travel {
+                        let equivalent = &requirements.equivalents[index];
+                        statistics.add(power_integral(
+                            equivalent,
+                            &rules[index],
+                            travel,
+                            rows,
+                            before,
+                            &mut ends[index],
+                        ));
+                    }
+                    continue;
+                }
+            }
+            if offset + before == 0 {
+                statistics.start = values[0];
+            }
+            if wanted.squares {
+                for value in &mut values {
+                    *value *= *value;
+                }
+                statistics.sum += weighted(&values, &requirements.time[before..before + filled]);
+            }
         }
     }
 }
@@ -176,64 +231,6 @@ impl Record for Reduce<'_> {
     fn end(&mut self) {
         self.flush();
         self.peaks.end();
-    }
-}
-
-/// Updates the statistics with a block.
-struct FlushKernel<'a, 'b>(&'a mut Reduce<'b>);
-
-impl Kernel for FlushKernel<'_, '_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Reduce { window, excitation, rows, block, statistics, ends, lost, rules, before, filled, .. } =
-            self.0;
-        let Window { requirements, first: offset, .. } = *window;
-        let (before, filled) = (*before, *filled);
-        // The last instant is repeated past the end; these copies do not count.
-        block.pad(filled);
-        if requirements.needs_drive() {
-            block.set_inputs(excitation, before, filled);
-        }
-        block.set_entries();
-        rows.evaluate(block, lost);
-        for (wanted, statistics) in requirements.signals.iter().zip(statistics.iter_mut()) {
-            let mut values = [0.0; BLOCK];
-            match wanted.signal {
-                Signal::Row(row) => values = rows.values[row],
-                Signal::Resultant(y, z) => {
-                    let (y, z) = (&rows.values[y], &rows.values[z]);
-                    for i in 0..BLOCK {
-                        values[i] = sqrt(fma(y[i], y[i], z[i] * z[i]));
-                    }
-                }
-                Signal::Equivalent(_) => continue,
-                Signal::Power(index) => {
-                    if let Some(travel) = &requirements.travel {
-                        let equivalent = &requirements.equivalents[index];
-                        statistics.add(power_integral(
-                            equivalent,
-                            &rules[index],
-                            travel,
-                            &rows.values,
-                            before,
-                            &mut ends[index],
-                        ));
-                    }
-                    continue;
-                }
-            }
-            if offset + before == 0 {
-                statistics.start = values[0];
-            }
-            if wanted.squares {
-                for value in &mut values {
-                    *value *= *value;
-                }
-                statistics.sum += weighted(&values, &requirements.time[before..before + filled]);
-            }
-        }
     }
 }
 

@@ -4,15 +4,12 @@ use super::reduce::{Memory, Reduce};
 use super::solver::Solver;
 use super::windows::Window;
 use crate::error::RunError;
-use crate::excitation::Excitation;
-use crate::excitation::ScaledExcitation;
+use crate::excitation::{Excitation, ScaledExcitation};
 use crate::integrate::{Control, Exponential, Method, NamedMethod, Output, Start};
 use crate::numeric::watch::Watch;
-use crate::output::{Part, Record, Watched, evaluate, group_load_along};
-use crate::system::eigenvalues;
-use crate::system::{ModelLevel, State, System, input_from};
-use crate::variation::SampleError;
-use crate::variation::{Group, Instance};
+use crate::output::{Part, Record, Watched, evaluate};
+use crate::system::{ModelLevel, State, System, eigenvalues, input_from};
+use crate::variation::{Group, Instance, SampleError};
 
 /// Start, motion, method and tolerance of all samples.
 #[derive(Debug, Clone, Copy)]
@@ -137,13 +134,8 @@ pub(super) fn history(
         let (excitation, peak) = runs.excitation(window);
         let scaled = ScaledExcitation { excitation: &excitation, peak, factors: sample.factors() };
         let (states, end) = runs.run((&system, start), &scaled, Vec::<State>::new())?;
-        let loads: Vec<_> = groups
-            .iter()
-            .zip(sample.centers())
-            .map(|(group, center)| {
-                group_load_along(&system, group.links.iter().copied(), *center, group.axes, Part::Total)
-            })
-            .collect();
+        let load = |(group, center): (&Group, &_)| group.load(&system, *center, Part::Total);
+        let loads: Vec<_> = groups.iter().zip(sample.centers()).map(load).collect();
         let (part, after) = rest.split_at_mut(states.len() * groups.len() * 6);
         // Loads of links do not depend on the excitation directly.
         finite &= evaluate(&loads, &states, |_| input_from([0.0; 3], [0.0; 6]), part);

@@ -2,8 +2,7 @@
 
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::{LANES, Lanes};
-use crate::system::State;
-use crate::system::StateBox;
+use crate::system::{State, StateBox};
 
 /// Eight links on their present segments.
 #[derive(Debug, Clone, Copy)]

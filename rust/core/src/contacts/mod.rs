@@ -15,17 +15,17 @@ mod path;
 mod search;
 mod segments;
 mod smooth;
+mod switched;
 
-pub(crate) use smooth::{DENSE_POINTS, SmoothContacts};
+pub(crate) use smooth::SmoothContacts;
+pub(crate) use switched::{SwitchedEquations, Unswitched};
 
 use segments::{Change, Segments, bow};
 
-#[cfg(feature = "std")]
-use crate::equations::LeapBounds;
-use crate::equations::SegmentEquations;
+use crate::equations::{LeapBounds, SegmentEquations};
 use crate::excitation::{Forcing, Ramp, Values};
 use crate::numeric::float::fma;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::{State, System, size};
 
 /// Contacts of one run.
@@ -41,9 +41,9 @@ pub(crate) struct Contacts<'a> {
     /// The change that ends the present step, and the state there.
     change: Option<(Change, State)>,
     /// Links that have changed their segment so far.
-    pub changes: usize,
+    changes: usize,
     /// Work of all searches so far, in parts of a power series.
-    pub searched: usize,
+    searched: usize,
 }
 
 impl<'a> Contacts<'a> {
@@ -63,82 +63,39 @@ impl<'a> Contacts<'a> {
         contacts
     }
 
-    /// The equations until the next change.
+    /// The first change in a step that may contain one.
+    #[inline(never)]
+    fn search(&mut self, ramp: &Ramp, state: &State) -> Option<(Change, State)> {
+        let (change, searched) = dispatch!(search::search(&self.segments, ramp, state));
+        self.searched += searched;
+        change
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn equations(&self) -> &SegmentEquations {
+    fn switch(&mut self, state: &State) {
+        if let Some((Change { crossing: Some(crossing), .. }, _)) = self.change.take() {
+            self.changes += self.segments.cross(state, crossing);
+        }
+        self.segments.update();
+        self.curvature = f64::INFINITY;
+    }
+}
+
+impl SwitchedEquations for Contacts<'_> {
+    type Equations = SegmentEquations;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn equations(&self) -> &SegmentEquations {
         &self.segments.current.equations
     }
 
-    /// Whether the step from `state` to `next` is shown to contain no change: by its distance from an earlier state, or by the deflections,
-    /// first with the bound that is carried from step to step, then with that of this step alone. If false, nothing in `self` has
-    /// changed.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
-        let growth = self.segments.growth(ramp.h);
-        let (mut slopes, mut values) = (self.slopes, self.values);
-        let slope_change =
-            growth * ramp.forcing.slope_change(ramp.h, [ramp.start, ramp.end], &mut slopes, &mut values);
-        let mut curvature = fma(growth, self.curvature, slope_change);
-        if let Some(strayed) = self.haven.reaches(next, bow(ramp.h, curvature)) {
-            self.haven.strayed = strayed;
-        } else {
-            if !self.segments.ends_clear(ramp.h, state, next, curvature) {
-                curvature = growth * size(&self.segments.second_derivative(ramp, state));
-                if !self.segments.ends_clear(ramp.h, state, next, curvature) {
-                    return false;
-                }
-            }
-            self.haven = Haven::around(next, self.segments.slack(next));
-        }
-        (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
-        true
-    }
-
-    /// How many of these consecutive steps of `h` s, counted from the first, contain no change by the first test of [`Contacts::stays`].
-    /// `values`: at the start of each step and at the end of the last; `states`: at the end of each. Remembers these steps as `stays` does.
-    #[inline(always)]
-    pub(crate) fn stays_near(
+    fn first_change(
         &mut self,
-        h: f64,
-        forcing: &Forcing,
-        values: &[Values],
-        states: &[State],
-    ) -> usize {
-        let growth = self.segments.growth(h);
-        let (mut slopes, mut last, mut curvature) = (self.slopes, self.values, self.curvature);
-        let (mut haven, mut count) = (self.haven, 0);
-        for (ends, state) in values.windows(2).zip(states) {
-            let slope_change = growth * forcing.slope_change(h, [&ends[0], &ends[1]], &mut slopes, &mut last);
-            let after = fma(growth, curvature, slope_change);
-            let Some(strayed) = haven.reaches(state, bow(h, after)) else { break };
-            (curvature, haven.strayed) = (after, strayed);
-            count += 1;
-        }
-        if count > 0 {
-            let ramp = [&values[count - 1], &values[count]];
-            forcing.slope_change(h, ramp, &mut self.slopes, &mut self.values);
-            (self.curvature, self.haven) = (curvature, haven);
-        }
-        count
-    }
-
-    /// Whether a leap within these bounds is shown to contain no change.
-    #[cfg(feature = "std")]
-    #[inline(always)]
-    pub(crate) fn stays_over(&self, bounds: &LeapBounds) -> bool {
-        self.segments.box_clear(bounds)
-    }
-
-    /// Forgets what is known from the last step, after a leap.
-    #[inline(always)]
-    pub(crate) fn leapt(&mut self) {
-        (self.curvature, self.haven) = (f64::INFINITY, Haven::NONE);
-    }
-
-    /// Fraction of the step from `state` to `next` at which the first contact changes, if one does. `next` is the state after the whole
-    /// step by the present equations.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn first_change(&mut self, ramp: &Ramp, state: &State, next: &State) -> Option<f64> {
+        ramp: &Ramp,
+        [state, next]: [&State; 2],
+        _: impl FnMut(&SegmentEquations, f64) -> State,
+    ) -> Option<f64> {
         self.haven = Haven::NONE;
         let growth = self.segments.growth(ramp.h);
         let ends = [ramp.start, ramp.end];
@@ -159,29 +116,82 @@ impl<'a> Contacts<'a> {
         self.change.map(|(change, _)| change.theta)
     }
 
-    /// The first change in a step that may contain one.
-    #[inline(never)]
-    fn search(&mut self, ramp: &Ramp, state: &State) -> Option<(Change, State)> {
-        let (change, searched) = dispatch(search::SearchKernel { segments: &self.segments, ramp, state });
-        self.searched += searched;
-        change
+    /// By the distance of the step from an earlier state, or by the deflections, first with the bound that is carried from step to step, then
+    /// with that of this step alone.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn stays(&mut self, ramp: &Ramp, state: &State, next: &State) -> bool {
+        let growth = self.segments.growth(ramp.h);
+        let (mut slopes, mut values) = (self.slopes, self.values);
+        let slope_change =
+            growth * ramp.forcing.slope_change(ramp.h, [ramp.start, ramp.end], &mut slopes, &mut values);
+        let mut curvature = fma(growth, self.curvature, slope_change);
+        if let Some(strayed) = self.haven.reaches(next, bow(ramp.h, curvature)) {
+            self.haven.strayed = strayed;
+        } else {
+            if !self.segments.ends_clear(ramp.h, state, next, curvature) {
+                curvature = growth * size(&self.segments.second_derivative(ramp, state));
+                if !self.segments.ends_clear(ramp.h, state, next, curvature) {
+                    return false;
+                }
+            }
+            self.haven = Haven::around(next, self.segments.slack(next));
+        }
+        (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
+        true
     }
 
-    /// The state at the change that was found, if one was.
+    /// By the first test of `stays`.
+    #[inline(always)]
+    fn stays_near(&mut self, h: f64, forcing: &Forcing, values: &[Values], states: &[State]) -> usize {
+        let growth = self.segments.growth(h);
+        let (mut slopes, mut last, mut curvature) = (self.slopes, self.values, self.curvature);
+        let (mut haven, mut count) = (self.haven, 0);
+        for (ends, state) in values.windows(2).zip(states) {
+            let slope_change = growth * forcing.slope_change(h, [&ends[0], &ends[1]], &mut slopes, &mut last);
+            let after = fma(growth, curvature, slope_change);
+            let Some(strayed) = haven.reaches(state, bow(h, after)) else { break };
+            (curvature, haven.strayed) = (after, strayed);
+            count += 1;
+        }
+        if count > 0 {
+            let ramp = [&values[count - 1], &values[count]];
+            forcing.slope_change(h, ramp, &mut self.slopes, &mut self.values);
+            (self.curvature, self.haven) = (curvature, haven);
+        }
+        count
+    }
+
+    #[inline(always)]
+    fn stays_over(&self, bounds: &LeapBounds) -> bool {
+        self.segments.box_clear(bounds)
+    }
+
+    #[inline(always)]
+    fn leapt(&mut self) {
+        (self.curvature, self.haven) = (f64::INFINITY, Haven::NONE);
+    }
+
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn state_at_change(&self) -> Option<&State> {
+    fn state_at_change(&self) -> Option<&State> {
         self.change.as_ref().map(|(_, state)| state)
     }
 
-    /// Index of each nonlinear link in the system, and its present segment.
-    pub(crate) fn present(&self) -> &[(usize, u8)] {
+    #[inline(never)]
+    fn cross(&mut self, state: &State) {
+        dispatch!(self.switch(state));
+    }
+
+    fn segments(&self) -> &[(usize, u8)] {
         self.segments.present()
     }
 
-    /// Switches to the equations after the change that ended the step, in `state`.
-    #[inline(never)]
-    pub(crate) fn cross(&mut self, state: &State) {
-        dispatch(CrossKernel { contacts: self, state });
+    fn changes(&self) -> usize {
+        self.changes
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn searched(&self) -> usize {
+        self.searched
     }
 }
 
@@ -229,24 +239,4 @@ fn distance_squared(center: &[f64; 6], state: &State) -> f64 {
         }
     }
     sums[0] + sums[1]
-}
-
-/// [`Contacts::cross`] as a kernel.
-struct CrossKernel<'a, 'b> {
-    contacts: &'b mut Contacts<'a>,
-    state: &'b State,
-}
-
-impl Kernel for CrossKernel<'_, '_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { contacts, state } = self;
-        if let Some((Change { crossing: Some(crossing), .. }, _)) = contacts.change.take() {
-            contacts.changes += contacts.segments.cross(state, crossing);
-        }
-        contacts.segments.update();
-        contacts.curvature = f64::INFINITY;
-    }
 }

@@ -6,7 +6,7 @@ use super::segments::{Change, Combination, Segments};
 use crate::equations::{advance, work};
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, fma};
-use crate::numeric::simd::{Kernel, LANES};
+use crate::numeric::simd::LANES;
 use crate::system::State;
 
 /// Most work of a call, in parts of a power series, a tenth of a second. The run then continues with the rest of the step.
@@ -16,61 +16,50 @@ const MAX_WORK: usize = 200_000;
 const MAX_HALVINGS: usize = 64;
 
 /// Finds the first change in a step that may contain one, with the state there, and the work of the search.
-pub(super) struct SearchKernel<'a> {
-    pub segments: &'a Segments<'a>,
-    pub ramp: &'a Ramp<'a>,
-    pub state: &'a State,
-}
-
-impl Kernel for SearchKernel<'_> {
-    type Output = (Option<(Change, State)>, usize);
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
-        let Self { segments, ramp, state } = self;
-        let Combination { equations, series, .. } = &segments.current;
-        // Ends of the parts still to be searched, the nearest last. The tests of the whole step have failed already.
-        let mut ends = [1.0; MAX_HALVINGS];
-        ends[1] = 0.5;
-        let mut ahead = if series.parts(ramp.h) > 1.0 { 2 } else { 1 };
-        let (mut from, mut state) = (0.0, *state);
-        let mut searched = 0;
-        while ahead > 0 {
-            let to = ends[ahead - 1];
-            if searched >= MAX_WORK {
-                return (Some((Change { theta: from, crossing: None }, state)), searched);
-            }
-            let (start, end) = (ramp.values(from), ramp.values(to));
-            let h = (to - from) * ramp.h;
-            let part = Ramp { h, start: &start, end: &end, spans_interval: false, ..*ramp };
-            searched += work(series.parts(part.h));
-            if series.parts(part.h) <= 1.0 {
-                let terms = series.terms(equations, &part, &state);
-                let mut examined = 0;
-                let found = first_exit(segments.blocks.as_slice(), &terms, &mut examined);
-                searched += examined / EXAMINED_PER_WORK;
-                if let Some(Change { theta, crossing }) = found {
-                    let change = Change { theta: fma(theta, to - from, from), crossing };
-                    return (Some((change, sum_at(&terms, theta))), searched);
-                }
-                for term in &terms[1..] {
-                    add_scaled(&mut state, term, 1.0);
-                }
-            } else {
-                let next = advance(equations, series, &part, &state);
-                let second = segments.second_derivative(&part, &state);
-                if ahead < MAX_HALVINGS && !segments.cubics_clear(part.h, [&state, &next], &second) {
-                    ends[ahead] = 0.5 * (from + to);
-                    ahead += 1;
-                    continue;
-                }
-                state = next;
-            }
-            from = to;
-            ahead -= 1;
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn search(segments: &Segments, ramp: &Ramp, state: &State) -> (Option<(Change, State)>, usize) {
+    let Combination { equations, series, .. } = &segments.current;
+    // Ends of the parts still to be searched, the nearest last. The tests of the whole step have failed already.
+    let mut ends = [1.0; MAX_HALVINGS];
+    ends[1] = 0.5;
+    let mut ahead = if series.parts(ramp.h) > 1.0 { 2 } else { 1 };
+    let (mut from, mut state) = (0.0, *state);
+    let mut searched = 0;
+    while ahead > 0 {
+        let to = ends[ahead - 1];
+        if searched >= MAX_WORK {
+            return (Some((Change { theta: from, crossing: None }, state)), searched);
         }
-        (None, searched)
+        let (start, end) = (ramp.values(from), ramp.values(to));
+        let h = (to - from) * ramp.h;
+        let part = Ramp { h, start: &start, end: &end, spans_interval: false, ..*ramp };
+        searched += work(series.parts(part.h));
+        if series.parts(part.h) <= 1.0 {
+            let terms = series.terms(equations, &part, &state);
+            let mut examined = 0;
+            let found = first_exit(segments.blocks.as_slice(), &terms, &mut examined);
+            searched += examined / EXAMINED_PER_WORK;
+            if let Some(Change { theta, crossing }) = found {
+                let change = Change { theta: fma(theta, to - from, from), crossing };
+                return (Some((change, sum_at(&terms, theta))), searched);
+            }
+            for term in &terms[1..] {
+                add_scaled(&mut state, term, 1.0);
+            }
+        } else {
+            let next = advance(equations, series, &part, &state);
+            let second = segments.second_derivative(&part, &state);
+            if ahead < MAX_HALVINGS && !segments.cubics_clear(part.h, [&state, &next], &second) {
+                ends[ahead] = 0.5 * (from + to);
+                ahead += 1;
+                continue;
+            }
+            state = next;
+        }
+        from = to;
+        ahead -= 1;
     }
+    (None, searched)
 }
 
 /// The state at a fraction of a part, from the terms of its power series.

@@ -1,9 +1,7 @@
 //! The present segment of each nonlinear link, and the linear equations that hold while none of them changes.
 
 use super::block::{LinkBlock, NO_LINKS};
-#[cfg(feature = "std")]
-use crate::equations::LeapBounds;
-use crate::equations::{Equations, PowerSeries, SegmentEquations, growth, growth_rate};
+use crate::equations::{Equations, LeapBounds, PowerSeries, SegmentEquations, growth, growth_rate};
 use crate::excitation::Ramp;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, sqrt};
@@ -11,10 +9,7 @@ use crate::numeric::simd::LANES;
 use crate::system::{Force, LinkRow, NO_FORCE, State, System, size};
 
 /// Combinations of segments whose equations are cached.
-#[cfg(feature = "std")]
-const CACHED_COMBINATIONS: usize = 32;
-#[cfg(not(feature = "std"))]
-const CACHED_COMBINATIONS: usize = 4;
+const CACHED_COMBINATIONS: usize = if cfg!(feature = "std") { 32 } else { 4 };
 
 /// Tolerance of an edge, relative to the deflections of the run: some hundred roundings. A link counts as beyond its edge if it exceeds the
 /// edge by more than this. The error of the load is no larger, and rounding alone cannot move a link back across an edge.
@@ -207,7 +202,6 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     }
 
     /// Whether no link passes an edge within these bounds.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(super) fn box_clear(&self, bounds: &LeapBounds) -> bool {
         let mut clear = true;

@@ -4,18 +4,18 @@
 //! dense output is a polynomial, on which the first edge is found with certainty; the step is then made again up to there. So an excursion
 //! beyond an edge is missed only if the dense output does not show it, and that is as accurate as the steps.
 
-use super::block::LinkBlock;
 use super::search::{EXAMINED_PER_WORK, first_exit};
 use super::segments::{Change, Segments};
+use super::switched::SwitchedEquations;
 use crate::equations::{Riders, SmoothEquations};
-use crate::excitation::Excitation;
+use crate::excitation::{Excitation, Ramp};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
-use crate::numeric::float::{add_scaled, fma, sqrt};
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+use crate::numeric::float::{add_scaled, fma, scale, sqrt};
+use crate::numeric::simd::{LANES, Lanes, dispatch};
 use crate::system::{State, System};
 
 /// Points that determine the dense output of a step, a polynomial of degree five or less: the ends, and four between them.
-pub(crate) const DENSE_POINTS: usize = 6;
+const DENSE_POINTS: usize = 6;
 
 /// Part of the tolerance by which a load may be wrong because its link has passed an edge that does not count as passed yet. A link
 /// that trembles about an edge by less than the error of the steps would change at each of them.
@@ -38,7 +38,7 @@ pub(crate) struct SmoothContacts<'a> {
     /// The change that ends the present step.
     change: Option<Change>,
     /// Links that have changed their segment so far.
-    pub changes: usize,
+    changes: usize,
     /// Parts of the paths of links that searches have looked at so far.
     examined: usize,
 }
@@ -63,15 +63,9 @@ impl<'a> SmoothContacts<'a> {
         contacts
     }
 
-    /// The equations until the next change.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn equations(&self) -> &SmoothEquations<'a> {
-        &self.equations
-    }
-
     /// Whether the ends of a step of length `h` show that no link passes an edge. The next step starts in `next`, unless a change is found.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn far_from_edges(&mut self, h: f64, state: &State, next: &State) -> bool {
+    fn far_from_edges(&mut self, h: f64, state: &State, next: &State) -> bool {
         let (before, mut far) = (self.speed, true);
         self.speed = speed(next);
         let travel = h / 3.0 * if before > self.speed { before } else { self.speed };
@@ -92,60 +86,81 @@ impl<'a> SmoothContacts<'a> {
     /// The fraction at which the first link passes an edge in a step of length `h` through these states at equal distances, if one does;
     /// the whole step if its end is so near the edge of a preloaded law that its error must be judged as at the edge.
     #[inline(never)]
-    pub(crate) fn first_change(&mut self, h: f64, path: &[State; DENSE_POINTS]) -> Option<f64> {
-        let examined = &mut self.examined;
-        self.change = dispatch(ChangeKernel { blocks: self.segments.blocks.as_slice(), path, examined });
+    fn search(&mut self, h: f64, path: &[State; DENSE_POINTS]) -> Option<f64> {
+        let blocks = self.segments.blocks.as_slice();
+        self.change = dispatch!(first_exit(blocks, &power_terms(path), &mut self.examined));
         if self.change.is_none() && self.segments.nears_smooth_edge(NEAR * h, &path[DENSE_POINTS - 1]) {
             self.change = Some(Change { theta: 1.0, crossing: None });
         }
         self.change.map(|change| change.theta)
     }
 
-    /// Index of each nonlinear link in the system, and its present segment.
-    pub(crate) fn present(&self) -> &[(usize, u8)] {
-        self.segments.present()
-    }
-
-    /// Work of all searches so far.
-    pub(crate) fn searched(&self) -> usize {
-        self.examined / EXAMINED_PER_WORK
-    }
-
-    /// How much later than in `state` the link of the change that was found is where it counts as past its edge, s; none if it is there
-    /// within the tolerance of the edge.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn missed_by(&self, state: &State) -> Option<f64> {
+    fn switch(&mut self, state: &State) {
+        if let Some(Change { crossing: Some(crossing), .. }) = self.change.take() {
+            self.changes += self.segments.cross(state, crossing);
+        }
+        self.speed = speed(state);
+        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.starts.as_mut_slice()) {
+            *start = block.deflections(state);
+        }
+        self.segments.update();
+        self.equations.set_linear(&self.segments.current.equations);
+    }
+}
+
+impl<'a> SwitchedEquations for SmoothContacts<'a> {
+    type Equations = SmoothEquations<'a>;
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn equations(&self) -> &SmoothEquations<'a> {
+        &self.equations
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn first_change(
+        &mut self,
+        ramp: &Ramp,
+        [state, next]: [&State; 2],
+        mut between: impl FnMut(&SmoothEquations<'a>, f64) -> State,
+    ) -> Option<f64> {
+        if self.far_from_edges(ramp.h, state, next) {
+            return None;
+        }
+        let mut path = [*state; DENSE_POINTS];
+        path[DENSE_POINTS - 1] = *next;
+        for point in 1..DENSE_POINTS - 1 {
+            path[point] = between(&self.equations, point as f64 / (DENSE_POINTS - 1) as f64);
+        }
+        self.search(ramp.h, &path)
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn stays(&mut self, _: &Ramp, _: &State, _: &State) -> bool {
+        false
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn missed_by(&self, state: &State) -> Option<f64> {
         self.segments.missed_by(state, self.change?.crossing?)
     }
 
-    /// Takes up the equations after the change that was found; the step ended with it, in `state`.
     #[inline(never)]
-    pub(crate) fn cross(&mut self, state: &State) {
-        dispatch(CrossKernel { contacts: self, state });
+    fn cross(&mut self, state: &State) {
+        dispatch!(self.switch(state));
     }
-}
 
-/// [`SmoothContacts::cross`] as a kernel.
-struct CrossKernel<'a, 'b> {
-    contacts: &'b mut SmoothContacts<'a>,
-    state: &'b State,
-}
+    fn segments(&self) -> &[(usize, u8)] {
+        self.segments.present()
+    }
 
-impl Kernel for CrossKernel<'_, '_> {
-    type Output = ();
+    fn changes(&self) -> usize {
+        self.changes
+    }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { contacts, state } = self;
-        if let Some(Change { crossing: Some(crossing), .. }) = contacts.change.take() {
-            contacts.changes += contacts.segments.cross(state, crossing);
-        }
-        contacts.speed = speed(state);
-        for (block, start) in contacts.segments.blocks.as_slice().iter().zip(contacts.starts.as_mut_slice()) {
-            *start = block.deflections(state);
-        }
-        contacts.segments.update();
-        contacts.equations.set_linear(&contacts.segments.current.equations);
+    fn searched(&self) -> usize {
+        self.examined / EXAMINED_PER_WORK
     }
 }
 
@@ -159,22 +174,6 @@ fn speed(state: &State) -> f64 {
         }
     }
     sqrt(sums[0] + sums[1])
-}
-
-/// [`SmoothContacts::first_change`] as a kernel.
-struct ChangeKernel<'a> {
-    blocks: &'a [LinkBlock],
-    path: &'a [State; DENSE_POINTS],
-    examined: &'a mut usize,
-}
-
-impl Kernel for ChangeKernel<'_> {
-    type Output = Option<Change>;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Option<Change> {
-        first_exit(self.blocks, &power_terms(self.path), self.examined)
-    }
 }
 
 /// Terms of the polynomial in the fraction of a step that takes these values at equal distances: Newton's forward differences, expanded.
@@ -192,13 +191,11 @@ fn power_terms(path: &[State; DENSE_POINTS]) -> [State; DENSE_POINTS] {
     let mut terms = [[0.0; 12]; DENSE_POINTS];
     terms[0] = differences[LAST];
     for k in (0..LAST).rev() {
-        let (shift, scale) = (-(k as f64) / (k + 1) as f64, LAST as f64 / (k + 1) as f64);
+        let (shift, stretch) = (-(k as f64) / (k + 1) as f64, LAST as f64 / (k + 1) as f64);
         for power in (0..LAST - k).rev() {
             let lower = terms[power];
-            add_scaled(&mut terms[power + 1], &lower, scale);
-            for entry in &mut terms[power] {
-                *entry *= shift;
-            }
+            add_scaled(&mut terms[power + 1], &lower, stretch);
+            scale(&mut terms[power], shift);
         }
         add_scaled(&mut terms[0], &differences[k], 1.0);
     }

@@ -2,9 +2,8 @@
 
 use crate::model::ball_compressions;
 use crate::numeric::float::{add_scaled, fma, sqrt};
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
-use crate::system::StateBox;
-use crate::system::{Force, LinkRow, NO_FORCE, State};
+use crate::numeric::simd::{LANES, Lanes, dispatch};
+use crate::system::{Force, LinkRow, NO_FORCE, State, StateBox};
 
 /// Eight links with preloaded balls: `K [(d₀ + δ)₊^(3/2) - (d₀ - δ)₊^(3/2)]`. Unused lanes have no stiffness.
 #[derive(Debug, Clone, Copy)]
@@ -94,14 +93,14 @@ impl BallLinks {
     /// Out of line and by reference: where single numbers of the arrays are used at once, the compiler makes vectors of two of them.
     #[inline(never)]
     pub(super) fn loads(&self, state: &State, out: &mut BallLoads) {
-        dispatch(LoadsKernel { balls: self, state, moving: None, out });
+        dispatch!(loads(self, state, None, out));
     }
 
     /// The same with rates of change of the loads, N/s, in place of the slopes, and which rows are open. `moving`: a state whose deflections
     /// are the rates of deflection.
     #[inline(never)]
     pub(super) fn load_rates(&self, state: &State, moving: &State, out: &mut BallLoads) {
-        dispatch(LoadsKernel { balls: self, state, moving: Some(moving), out });
+        dispatch!(loads(self, state, Some(moving), out));
     }
 }
 
@@ -119,50 +118,38 @@ impl BallLoads {
 }
 
 /// [`BallLinks::loads`] and [`BallLinks::load_rates`].
-struct LoadsKernel<'a> {
-    balls: &'a BallLinks,
-    state: &'a State,
-    moving: Option<&'a State>,
-    out: &'a mut BallLoads,
-}
-
-impl Kernel for LoadsKernel<'_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { balls, state, moving, out } = self;
-        let from_rest = balls.deflections(state);
-        // Local arrays and one loop for each: the compiler makes no vectors of stores that might overlap what is read.
-        let [mut a, mut b, mut root_a, mut root_b, mut loads, mut slopes] = [[0.0; LANES]; 6];
-        for i in 0..LANES {
-            [a[i], b[i]] = ball_compressions(balls.opening[i], balls.rest[i] + from_rest[i]);
-        }
-        for i in 0..LANES {
-            (root_a[i], root_b[i]) = (sqrt(a[i]), sqrt(b[i]));
-        }
-        for i in 0..LANES {
-            let linear = fma(balls.stiffness[i], from_rest[i], balls.load[i]);
-            loads[i] = fma(balls.coefficient[i], a[i] * root_a[i] - b[i] * root_b[i], -linear);
-        }
-        for i in 0..LANES {
-            slopes[i] = fma(1.5 * balls.coefficient[i], root_a[i] + root_b[i], -balls.stiffness[i]);
-        }
-        let mut open_rows = 0.0;
-        if let Some(moving) = moving {
-            let speeds = balls.deflections(moving);
-            let mut open = [0.0; LANES];
-            for i in 0..LANES {
-                slopes[i] *= speeds[i];
-            }
-            for i in 0..LANES {
-                let [of_a, of_b] = [if a[i] > 0.0 { 0.0 } else { 1.0 }, if b[i] > 0.0 { 0.0 } else { 1.0 }];
-                open[i] = (of_a - of_b) * POWERS_OF_3[i];
-            }
-            open_rows = (open[0] + open[1] + (open[2] + open[3])) + (open[4] + open[5] + (open[6] + open[7]));
-        }
-        *out = BallLoads { loads, slopes, open_rows };
+#[cfg_attr(feature = "std", inline(always))]
+fn loads(balls: &BallLinks, state: &State, moving: Option<&State>, out: &mut BallLoads) {
+    let from_rest = balls.deflections(state);
+    // Local arrays and one loop for each: the compiler makes no vectors of stores that might overlap what is read.
+    let [mut a, mut b, mut root_a, mut root_b, mut loads, mut slopes] = [[0.0; LANES]; 6];
+    for i in 0..LANES {
+        [a[i], b[i]] = ball_compressions(balls.opening[i], balls.rest[i] + from_rest[i]);
     }
+    for i in 0..LANES {
+        (root_a[i], root_b[i]) = (sqrt(a[i]), sqrt(b[i]));
+    }
+    for i in 0..LANES {
+        let linear = fma(balls.stiffness[i], from_rest[i], balls.load[i]);
+        loads[i] = fma(balls.coefficient[i], a[i] * root_a[i] - b[i] * root_b[i], -linear);
+    }
+    for i in 0..LANES {
+        slopes[i] = fma(1.5 * balls.coefficient[i], root_a[i] + root_b[i], -balls.stiffness[i]);
+    }
+    let mut open_rows = 0.0;
+    if let Some(moving) = moving {
+        let speeds = balls.deflections(moving);
+        let mut open = [0.0; LANES];
+        for i in 0..LANES {
+            slopes[i] *= speeds[i];
+        }
+        for i in 0..LANES {
+            let [of_a, of_b] = [if a[i] > 0.0 { 0.0 } else { 1.0 }, if b[i] > 0.0 { 0.0 } else { 1.0 }];
+            open[i] = (of_a - of_b) * POWERS_OF_3[i];
+        }
+        open_rows = (open[0] + open[1] + (open[2] + open[3])) + (open[4] + open[5] + (open[6] + open[7]));
+    }
+    *out = BallLoads { loads, slopes, open_rows };
 }
 
 /// 3^lane.

@@ -1,10 +1,10 @@
 //! The exact solution of the linear part over one step under a force that is a cubic polynomial in time.
 
 use super::Equations;
-use super::propagator::{Columns, integrals};
+use super::propagator::{Columns, integrals, scale_by, three_sums};
 use super::series::{CubicForce, LONG_SERIES, PowerSeries};
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::{Force, NO_FORCE, State};
 
 /// Exact step of length h: `x(h) = x(0) + E x(0) + Σ R_k c_k` under the force `Σ c_k (t / h)^k`.
@@ -19,27 +19,18 @@ impl CubicPropagator {
     /// The exact step of `h` > 0 s of the linear part. Out of line: a step may need it in several places, each time it is long and rare.
     #[inline(never)]
     pub(crate) fn new<E: Equations>(equations: &E, h: f64) -> Self {
-        dispatch(PropagatorKernel { equations, h })
+        dispatch!(propagator(equations, h))
     }
 
     /// The state at the end of the step under a force that is linear in time, of these two coefficients.
     #[cfg_attr(feature = "std", inline(always))]
     fn apply(&self, state: &State, force: [&Force; 2]) -> State {
-        // Three sums side by side: each addition of a single sum would wait for the one before.
-        let (mut sum, mut second, mut third) = ([0.0; 12], *state, [0.0; 12]);
+        let (mut second, mut third) = (*state, [0.0; 12]);
         for j in 0..6 {
             add_scaled(&mut second, &self.response[0][j], force[0][j]);
             add_scaled(&mut third, &self.response[1][j], force[1][j]);
         }
-        for j in (0..12).step_by(3) {
-            add_scaled(&mut sum, &self.change[j], state[j]);
-            add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
-            add_scaled(&mut third, &self.change[j + 2], state[j + 2]);
-        }
-        for i in 0..12 {
-            sum[i] += second[i] + third[i];
-        }
-        sum
+        three_sums([[0.0; 12], second, third], &self.change, state)
     }
 
     /// What a quadratic and a cubic term of the force add to the state, and how much less it would be if the cubic term were quadratic.
@@ -57,35 +48,21 @@ impl CubicPropagator {
     }
 }
 
-/// [`CubicPropagator::new`] as a kernel.
-struct PropagatorKernel<'a, E> {
-    equations: &'a E,
-    h: f64,
-}
-
-impl<E: Equations> Kernel for PropagatorKernel<'_, E> {
-    type Output = CubicPropagator;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> CubicPropagator {
-        let Self { equations, h } = self;
-        // R_k is k! / h^k times integral k + 1.
-        let (change, mut response) = integrals::<E, 4>(equations, h);
-        let mut factor = 1.0;
-        for k in 1..4 {
-            factor *= k as f64 / h;
-            for column in &mut response[k] {
-                for entry in column {
-                    *entry *= factor;
-                }
-            }
-        }
-        let [_, _, quadratic, cubic] = &mut response;
-        for (cubic, quadratic) in cubic.iter_mut().zip(quadratic) {
-            add_scaled(cubic, quadratic, -1.0);
-        }
-        CubicPropagator { change, response }
+/// [`CubicPropagator::new`].
+#[cfg_attr(feature = "std", inline(always))]
+fn propagator<E: Equations>(equations: &E, h: f64) -> CubicPropagator {
+    // R_k is k! / h^k times integral k + 1.
+    let (change, mut response) = integrals::<E, 4>(equations, h);
+    let mut factor = 1.0;
+    for k in 1..4 {
+        factor *= k as f64 / h;
+        scale_by(&mut response[k], factor);
     }
+    let [_, _, quadratic, cubic] = &mut response;
+    for (cubic, quadratic) in cubic.iter_mut().zip(quadratic) {
+        add_scaled(cubic, quadratic, -1.0);
+    }
+    CubicPropagator { change, response }
 }
 
 /// A step of the linear part: by a propagator where the length recurs, else by the series.

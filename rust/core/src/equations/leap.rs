@@ -17,11 +17,13 @@ use super::propagator::{
 };
 use super::{Equations, growth, growth_rate};
 use crate::excitation::{Forcing, Instant};
-use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::bounded_vec::BoundedVec;
+use crate::numeric::float::{add_scaled, fma, sqrt, times};
+use crate::numeric::on_heap::{OnHeap, on_heap};
 use crate::system::{Force, ROUNDING, Square, State, StateBox, size};
 
 /// Number of intervals of a leap: a power of two, for the doubling of its matrices; its samples are summed three at a time.
-pub(crate) const LEAP: usize = 32;
+pub(crate) const LEAP: usize = if cfg!(feature = "std") { 32 } else { 2 };
 const _: () = assert!(LEAP.is_power_of_two() && (LEAP + 1).is_multiple_of(3));
 
 /// Samples of the components of an excitation over a leap.
@@ -39,7 +41,7 @@ pub struct Leap {
     /// `exp(LEAP A h) - I`.
     change: Columns<12>,
     from_constant: State,
-    components: Vec<Component>,
+    components: BoundedVec<Component, 9>,
     /// `(S + weak springs)⁻¹`.
     compliance: Square,
     /// Q.
@@ -52,7 +54,7 @@ pub struct Leap {
 }
 
 /// A component of the excitation.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 struct Component {
     /// Effects of its samples on the last state.
     effects: [State; LEAP + 1],
@@ -83,7 +85,7 @@ impl Leap {
         step: &Propagator,
         forcing: &Forcing,
         h: f64,
-    ) -> Option<Box<Self>> {
+    ) -> Option<OnHeap<Self>> {
         let (stiffness, _) = equations.tangent(&[0.0; 12], Instant::FIRST);
         let compliance = compliance(equations.frequency(), &stiffness)?;
 
@@ -118,10 +120,11 @@ impl Leap {
             double(&mut change, &before);
             intervals *= 2;
         }
-        let mut components = Vec::with_capacity(forcing.influence().len());
-        for component in 0..forcing.influence().len() {
+        let none = Component { effects: [[0.0; 12]; LEAP + 1], beside: [0.0; 12] };
+        let mut components = BoundedVec::filled(none, forcing.influence().len());
+        for (component, to) in components.as_mut_slice().iter_mut().enumerate() {
             let (start, end) = (&step.from_start[component], &step.from_end[component]);
-            let (mut effects, mut beside) = ([[0.0; 12]; LEAP + 1], [0.0; 12]);
+            let Component { effects, beside } = to;
             effects[LEAP] = *end;
             effects[LEAP - 1] = plus_product(end, &once, end);
             add_scaled(&mut effects[LEAP - 1], start, 1.0);
@@ -135,9 +138,8 @@ impl Leap {
             for i in 0..12 {
                 beside[i] = start[i].abs() + end[i].abs();
             }
-            components.push(Component { effects, beside });
         }
-        Some(Box::new(Self {
+        on_heap(Self {
             change,
             from_constant,
             components,
@@ -146,7 +148,7 @@ impl Leap {
             second,
             growth: growth(growth_rate(equations), h),
             h,
-        }))
+        })
     }
 
     /// Bounds on the states of a leap from `state` by the same equations, under a forcing with these samples.
@@ -161,7 +163,7 @@ impl Leap {
         let duration = LEAP as f64 * self.h;
         // Force at both ends of the even rise. Of the rest: bounds on its effects, and on its size.
         let (mut forces, mut vibration, mut rest) = ([*equations.constant(); 2], [0.0; 12], 0.0);
-        for (i, (component, samples)) in self.components.iter().zip(samples).enumerate() {
+        for (i, (component, samples)) in self.components.as_slice().iter().zip(samples).enumerate() {
             let influence = &forcing.influence()[i];
             let (first, rise) = (samples[0], samples[LEAP] - samples[0]);
             add_scaled(&mut forces[0], influence, first);
@@ -253,10 +255,7 @@ impl Leap {
     /// bow out; a rest up to this size acts at the sample and in between.
     #[inline(always)]
     fn bow(&self, reach: &State, rest: f64) -> f64 {
-        let mut derivative = [0.0; 12];
-        for (column, &entry) in self.second.iter().zip(reach) {
-            add_scaled(&mut derivative, column, entry);
-        }
+        let derivative = times(&self.second, reach);
         self.growth * self.h * fma(0.125 * self.h, size(&derivative), 2.0 * rest)
     }
 
@@ -264,7 +263,7 @@ impl Leap {
     #[inline(always)]
     pub(crate) fn apply(&self, samples: &LeapSamples, state: &State) -> State {
         let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
-        for (component, samples) in self.components.iter().zip(samples) {
+        for (component, samples) in self.components.as_slice().iter().zip(samples) {
             for k in (0..LEAP + 1).step_by(3) {
                 add_scaled(&mut sum, &component.effects[k], samples[k]);
                 add_scaled(&mut second, &component.effects[k + 1], samples[k + 1]);
@@ -298,14 +297,4 @@ pub(super) fn accelerations<E: Equations>(equations: &E, state: &State, force: &
     let mut accelerations = [0.0; 6];
     accelerations.copy_from_slice(&rate[6..]);
     accelerations
-}
-
-/// A matrix by columns times a vector.
-#[inline(always)]
-pub(super) fn times(columns: &Square, vector: &[f64; 6]) -> [f64; 6] {
-    let mut sum = [0.0; 6];
-    for (column, &entry) in columns.iter().zip(vector) {
-        add_scaled(&mut sum, column, entry);
-    }
-    sum
 }

@@ -1,11 +1,12 @@
 //! Equations linearised about an equilibrium under a constant excitation, about which a preloaded body vibrates freely.
 
-use super::leap::{LEAP, Leap, LeapBounds, LeapSamples, accelerations, compliance, times};
+use super::leap::{LEAP, Leap, LeapBounds, LeapSamples, accelerations, compliance};
 use super::propagator::Propagator;
 use super::{Equations, SegmentEquations};
 use crate::excitation::{Forcing, Instant, Values};
-use crate::numeric::float::{add_scaled, fma};
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::float::{add_columns, add_scaled, fma, times};
+use crate::numeric::on_heap::{OnHeap, on_heap};
+use crate::numeric::simd::dispatch;
 use crate::system::{Force, NO_FORCE, State, size};
 
 /// Linearised equations with their exact steps over intervals of one length.
@@ -17,7 +18,7 @@ pub struct Linearized {
     equilibrium: State,
     equations: SegmentEquations,
     step: Propagator,
-    leap: Box<Leap>,
+    leap: OnHeap<Leap>,
 }
 
 impl Linearized {
@@ -30,8 +31,8 @@ impl Linearized {
         values: &Values,
         h: f64,
         state: &State,
-    ) -> Option<Box<Self>> {
-        dispatch(LinearizeKernel { equations, forcing, values, h, state })
+    ) -> Option<OnHeap<Self>> {
+        dispatch!(linearize(equations, forcing, values, h, state))
     }
 
     /// Whether they are those of these equations under this excitation, for intervals of this length.
@@ -79,54 +80,45 @@ impl Linearized {
 /// Of an excitation without components.
 const NO_SAMPLES: LeapSamples = [[0.0; LEAP + 1]; 9];
 
-/// [`Linearized::new`] as a kernel.
-struct LinearizeKernel<'a, E> {
-    equations: &'a E,
-    forcing: &'a Forcing,
-    values: &'a Values,
+/// [`Linearized::new`].
+#[inline(always)]
+fn linearize<E: Equations>(
+    equations: &E,
+    forcing: &Forcing,
+    values: &Values,
     h: f64,
-    state: &'a State,
-}
-
-impl<E: Equations> Kernel for LinearizeKernel<'_, E> {
-    type Output = Option<Box<Linearized>>;
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { equations, forcing, values, h, state } = self;
-        let mut force = *equations.constant();
-        for (column, &value) in forcing.influence().iter().zip(values) {
-            add_scaled(&mut force, column, value);
+    state: &State,
+) -> Option<OnHeap<Linearized>> {
+    let mut force = *equations.constant();
+    add_columns(&mut force, forcing.influence(), values);
+    let mut at = *state;
+    at[6..].fill(0.0);
+    for _ in 0..MOST_NEWTON_STEPS {
+        let (stiffness, _) = equations.tangent(&at, Instant::FIRST);
+        let mut step = [0.0; 12];
+        step[..6].copy_from_slice(&times(
+            &compliance(equations.frequency(), &stiffness)?,
+            &accelerations(equations, &at, &whole_force(equations, &at, &force)),
+        ));
+        if size(&step) <= CONVERGED * size(state) {
+            break;
         }
-        let mut at = *state;
-        at[6..].fill(0.0);
-        for _ in 0..MOST_NEWTON_STEPS {
-            let (stiffness, _) = equations.tangent(&at, Instant::FIRST);
-            let mut step = [0.0; 12];
-            step[..6].copy_from_slice(&times(
-                &compliance(equations.frequency(), &stiffness)?,
-                &accelerations(equations, &at, &whole_force(equations, &at, &force)),
-            ));
-            if size(&step) <= CONVERGED * size(state) {
-                break;
-            }
-            add_scaled(&mut at, &step, 1.0);
-        }
-        let (stiffness, damping) = equations.tangent(&at, Instant::FIRST);
-        let found = accelerations(equations, &at, &whole_force(equations, &at, &force));
-        let mut constant = NO_FORCE;
-        for i in 0..6 {
-            constant[i] = found[i];
-            for j in 0..6 {
-                constant[i] = fma(stiffness[j][i], at[j], constant[i]);
-            }
-        }
-        let linear = SegmentEquations::new(*equations.frequency(), [stiffness, damping], constant);
-        let step = Propagator::new(&linear, &[], h);
-        let leap = Leap::new(&linear, &step, &Forcing::NONE, h)?;
-        let valid_for = (*values, h, equations.key());
-        Some(Box::new(Linearized { valid_for, equilibrium: at, equations: linear, step, leap }))
+        add_scaled(&mut at, &step, 1.0);
     }
+    let (stiffness, damping) = equations.tangent(&at, Instant::FIRST);
+    let found = accelerations(equations, &at, &whole_force(equations, &at, &force));
+    let mut constant = NO_FORCE;
+    for i in 0..6 {
+        constant[i] = found[i];
+        for j in 0..6 {
+            constant[i] = fma(stiffness[j][i], at[j], constant[i]);
+        }
+    }
+    let linear = SegmentEquations::new(*equations.frequency(), [stiffness, damping], constant);
+    let step = Propagator::new(&linear, &[], h);
+    let leap = Leap::new(&linear, &step, &Forcing::NONE, h)?;
+    let valid_for = (*values, h, equations.key());
+    on_heap(Linearized { valid_for, equilibrium: at, equations: linear, step, leap })
 }
 
 /// Most steps of Newton's method; it ends at a step below `CONVERGED` times the size of the first state. The equilibrium need not be exact,

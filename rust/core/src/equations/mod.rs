@@ -14,14 +14,12 @@
 
 mod ball_links;
 mod cubic;
-#[cfg(feature = "std")]
 mod leap;
 mod linear;
-#[cfg(feature = "std")]
 mod linearized;
 mod piecewise;
 mod propagator;
-#[cfg(feature = "std")]
+#[cfg(feature = "studies")]
 mod propagator_derivative;
 mod riding;
 mod sampled;
@@ -29,14 +27,18 @@ mod series;
 #[cfg(feature = "studies")]
 mod side_by_side;
 mod smooth;
-#[cfg(feature = "std")]
 mod two_steps;
 
 pub use cubic::CubicPropagator;
 pub(crate) use cubic::{CubicStep, advance_cubic};
+pub use leap::Leap;
+pub(crate) use leap::{LEAP, LeapBounds, LeapSamples};
+pub use linearized::Linearized;
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 pub(crate) use propagator::three_sums;
+#[cfg(feature = "studies")]
+pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages};
 pub use riding::Moments;
 pub(crate) use riding::Riders;
 pub use sampled::SampledSystem;
@@ -44,18 +46,11 @@ pub(crate) use series::{CubicForce, PowerSeries, advance, work};
 #[cfg(feature = "studies")]
 pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus};
 pub(crate) use smooth::SmoothEquations;
-#[cfg(feature = "std")]
-pub use {leap::Leap, linearized::Linearized, two_steps::TwoSteps};
-#[cfg(feature = "std")]
-pub(crate) use {
-    leap::{LEAP, LeapBounds, LeapSamples},
-    propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages},
-};
+pub use two_steps::TwoSteps;
 
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{fma, sqrt};
-use crate::system::StateBox;
-use crate::system::{Force, NO_FORCE, Square, State};
+use crate::system::{Force, NO_FORCE, Square, State, StateBox};
 
 /// Nonlinear loads beyond the linear part of the equations.
 #[derive(Debug, Clone, Copy)]

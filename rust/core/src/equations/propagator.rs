@@ -2,7 +2,7 @@
 
 use super::Equations;
 use crate::excitation::Values;
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::{add_columns, add_scaled, scale};
 use crate::system::{Force, NO_FORCE, State};
 
 /// Term of a series for a norm of at most one that is below rounding.
@@ -43,9 +43,7 @@ impl Propagator {
             }
         }
         let mut from_constant = [0.0; 12];
-        for (column, &force) in once.iter().zip(equations.constant()) {
-            add_scaled(&mut from_constant, column, force);
-        }
+        add_columns(&mut from_constant, &once, equations.constant());
         Self { change, from_constant, from_start, from_end, components: influence.len() }
     }
 
@@ -227,9 +225,7 @@ pub(super) fn add_product<const N: usize>(sum: &mut Columns<N>, left: &Columns<1
             }
         } else {
             for (sum, right) in sum.iter_mut().zip(right) {
-                for (column, &factor) in left.iter().zip(right) {
-                    add_scaled(sum, column, factor);
-                }
+                add_columns(sum, left, right);
             }
         }
     }
@@ -239,9 +235,7 @@ pub(super) fn add_product<const N: usize>(sum: &mut Columns<N>, left: &Columns<1
 #[inline(always)]
 pub(super) fn plus_product(sum: &State, matrix: &Columns<12>, column: &State) -> State {
     let mut sum = *sum;
-    for (part, &entry) in matrix.iter().zip(column) {
-        add_scaled(&mut sum, part, entry);
-    }
+    add_columns(&mut sum, matrix, column);
     sum
 }
 
@@ -260,12 +254,5 @@ pub(super) fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<
 pub(super) fn scale_by<const N: usize>(columns: &mut Columns<N>, factor: f64) {
     for column in columns {
         scale(column, factor);
-    }
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn scale(column: &mut [f64; 12], factor: f64) {
-    for entry in column {
-        *entry *= factor;
     }
 }

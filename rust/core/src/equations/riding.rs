@@ -16,7 +16,7 @@ use nalgebra::{Matrix3x6, Vector3, Vector6};
 use crate::excitation::{Excitation, Instant, MAX_RIDERS, travel_after};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, fma};
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+use crate::numeric::simd::{LANES, Lanes, dispatch};
 use crate::numeric::tensor::skew;
 use crate::system::{Force, Input, NO_FORCE, Square, State, System};
 
@@ -115,13 +115,13 @@ impl<'a> Riders<'a> {
     /// of steps, so that runs without riders keep their code.
     #[inline(never)]
     pub(crate) fn prepare(&self, begin: Instant, h: f64, nodes: &[f64], moments: &mut Moments) {
-        dispatch(MomentsKernel { riders: self, begin, h, nodes, moments });
+        dispatch!(moments_at(self, begin, h, nodes, moments));
     }
 
     /// Turns the rate of change of the system at a state into that with its riders, at one of the moments.
     #[inline(never)]
     pub(crate) fn change(&self, rate: &mut State, state: &State, moments: &Moments, lane: usize) {
-        dispatch(RateKernel { riders: self, rate, state, moments, lane });
+        dispatch!(change_rate(self, rate, state, moments, lane));
     }
 
     /// Turns stiffness and damping of the tangent of the system into those with its riders.
@@ -212,107 +212,80 @@ impl ModalRider {
     }
 }
 
-/// [`Riders::prepare`] as a kernel.
-struct MomentsKernel<'a, 'b> {
-    riders: &'a Riders<'b>,
-    begin: Instant,
-    h: f64,
-    nodes: &'a [f64],
-    moments: &'a mut Moments,
-}
-
-impl Kernel for MomentsKernel<'_, '_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { riders, begin, h, nodes, moments } = self;
-        let mut since = [begin.since; LANES];
-        for (since, node) in since.iter_mut().zip(nodes) {
-            *since = fma(*node, h, begin.since);
+/// [`Riders::prepare`].
+#[cfg_attr(feature = "std", inline(always))]
+fn moments_at(riders: &Riders, begin: Instant, h: f64, nodes: &[f64], moments: &mut Moments) {
+    let mut since = [begin.since; LANES];
+    for (since, node) in since.iter_mut().zip(nodes) {
+        *since = fma(*node, h, begin.since);
+    }
+    let mut drive = [[0.0; LANES]; 3];
+    let [value, slope] = riders.excitation.acceleration_line(begin);
+    for axis in 0..3 {
+        for i in 0..LANES {
+            drive[axis][i] = fma(slope[axis], since[i], value[axis] - riders.gravity[axis]);
         }
-        let mut drive = [[0.0; LANES]; 3];
-        let [value, slope] = riders.excitation.acceleration_line(begin);
+    }
+    let mut mass = [[[0.0; LANES]; 6]; 6];
+    for j in 0..6 {
+        mass[j][j] = [1.0; LANES];
+    }
+    let mut force = [[0.0; LANES]; 6];
+    for (index, rider) in riders.all.as_slice().iter().enumerate() {
+        let terms = riders.excitation.travel_terms(index, begin);
+        let [travel, speeds, accelerations] = &mut moments.travel[index];
+        for i in 0..LANES {
+            [travel[i], speeds[i], accelerations[i]] = travel_after(terms, since[i]);
+        }
+        for j in 0..6 {
+            for k in j..6 {
+                let [first, second] = [rider.mass_change[0][j][k], rider.mass_change[1][j][k]];
+                for i in 0..LANES {
+                    mass[j][k][i] = fma(travel[i], fma(travel[i], second, first), mass[j][k][i]);
+                }
+            }
+        }
         for axis in 0..3 {
-            for i in 0..LANES {
-                drive[axis][i] = fma(slope[axis], since[i], value[axis] - riders.gravity[axis]);
-            }
-        }
-        let mut mass = [[[0.0; LANES]; 6]; 6];
-        for j in 0..6 {
-            mass[j][j] = [1.0; LANES];
-        }
-        let mut force = [[0.0; LANES]; 6];
-        for (index, rider) in riders.all.as_slice().iter().enumerate() {
-            let terms = riders.excitation.travel_terms(index, begin);
-            let [travel, speeds, accelerations] = &mut moments.travel[index];
-            for i in 0..LANES {
-                [travel[i], speeds[i], accelerations[i]] = travel_after(terms, since[i]);
-            }
+            let along = rider.direction[axis] + rider.rest_turn[axis];
             for j in 0..6 {
-                for k in j..6 {
-                    let [first, second] = [rider.mass_change[0][j][k], rider.mass_change[1][j][k]];
-                    for i in 0..LANES {
-                        mass[j][k][i] = fma(travel[i], fma(travel[i], second, first), mass[j][k][i]);
-                    }
-                }
-            }
-            for axis in 0..3 {
-                let along = rider.direction[axis] + rider.rest_turn[axis];
-                for j in 0..6 {
-                    let [start, turn] =
-                        [-rider.mass * rider.start[axis][j], -rider.mass * rider.turn[axis][j]];
-                    for i in 0..LANES {
-                        // At travel zero only this part is not in the system yet.
-                        let own = accelerations[i] * along;
-                        let arm = turn * travel[i];
-                        force[j][i] = fma(start, own, fma(arm, own + drive[axis][i], force[j][i]));
-                    }
+                let [start, turn] = [-rider.mass * rider.start[axis][j], -rider.mass * rider.turn[axis][j]];
+                for i in 0..LANES {
+                    // At travel zero only this part is not in the system yet.
+                    let own = accelerations[i] * along;
+                    let arm = turn * travel[i];
+                    force[j][i] = fma(start, own, fma(arm, own + drive[axis][i], force[j][i]));
                 }
             }
         }
-        moments.force = force;
-        moments.factors = factorised(mass);
     }
+    moments.force = force;
+    moments.factors = factorised(mass);
 }
 
-/// [`Riders::change`] as a kernel.
-struct RateKernel<'a, 'b> {
-    riders: &'a Riders<'b>,
-    rate: &'a mut State,
-    state: &'a State,
-    moments: &'a Moments,
-    lane: usize,
-}
-
-impl Kernel for RateKernel<'_, '_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { riders, rate, state, moments, lane } = self;
-        let mut force = NO_FORCE;
-        for j in 0..6 {
-            force[j] = rate[6 + j] + moments.force[j][lane];
-        }
-        for (rider, [travel, speed, acceleration]) in riders.all.as_slice().iter().zip(&moments.travel) {
-            let (speed, acceleration) = (-2.0 * rider.mass * speed[lane], -rider.mass * acceleration[lane]);
-            for axis in 0..3 {
-                let (mut turning, mut turned) = (0.0, 0.0);
-                for j in 0..6 {
-                    turning = fma(rider.turn[axis][j], state[6 + j], turning);
-                    turned = fma(rider.elastic_turn[axis][j], state[j], turned);
-                }
-                let push = speed * turning + acceleration * turned;
-                add_scaled(&mut force, &rider.start[axis], push);
-                add_scaled(&mut force, &rider.turn[axis], push * travel[lane]);
-            }
-        }
-        let mut solved = [0.0; 6];
-        solved.copy_from_slice(&force[..6]);
-        moments.solve(lane, &mut solved);
-        rate[6..].copy_from_slice(&solved);
+/// [`Riders::change`].
+#[cfg_attr(feature = "std", inline(always))]
+fn change_rate(riders: &Riders, rate: &mut State, state: &State, moments: &Moments, lane: usize) {
+    let mut force = NO_FORCE;
+    for j in 0..6 {
+        force[j] = rate[6 + j] + moments.force[j][lane];
     }
+    for (rider, [travel, speed, acceleration]) in riders.all.as_slice().iter().zip(&moments.travel) {
+        let (speed, acceleration) = (-2.0 * rider.mass * speed[lane], -rider.mass * acceleration[lane]);
+        for axis in 0..3 {
+            let (mut turning, mut turned) = (0.0, 0.0);
+            for j in 0..6 {
+                turning = fma(rider.turn[axis][j], state[6 + j], turning);
+                turned = fma(rider.elastic_turn[axis][j], state[j], turned);
+            }
+            let push = speed * turning + acceleration * turned;
+            add_scaled(&mut force, &rider.start[axis], push);
+            add_scaled(&mut force, &rider.turn[axis], push * travel[lane]);
+        }
+    }
+    let mut solved = [0.0; 6];
+    solved.copy_from_slice(&force[..6]);
+    moments.solve(lane, &mut solved);
+    rate[6..].copy_from_slice(&solved);
 }
 
 /// The factors L and, on the diagonal, D⁻¹ of symmetric positive definite matrices, by columns: `L D Lᵀ`.

@@ -203,9 +203,7 @@ impl CubicForce {
         }
         let mut factor = 1.0;
         for coefficient in &mut part.0 {
-            for entry in coefficient {
-                *entry *= factor;
-            }
+            scale(coefficient, factor);
             factor *= length;
         }
         part
@@ -217,9 +215,7 @@ impl CubicForce {
 fn force_of<E: Equations>(equations: &E, ramp: &Ramp, [from, length]: [f64; 2]) -> [Force; 2] {
     let (mut force, mut rise) = (ramp.force(from), ramp.rise());
     add_scaled(&mut force, equations.constant(), 1.0);
-    for entry in &mut rise {
-        *entry *= length;
-    }
+    scale(&mut rise, length);
     [force, rise]
 }
 

@@ -9,8 +9,7 @@ use crate::model::ball_compressions;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, fma};
 use crate::numeric::simd::LANES;
-use crate::system::StateBox;
-use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
+use crate::system::{Force, LinkRow, NO_FORCE, Square, State, StateBox, System};
 
 /// Equations with preloaded links. The linear part contains the links with straight segments, each on its present one, the preloaded links
 /// with their stiffness at rest, and all dampers. To it, preloaded links add their loads less those at rest and less that stiffness times

@@ -9,8 +9,9 @@
 
 use super::propagator::{Propagator, add_product, double};
 use crate::excitation::Values;
+use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Aligned, Kernel, dispatch_wide};
+use crate::numeric::simd::{Aligned, dispatch_wide};
 use crate::system::State;
 
 /// The state after two steps, and that after one, each in 16 places: packed into 24, vectors would lie across both.
@@ -22,22 +23,24 @@ pub struct TwoSteps {
     change: [Pair; 12],
     from_constant: Pair,
     /// Effects of each component of the excitation, by its value at the start, in the middle and at the end.
-    effects: Vec<[Pair; 3]>,
+    effects: BoundedVec<[Pair; 3], 9>,
 }
 
 impl TwoSteps {
     /// Two of these steps.
     #[inline(always)]
     pub(crate) fn new(step: &Propagator) -> Self {
-        let mut effects = Vec::with_capacity(step.components);
-        for component in 0..step.components {
+        let mut effects = BoundedVec::filled([Aligned([0.0; 32]); 3], step.components);
+        for (component, to) in effects.as_mut_slice().iter_mut().enumerate() {
             let (from_start, from_end) = (&step.from_start[component], &step.from_end[component]);
             let once = [*from_start, *from_end, [0.0; 12]];
             let mut twice = once;
             add_scaled(&mut twice[1], from_start, 1.0);
             add_scaled(&mut twice[2], from_end, 1.0);
             add_product(&mut twice, &step.change, &once);
-            effects.push([pair(&twice[0], &once[0]), pair(&twice[1], &once[1]), pair(&twice[2], &once[2])]);
+            for place in 0..3 {
+                to[place] = pair(&twice[place], &once[place]);
+            }
         }
         let (mut twice, mut constant) = (step.change, [step.from_constant]);
         double(&mut twice, &step.change);
@@ -52,46 +55,34 @@ impl TwoSteps {
     /// Steps from `state` under the excitation `values`, the first of which are at `state`; writes the state after each step to `states`, an
     /// even number, one fewer than the values.
     pub(crate) fn follow(&self, state: &State, values: &[Values], states: &mut [State]) {
-        dispatch_wide(FollowKernel { steps: self, state, values, states });
+        dispatch_wide!(follow(self, state, values, states));
     }
 }
 
 /// [`TwoSteps::follow`].
-struct FollowKernel<'a> {
-    steps: &'a TwoSteps,
-    state: &'a State,
-    values: &'a [Values],
-    states: &'a mut [State],
-}
-
-impl Kernel for FollowKernel<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { steps, state, values, states } = self;
-        let mut state = *state;
-        for (states, values) in states.as_chunks_mut::<2>().0.iter_mut().zip(values.windows(3).step_by(2)) {
-            // The excitation first, because it does not depend on the state.
-            let mut sum = steps.from_constant.0;
-            for (component, effects) in steps.effects.iter().enumerate() {
-                for place in 0..3 {
-                    add_scaled(&mut sum, &effects[place].0, values[place][component]);
-                }
+#[inline(always)]
+fn follow(steps: &TwoSteps, state: &State, values: &[Values], states: &mut [State]) {
+    let mut state = *state;
+    for (states, values) in states.as_chunks_mut::<2>().0.iter_mut().zip(values.windows(3).step_by(2)) {
+        // The excitation first, because it does not depend on the state.
+        let mut sum = steps.from_constant.0;
+        for (component, effects) in steps.effects.as_slice().iter().enumerate() {
+            for place in 0..3 {
+                add_scaled(&mut sum, &effects[place].0, values[place][component]);
             }
-            // Two sums side by side: each addition to a single one would wait for the one before.
-            let mut second = pair(&state, &state).0;
-            for j in (0..12).step_by(2) {
-                add_scaled(&mut sum, &steps.change[j].0, state[j]);
-                add_scaled(&mut second, &steps.change[j + 1].0, state[j + 1]);
-            }
-            for i in 0..32 {
-                sum[i] += second[i];
-            }
-            state.copy_from_slice(&sum[..12]);
-            states[0].copy_from_slice(&sum[16..28]);
-            states[1] = state;
         }
+        // Two sums side by side: each addition to a single one would wait for the one before.
+        let mut second = pair(&state, &state).0;
+        for j in (0..12).step_by(2) {
+            add_scaled(&mut sum, &steps.change[j].0, state[j]);
+            add_scaled(&mut second, &steps.change[j + 1].0, state[j + 1]);
+        }
+        for i in 0..32 {
+            sum[i] += second[i];
+        }
+        state.copy_from_slice(&sum[..12]);
+        states[0].copy_from_slice(&sum[16..28]);
+        states[1] = state;
     }
 }
 

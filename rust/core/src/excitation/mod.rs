@@ -19,7 +19,7 @@ use core::ops::Range;
 use nalgebra::Vector3;
 
 use crate::error::ExcitationError;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::{Input, input_from};
 
 /// Times of the samples, s.
@@ -68,7 +68,7 @@ impl<'a> Excitation<'a> {
         if let Some(index) = first_not_finite(time) {
             return Err(ExcitationError::NotFinite { field: "time", index });
         }
-        if !every(time.windows(2), |pair| pair[0] < pair[1]) {
+        if !dispatch!(every(time.windows(2), |pair| pair[0] < pair[1])) {
             check_order(time)?;
         }
         if acceleration.len() != time.len() {
@@ -235,9 +235,8 @@ impl<'a> Excitation<'a> {
 
     /// Largest magnitude of each component.
     pub(crate) fn peak(&self) -> Input {
-        let largest_load = |wrench| dispatch(LargestKernel { samples: wrench });
-        let largest = dispatch(LargestKernel { samples: self.acceleration });
-        input_from(largest, self.wrench.map_or([0.0; 6], largest_load))
+        let largest_load = |wrench| dispatch!(largest(wrench));
+        input_from(dispatch!(largest(self.acceleration)), self.wrench.map_or([0.0; 6], largest_load))
     }
 }
 
@@ -248,32 +247,24 @@ pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6]
 }
 
 /// Largest magnitude of each entry.
-struct LargestKernel<'a, const N: usize> {
-    samples: &'a [[f64; N]],
-}
-
-impl<const N: usize> Kernel for LargestKernel<'_, N> {
-    type Output = [f64; N];
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> [f64; N] {
-        // Four samples at a time: each comparison of a single peak would wait for the one before.
-        let mut peaks = [[0.0; N]; 4];
-        let (fours, rest) = self.samples.as_chunks::<4>();
-        for four in fours {
-            for i in 0..4 {
-                raise(&mut peaks[i], &four[i]);
-            }
+#[cfg_attr(feature = "std", inline(always))]
+fn largest<const N: usize>(samples: &[[f64; N]]) -> [f64; N] {
+    // Four samples at a time: each comparison of a single peak would wait for the one before.
+    let mut peaks = [[0.0; N]; 4];
+    let (fours, rest) = samples.as_chunks::<4>();
+    for four in fours {
+        for i in 0..4 {
+            raise(&mut peaks[i], &four[i]);
         }
-        for sample in rest {
-            raise(&mut peaks[0], sample);
-        }
-        let [mut largest, others @ ..] = peaks;
-        for peak in &others {
-            raise(&mut largest, peak);
-        }
-        largest
     }
+    for sample in rest {
+        raise(&mut peaks[0], sample);
+    }
+    let [mut largest, others @ ..] = peaks;
+    for peak in &others {
+        raise(&mut largest, peak);
+    }
+    largest
 }
 
 /// Raises peaks to the magnitudes of a sample.
@@ -286,28 +277,13 @@ fn raise<const N: usize>(peaks: &mut [f64; N], sample: &[f64; N]) {
 }
 
 /// Whether `test` holds for all items. Unlike `Iterator::all` it does not stop early, so it becomes vector code.
+#[cfg_attr(feature = "std", inline(always))]
 fn every<T>(items: impl Iterator<Item = T>, test: impl Fn(T) -> bool) -> bool {
-    dispatch(EveryKernel { items, test })
-}
-
-/// [`every`].
-struct EveryKernel<I, F> {
-    items: I,
-    test: F,
-}
-
-impl<T, I: Iterator<Item = T>, F: Fn(T) -> bool> Kernel for EveryKernel<I, F> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { items, test } = self;
-        let mut all = true;
-        for item in items {
-            all &= test(item);
-        }
-        all
+    let mut all = true;
+    for item in items {
+        all &= test(item);
     }
+    all
 }
 
 /// Whether an entry is the same in all samples.
@@ -321,7 +297,7 @@ fn are_equal<const N: usize>(samples: &[[f64; N]], entry: usize) -> bool {
 }
 
 fn first_not_finite(values: &[f64]) -> Option<usize> {
-    if every(values.iter(), |x| x.abs() <= f64::MAX) {
+    if dispatch!(every(values.iter(), |x| x.abs() <= f64::MAX)) {
         return None;
     }
     values.iter().position(|x| !x.is_finite())
@@ -329,7 +305,7 @@ fn first_not_finite(values: &[f64]) -> Option<usize> {
 
 /// Checks times that are not strictly ascending; two equal ones, a jump, are allowed.
 fn check_order(time: &[f64]) -> Result<(), ExcitationError> {
-    if every(time.windows(2), |pair| pair[0] < pair[1]) {
+    if dispatch!(every(time.windows(2), |pair| pair[0] < pair[1])) {
         return Ok(());
     }
     for index in 1..time.len() {
@@ -356,6 +332,7 @@ fn knots(time: &[f64]) -> Knots<'_> {
     // A 32-bit index converts to a double in one vector instruction.
     let on_grid = |(k, t): (u32, &f64)| (start + step * f64::from(k) - t).abs() <= rounding;
     // With a step of two roundings or less a jump could pass for two samples apart.
-    let uniform = step > 2.0 * rounding && u32::try_from(count).is_ok() && every((0..).zip(time), on_grid);
+    let uniform =
+        step > 2.0 * rounding && u32::try_from(count).is_ok() && dispatch!(every((0..).zip(time), on_grid));
     Knots::At(time, if uniform { Spacing::Uniform(step) } else { Spacing::Any })
 }

@@ -4,8 +4,7 @@ use crate::equations::Riders;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::numeric::float::{ceil, pow, sqrt};
-use crate::system::eigenvalues;
-use crate::system::{Input, State, System};
+use crate::system::{Input, State, System, eigenvalues};
 
 /// How the steps of a run are chosen. Steps always end at samples where the slope of the excitation changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +97,6 @@ impl ErrorNorm {
     }
 
     /// Weight of each entry, 1/N times the load per unit.
-    #[cfg(feature = "std")]
     pub(super) fn weight(&self) -> &State {
         &self.weight
     }
@@ -231,7 +229,6 @@ impl Controller {
     }
 
     /// Largest impulse of the linearisation error over `h` s, as a load over the load scale: rtol in the time for which an error lasts.
-    #[cfg(feature = "std")]
     #[inline(always)]
     pub(crate) fn most_linearization_error(&self, h: f64) -> f64 {
         self.rtol * f64::min(1.0, h / self.memory)

@@ -1,16 +1,11 @@
 //! Exact: the matrix exponential of the first-order-hold system, for linear equations.
 
-#[cfg(feature = "std")]
-use super::exact_steps::Block;
-use super::exact_steps::ExactSteps;
+use super::exact_steps::{Block, ExactSteps};
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
-use crate::equations::{Equations, Propagator, advance};
-#[cfg(feature = "std")]
-use crate::equations::{Leap, TwoSteps};
-#[cfg(feature = "std")]
-use crate::excitation::Forcing;
-use crate::excitation::Ramp;
+use crate::equations::{Equations, Leap, Propagator, TwoSteps, advance};
+use crate::excitation::{Forcing, Ramp};
+use crate::numeric::on_heap::{OnHeap, on_heap};
 use crate::system::State;
 
 /// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
@@ -23,27 +18,19 @@ use crate::system::State;
 pub struct Exact<const CACHE: usize = 1>;
 
 /// Cached propagators of a run: device clocks tick in a handful of interval lengths.
-#[cfg(feature = "std")]
-pub(super) const CACHED_STEPS: usize = 16;
-/// Cached propagators of a run.
-#[cfg(not(feature = "std"))]
-pub(super) const CACHED_STEPS: usize = 1;
+pub(super) const CACHED_STEPS: usize = if cfg!(feature = "std") { 16 } else { 1 };
 
 /// Earlier requests for a leap before it is prepared, which takes as long as some hundred steps: for linear equations, and between contact
 /// changes.
-#[cfg(feature = "std")]
 const MIN_REQUESTS: [u32; 2] = [0, 2];
 
 /// Memory of one run.
 #[derive(Debug, Clone)]
 pub struct Memory<const CACHE: usize> {
     propagators: StepCache<Propagator, CACHE>,
-    #[cfg(feature = "std")]
-    two_steps: StepCache<Box<TwoSteps>, CACHE>,
-    #[cfg(feature = "std")]
+    two_steps: StepCache<OnHeap<TwoSteps>, CACHE>,
     block: Block,
-    #[cfg(feature = "std")]
-    leaps: StepCache<Box<Leap>, CACHE>,
+    leaps: StepCache<OnHeap<Leap>, CACHE>,
     series: SeriesCache,
 }
 
@@ -55,11 +42,8 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     fn memory(&self) -> Self::Memory {
         Memory {
             propagators: StepCache::new(),
-            #[cfg(feature = "std")]
             two_steps: StepCache::new(),
-            #[cfg(feature = "std")]
             block: Block::EMPTY,
-            #[cfg(feature = "std")]
             leaps: StepCache::new(),
             series: SeriesCache::default(),
         }
@@ -94,24 +78,13 @@ impl<const CACHE: usize> Method for Exact<CACHE> {
     #[cfg_attr(feature = "std", inline(always))]
     fn exact_steps<'m>(&self, memory: &'m mut Self::Memory, h: f64, key: u32) -> Option<ExactSteps<'m>> {
         let one = memory.propagators.ready(h, key)?;
-        #[cfg(feature = "std")]
-        let two = {
-            let (two, _) = memory.two_steps.entry(h, key);
-            if two.is_none() {
-                *two = Some(Box::new(TwoSteps::new(one)));
-            }
-            two.as_deref()?
-        };
-        Some(ExactSteps {
-            one,
-            #[cfg(feature = "std")]
-            two,
-            #[cfg(feature = "std")]
-            block: &mut memory.block,
-        })
+        let (two, _) = memory.two_steps.entry(h, key);
+        if cfg!(feature = "std") && two.is_none() {
+            *two = on_heap(TwoSteps::new(one));
+        }
+        Some(ExactSteps { one, two: two.as_deref(), block: &mut memory.block })
     }
 
-    #[cfg(feature = "std")]
     #[inline(always)]
     fn leap<'m, E: Equations>(
         &self,

@@ -1,35 +1,26 @@
 //! Exact steps that a method has prepared: single ones and, with `std`, blocks of up to 32, computed in pairs.
 
-#[cfg(feature = "std")]
 use core::ops::Range;
 
-use crate::equations::Propagator;
-#[cfg(feature = "std")]
-use crate::equations::TwoSteps;
-#[cfg(feature = "std")]
+use crate::equations::{Propagator, TwoSteps};
 use crate::excitation::{Excitation, Forcing, Values};
-#[cfg(feature = "std")]
 use crate::system::State;
 
 /// Exact steps over intervals of one length by one set of equations.
 #[derive(Debug)]
 pub struct ExactSteps<'m> {
     pub(super) one: &'m Propagator,
-    #[cfg(feature = "std")]
-    pub(super) two: &'m TwoSteps,
-    #[cfg(feature = "std")]
+    /// None without `std`.
+    pub(super) two: Option<&'m TwoSteps>,
     pub(super) block: &'m mut Block,
 }
 
 /// Most steps in a block.
-#[cfg(feature = "std")]
-pub(super) const BLOCK: usize = 32;
+pub(super) const BLOCK: usize = if cfg!(feature = "std") { 32 } else { 0 };
 /// Steps in the first block of a glide, which may end after a few; each further block has twice as many.
-#[cfg(feature = "std")]
 pub(super) const FIRST_BLOCK: usize = 4;
 
 /// Consecutive steps, computed first and tested for contact changes afterwards.
-#[cfg(feature = "std")]
 #[derive(Debug, Clone)]
 pub struct Block {
     /// Values of the excitation at the start of each step, and at the end of the last.
@@ -38,7 +29,6 @@ pub struct Block {
     pub(super) states: [State; BLOCK],
 }
 
-#[cfg(feature = "std")]
 impl Block {
     pub(super) const EMPTY: Self = Self { values: [[0.0; 9]; BLOCK + 1], states: [[0.0; 12]; BLOCK] };
 

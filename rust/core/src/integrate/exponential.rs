@@ -8,13 +8,12 @@
 
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
-#[cfg(feature = "std")]
-use crate::equations::Linearized;
-use crate::equations::{CubicForce, CubicPropagator, CubicStep, Equations, Remainder, advance_cubic};
-use crate::excitation::Ramp;
-#[cfg(feature = "std")]
-use crate::excitation::{Forcing, Values};
+use crate::equations::{
+    CubicForce, CubicPropagator, CubicStep, Equations, Linearized, Remainder, advance_cubic,
+};
+use crate::excitation::{Forcing, Ramp, Values};
 use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::on_heap::OnHeap;
 use crate::system::{Force, NO_FORCE, State};
 
 /// Exponential collocation of order 4, without moving riders. Scenes without preloaded links are run by [`super::Exact`].
@@ -43,14 +42,11 @@ pub struct Memory<const CACHE: usize> {
     open_rows: f64,
     changes: usize,
     /// Linearised equations, each for one excitation, and the place of the next ones.
-    #[cfg(feature = "std")]
-    linearized: [Option<Box<Linearized>>; LINEARIZED],
-    #[cfg(feature = "std")]
+    linearized: [Option<OnHeap<Linearized>>; LINEARIZED],
     next: usize,
 }
 
 /// Excitations whose linearised equations are cached: those of standing still, speeding up and slowing down, and one more.
-#[cfg(feature = "std")]
 const LINEARIZED: usize = 4;
 
 impl<const CACHE: usize> Method for Exponential<CACHE> {
@@ -72,14 +68,11 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
             start: [0.0; 12],
             open_rows: f64::NAN,
             changes: 0,
-            #[cfg(feature = "std")]
             linearized: [const { None }; LINEARIZED],
-            #[cfg(feature = "std")]
             next: 0,
         }
     }
 
-    #[cfg(feature = "std")]
     #[inline(always)]
     fn linearized<'m, E: Equations>(
         &self,
@@ -163,7 +156,6 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
     }
 }
 
-#[cfg(feature = "std")]
 impl<const CACHE: usize> Memory<CACHE> {
     /// The propagator of a whole interval of `h` s, if it has recurred.
     pub(super) fn propagator(&mut self, h: f64, key: u32) -> Option<&CubicPropagator> {

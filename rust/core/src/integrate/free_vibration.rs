@@ -3,10 +3,10 @@
 use super::leap::has_intervals;
 use super::method::Method;
 use super::step_loop::{Runner, StepControl};
-use super::switched::SwitchedEquations;
+use crate::contacts::SwitchedEquations;
 use crate::equations::{Equations, LEAP, LeapBounds, Linearized};
 use crate::excitation::{Excitation, Forcing};
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::State;
 
 /// Linearised equations are prepared only if the excitation stays constant for so many leaps: preparing them takes as long as some hundred
@@ -36,7 +36,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         if !is_constant(excitation, forcing, k, h) {
             return k;
         }
-        dispatch(VibrationKernel { runner: self, forcing, k, h, state })
+        dispatch!(vibrate(self, forcing, k, h, state))
     }
 }
 
@@ -46,59 +46,52 @@ fn is_constant(excitation: &Excitation, forcing: &Forcing, k: usize, h: f64) -> 
     has_intervals(excitation, k, h) && forcing.is_constant(excitation, k..k + LEAP + 1)
 }
 
-/// [`Runner::vibrate_freely`] as a kernel.
-struct VibrationKernel<'r, 'a, 'f, M: Method, C> {
-    runner: &'r mut Runner<'a, M, C>,
-    forcing: &'f Forcing,
-    k: usize,
+/// [`Runner::vibrate_freely`].
+#[inline(always)]
+fn vibrate<M: Method, C: SwitchedEquations>(
+    runner: &mut Runner<M, C>,
+    forcing: &Forcing,
+    mut k: usize,
     h: f64,
-    state: &'r mut State,
-}
-
-impl<M: Method, C: SwitchedEquations> Kernel for VibrationKernel<'_, '_, '_, M, C> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run(self) -> usize {
-        let Self { runner, forcing, mut k, h, state } = self;
-        let Runner { method, memory, equations, steps, recorder, summary, .. } = runner;
-        let (excitation, equations) = (recorder.excitation, equations.equations());
-        let mut values = [0.0; 9];
-        forcing.sample(excitation, k, &mut values);
-        let mut prepares = true;
-        for leap in 1..WORTH {
-            prepares = prepares && is_constant(excitation, forcing, k + leap * LEAP, h);
-        }
-        let excited = (forcing, &values);
-        let Some(linearized) = method.linearized(memory, equations, excited, h, state, prepares) else {
-            return k;
-        };
-        let leaves_out = !recorder.record.needs_all();
-        let mut bounds = steps.linear_bounds(linearized, equations, h, state);
-        let last = k + MOST_LEAPS * LEAP;
-        while let Some(known) = bounds
-            && k < last
-            && is_constant(excitation, forcing, k, h)
-        {
-            let left_out = leaves_out && recorder.leave_out(LEAP - 1, &known.samples);
-            if left_out {
-                *state = linearized.leap(state);
-                recorder.sample(k + LEAP, state);
-                summary.steps += 1;
-            } else {
-                let states = linearized.steps(state);
-                recorder.samples(k + 1, &states);
-                *state = states[LEAP - 1];
-                summary.steps += LEAP;
-            }
-            k += LEAP;
-            // After a refusal narrower bounds may be agreed to.
-            if !left_out || !linearized.holds(&known, state) {
-                bounds = steps.linear_bounds(linearized, equations, h, state);
-            }
-        }
-        k
+    state: &mut State,
+) -> usize {
+    let Runner { method, memory, equations, steps, recorder, summary, .. } = runner;
+    let (excitation, equations) = (recorder.excitation, equations.equations());
+    let mut values = [0.0; 9];
+    forcing.sample(excitation, k, &mut values);
+    let mut prepares = true;
+    for leap in 1..WORTH {
+        prepares = prepares && is_constant(excitation, forcing, k + leap * LEAP, h);
     }
+    let excited = (forcing, &values);
+    let Some(linearized) = method.linearized(memory, equations, excited, h, state, prepares) else {
+        return k;
+    };
+    let leaves_out = !recorder.record.needs_all();
+    let mut bounds = steps.linear_bounds(linearized, equations, h, state);
+    let last = k + MOST_LEAPS * LEAP;
+    while let Some(known) = bounds
+        && k < last
+        && is_constant(excitation, forcing, k, h)
+    {
+        let left_out = leaves_out && recorder.leave_out(LEAP - 1, &known.samples);
+        if left_out {
+            *state = linearized.leap(state);
+            recorder.sample(k + LEAP, state);
+            summary.steps += 1;
+        } else {
+            let states = linearized.steps(state);
+            recorder.samples(k + 1, &states);
+            *state = states[LEAP - 1];
+            summary.steps += LEAP;
+        }
+        k += LEAP;
+        // After a refusal narrower bounds may be agreed to.
+        if !left_out || !linearized.holds(&known, state) {
+            bounds = steps.linear_bounds(linearized, equations, h, state);
+        }
+    }
+    k
 }
 
 impl StepControl {

@@ -1,11 +1,10 @@
 //! The quick way over intervals that need nothing but one step of a recurring length: no contact changes in them, and no step error or a
 //! small one.
 
-#[cfg(feature = "std")]
 use super::exact_steps::{BLOCK, Block, FIRST_BLOCK};
 use super::method::{Method, Output};
 use super::step_loop::Runner;
-use super::switched::SwitchedEquations;
+use crate::contacts::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::RunError;
 use crate::excitation::{Forcing, Instant, Ramp, Values};
@@ -33,14 +32,14 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let (first, last) = (k, usize::min(until, excitation.count() - 1));
         // The caller looks up the budget.
         let until = usize::min(last, k + budget.pause.saturating_sub(work));
-        #[cfg(feature = "std")]
         let mut length = FIRST_BLOCK;
         while k < until && excitation.interval(k) == h {
             // Pairs begin at even samples, so that rounding depends little on where a glide begins.
-            #[cfg(feature = "std")]
-            if k.is_multiple_of(2) {
+            if let Some(two) = steps.two
+                && k.is_multiple_of(2)
+            {
                 let intervals = k..usize::min(last, k + length);
-                let count = steps.block.fill(steps.two, excitation, forcing, h, intervals, state);
+                let count = steps.block.fill(two, excitation, forcing, h, intervals, state);
                 if count > 0 {
                     let block = &*steps.block;
                     let done = steps_that_stay(*equations, forcing, h, (k, state), block, count);
@@ -143,7 +142,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
 }
 
 /// Number of steps from the start of a block, at sample `first` and in `state`, without a contact change. The block has `count` steps.
-#[cfg(feature = "std")]
 #[inline(always)]
 fn steps_that_stay<C: SwitchedEquations>(
     equations: &mut C,

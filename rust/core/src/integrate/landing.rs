@@ -2,11 +2,11 @@
 
 use super::method::Method;
 use super::step_loop::{Interval, Runner, SHORTEST};
-use super::switched::SwitchedEquations;
+use crate::contacts::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::RunError;
 use crate::excitation::Ramp;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::{State, finite};
 
 /// Most attempts to end a step at a contact change: Newton's method, which starts with the error of dense output.
@@ -59,7 +59,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         state: &State,
         next: &mut State,
     ) -> (f64, State) {
-        dispatch(LandKernel { runner: self, ramp, theta, state, next })
+        dispatch!(self.land(ramp, theta, state, next))
     }
 
     /// Whether a step up to a contact change is accepted. Linear equations are as accurate there as in the whole step; those of preloaded
@@ -83,23 +83,5 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             self.summary.rejected += 1;
         }
         Ok(accepted)
-    }
-}
-
-/// [`Runner::land`] as a kernel.
-struct LandKernel<'a, 'b, M: Method, C> {
-    runner: &'a mut Runner<'b, M, C>,
-    ramp: &'a Ramp<'a>,
-    theta: f64,
-    state: &'a State,
-    next: &'a mut State,
-}
-
-impl<M: Method, C: SwitchedEquations> Kernel for LandKernel<'_, '_, M, C> {
-    type Output = (f64, State);
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
-        self.runner.land(self.ramp, self.theta, self.state, self.next)
     }
 }

@@ -5,7 +5,7 @@ use pulp::Simd;
 use super::exponential::KINK;
 use super::lane_scene::{Failures, NO_FAILURES, Scene, step_by_itself};
 use super::step_loop::Runner;
-use super::switched::SwitchedEquations;
+use crate::contacts::SwitchedEquations;
 use crate::equations::{
     BallScenes, Equations, Forces, Propagators, Remainder, Remainders, States, number, plus,
 };

@@ -4,13 +4,13 @@ use super::exact::CACHED_STEPS;
 use super::exponential::Exponential;
 use super::free_vibration::is_tried_at;
 use super::step_loop::Runner;
-use super::switched::Unswitched;
+use crate::contacts::Unswitched;
 use crate::equations::SmoothEquations;
 use crate::error::RunError;
 use crate::excitation::{Forcing, Values};
-use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, MAX_LANES, dispatch};
-use crate::system::{Force, NO_FORCE, State};
+use crate::numeric::float::times;
+use crate::numeric::simd::{MAX_LANES, dispatch};
+use crate::system::{Force, State};
 
 /// The method of all scenes.
 pub(super) type ByItself = Exponential<CACHED_STEPS>;
@@ -57,46 +57,31 @@ impl Scene<'_, '_> {
     #[inline(always)]
     pub(super) fn force(&mut self, k: usize) -> Force {
         self.forcing.sample(self.runner.recorder.excitation, k, &mut self.values);
-        let mut force = NO_FORCE;
-        for (column, value) in self.forcing.influence().iter().zip(self.values) {
-            add_scaled(&mut force, column, value);
-        }
-        force
-    }
-}
-
-/// The step of a scene by itself from sample `k` to the next. `tries`: whether it first tries a single step.
-struct StepKernel<'s, 'a, 'e> {
-    scene: &'s mut Scene<'a, 'e>,
-    k: usize,
-    tries: bool,
-}
-
-impl Kernel for StepKernel<'_, '_, '_> {
-    type Output = Result<(), RunError>;
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Scene { runner, forcing, state, values, free_until, .. } = self.scene;
-        if self.k < *free_until {
-            return Ok(());
-        }
-        let (mut next, mut to) = ([0.0; 12], [0.0; 9]);
-        forcing.sample(runner.recorder.excitation, self.k, values);
-        let (mut at, mut other, mut from, mut until) = (&mut *state, &mut next, &mut *values, &mut to);
-        let (states, ends) = ([&mut at, &mut other], [&mut from, &mut until]);
-        if self.tries && runner.whole_interval(forcing, self.k, states, ends)? {
-            *free_until = runner.vibrate_freely(forcing, self.k + 1, at);
-        } else {
-            runner.interval(forcing, self.k, [&mut at, &mut other], [&mut from, &mut until])?;
-        }
-        *state = *at;
-        Ok(())
+        times(self.forcing.influence(), &self.values)
     }
 }
 
 /// Steps a scene by itself from sample `k` to the next. `tries`: whether it first tries a single step.
 #[inline(never)]
 pub(super) fn step_by_itself(scene: &mut Scene, k: usize, tries: bool) -> Result<(), RunError> {
-    dispatch(StepKernel { scene, k, tries })
+    dispatch!(step(scene, k, tries))
+}
+
+#[inline(always)]
+fn step(scene: &mut Scene, k: usize, tries: bool) -> Result<(), RunError> {
+    let Scene { runner, forcing, state, values, free_until, .. } = scene;
+    if k < *free_until {
+        return Ok(());
+    }
+    let (mut next, mut to) = ([0.0; 12], [0.0; 9]);
+    forcing.sample(runner.recorder.excitation, k, values);
+    let (mut at, mut other, mut from, mut until) = (&mut *state, &mut next, &mut *values, &mut to);
+    let (states, ends) = ([&mut at, &mut other], [&mut from, &mut until]);
+    if tries && runner.whole_interval(forcing, k, states, ends)? {
+        *free_until = runner.vibrate_freely(forcing, k + 1, at);
+    } else {
+        runner.interval(forcing, k, [&mut at, &mut other], [&mut from, &mut until])?;
+    }
+    *state = *at;
+    Ok(())
 }

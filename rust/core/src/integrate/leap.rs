@@ -3,17 +3,12 @@
 use super::leap_plan::LeapPlan;
 use super::method::Method;
 use super::step_loop::Runner;
-use super::switched::SwitchedEquations;
-#[cfg(feature = "std")]
+use crate::contacts::SwitchedEquations;
 use crate::equations::{LEAP, LeapSamples};
-#[cfg(feature = "std")]
-use crate::excitation::Excitation;
-use crate::excitation::{Forcing, Values};
-#[cfg(feature = "std")]
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::excitation::{Excitation, Forcing, Values};
+use crate::numeric::simd::dispatch;
 use crate::system::State;
 
-#[cfg(feature = "std")]
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Leaps from sample `k`, at which `state` is, if possible; returns the sample reached, to which `state` and `values` then belong.
     #[inline(never)]
@@ -30,7 +25,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let leaps = if !has_intervals(excitation, k, h) || self.budget.is_due(self.work()) {
             0
         } else {
-            dispatch(LeapKernel { runner: self, samples: &mut plan.samples, forcing, k, h, state, next })
+            dispatch!(leaps(self, &mut plan.samples, forcing, k, h, state, next))
         };
         let reached = k + leaps * LEAP;
         plan.note(k, reached);
@@ -46,7 +41,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
 }
 
 /// Whether the intervals of a leap from sample `k` have the length `h`; false if fewer are left.
-#[cfg(feature = "std")]
 #[inline(always)]
 pub(super) fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
     if k + LEAP >= excitation.count() {
@@ -60,71 +54,47 @@ pub(super) fn has_intervals(excitation: &Excitation, k: usize, h: f64) -> bool {
 }
 
 /// Most leaps at once: some microseconds, so that a run can be stopped.
-#[cfg(feature = "std")]
 const MOST_LEAPS: usize = 64;
 
 /// Leaps from sample `k` into `next`; returns their number, 0 if none is possible.
-#[cfg(feature = "std")]
-struct LeapKernel<'s, 'a, 'f, M: Method, C> {
-    runner: &'s mut Runner<'a, M, C>,
-    samples: &'s mut LeapSamples,
-    forcing: &'f Forcing,
+#[inline(always)]
+fn leaps<M: Method, C: SwitchedEquations>(
+    runner: &mut Runner<M, C>,
+    samples: &mut LeapSamples,
+    forcing: &Forcing,
     k: usize,
     h: f64,
-    state: &'s State,
-    next: &'s mut State,
-}
-
-#[cfg(feature = "std")]
-impl<M: Method, C: SwitchedEquations> Kernel for LeapKernel<'_, '_, '_, M, C> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run(self) -> usize {
-        let Self { runner, samples, forcing, k, h, state, next } = self;
-        let Runner { method, memory, equations, recorder, .. } = runner;
-        let Some(leap) = method.leap(memory, equations.equations(), forcing, h) else { return 0 };
-        let excitation = recorder.excitation;
-        forcing.samples(excitation, k, samples);
-        let bounds = leap.bounds(equations.equations(), forcing, samples, state);
-        // The record is asked last: one that agrees counts these samples as passed. It gets the last one, after which parts between samples
-        // count again.
-        if !equations.stays_over(&bounds) || !recorder.leave_out(LEAP - 1, &bounds.samples) {
-            return 0;
-        }
-        *next = leap.apply(samples, state);
-        equations.leapt();
-        // Under a constant excitation, these bounds often hold for the next leaps too. Their excitation has the same effect.
-        let (mut leaps, mut last) = (1, *next);
-        if forcing.is_constant(excitation, k..k + LEAP + 1) && leap.holds(&bounds, &last) {
-            let effect = leap.apply(samples, &[0.0; 12]);
-            while leaps < MOST_LEAPS
-                && has_intervals(excitation, k + leaps * LEAP, h)
-                && forcing.is_constant(excitation, k + leaps * LEAP..k + (leaps + 1) * LEAP + 1)
-                && leap.holds(&bounds, &last)
-            {
-                last = leap.repeat(&effect, &last);
-                leaps += 1;
-            }
-        }
-        if leaps > 1 && recorder.leave_out((leaps - 1) * LEAP, &bounds.samples) {
-            *next = last;
-            return leaps;
-        }
-        1
+    state: &State,
+    next: &mut State,
+) -> usize {
+    let Runner { method, memory, equations, recorder, .. } = runner;
+    let Some(leap) = method.leap(memory, equations.equations(), forcing, h) else { return 0 };
+    let excitation = recorder.excitation;
+    forcing.samples(excitation, k, samples);
+    let bounds = leap.bounds(equations.equations(), forcing, samples, state);
+    // The record is asked last: one that agrees counts these samples as passed. It gets the last one, after which parts between samples
+    // count again.
+    if !equations.stays_over(&bounds) || !recorder.leave_out(LEAP - 1, &bounds.samples) {
+        return 0;
     }
-}
-
-#[cfg(not(feature = "std"))]
-impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
-    pub(super) fn leap(
-        &mut self,
-        _: &mut LeapPlan,
-        _: &Forcing,
-        _: usize,
-        _: [&mut &mut State; 2],
-        _: &mut Values,
-    ) -> Option<usize> {
-        None
+    *next = leap.apply(samples, state);
+    equations.leapt();
+    // Under a constant excitation, these bounds often hold for the next leaps too. Their excitation has the same effect.
+    let (mut leaps, mut last) = (1, *next);
+    if forcing.is_constant(excitation, k..k + LEAP + 1) && leap.holds(&bounds, &last) {
+        let effect = leap.apply(samples, &[0.0; 12]);
+        while leaps < MOST_LEAPS
+            && has_intervals(excitation, k + leaps * LEAP, h)
+            && forcing.is_constant(excitation, k + leaps * LEAP..k + (leaps + 1) * LEAP + 1)
+            && leap.holds(&bounds, &last)
+        {
+            last = leap.repeat(&effect, &last);
+            leaps += 1;
+        }
     }
+    if leaps > 1 && recorder.leave_out((leaps - 1) * LEAP, &bounds.samples) {
+        *next = last;
+        return leaps;
+    }
+    1
 }

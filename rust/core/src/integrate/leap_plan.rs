@@ -1,9 +1,7 @@
 //! When a run tries to leap.
 
-#[cfg(feature = "std")]
 use super::method::Output;
 use super::recorder::Recorder;
-#[cfg(feature = "std")]
 use crate::equations::{LEAP, LeapSamples};
 
 /// When a run tries to leap. Without `std` never.
@@ -11,19 +9,17 @@ pub(super) struct LeapPlan {
     /// Sample of the next attempt.
     pub next: usize,
     /// Intervals from a failed attempt to the next, and the most of them.
-    #[cfg(feature = "std")]
     pause: usize,
-    #[cfg(feature = "std")]
     longest_pause: usize,
     /// Memory for the samples of a leap.
-    #[cfg(feature = "std")]
     pub samples: LeapSamples,
 }
 
-#[cfg(feature = "std")]
 impl LeapPlan {
     pub(super) fn new(recorder: &Recorder) -> Self {
-        let possible = matches!(recorder.output, Output::Samples) && !recorder.record.needs_all();
+        let possible = cfg!(feature = "std")
+            && matches!(recorder.output, Output::Samples)
+            && !recorder.record.needs_all();
         // Under a noisy motion hardly any attempt succeeds; there they must take no time.
         let next = if possible { 0 } else { usize::MAX };
         Self { next, pause: LEAP, longest_pause: 8 * LEAP, samples: [[0.0; LEAP + 1]; 9] }
@@ -38,12 +34,5 @@ impl LeapPlan {
             self.next = (k + self.pause).next_multiple_of(2);
             self.pause = usize::min(2 * self.pause, self.longest_pause);
         }
-    }
-}
-
-#[cfg(not(feature = "std"))]
-impl LeapPlan {
-    pub(super) fn new(_: &Recorder) -> Self {
-        Self { next: usize::MAX }
     }
 }

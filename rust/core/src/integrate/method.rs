@@ -1,12 +1,8 @@
 //! The trait of the integrators, the instants that a run records, and its summary.
 
 use super::exact_steps::ExactSteps;
-use crate::equations::Equations;
-#[cfg(feature = "std")]
-use crate::equations::{Leap, Linearized};
-use crate::excitation::Ramp;
-#[cfg(feature = "std")]
-use crate::excitation::{Forcing, Values};
+use crate::equations::{Equations, Leap, Linearized};
+use crate::excitation::{Forcing, Ramp, Values};
 use crate::system::State;
 
 /// An integrator: advances the state over one step of given length.
@@ -42,7 +38,6 @@ pub trait Method {
     }
 
     /// The exact leap over intervals of `h` s by the equations, if the method has one or finds it worth preparing.
-    #[cfg(feature = "std")]
     fn leap<'m, E: Equations>(
         &self,
         _: &'m mut Self::Memory,
@@ -55,7 +50,6 @@ pub trait Method {
 
     /// The equations linearised about the equilibrium under a constant excitation, for intervals of `h` s, if the method has them;
     /// `prepares`: whether it may prepare them. `state`: where the body is.
-    #[cfg(feature = "std")]
     fn linearized<'m, E: Equations>(
         &self,
         _: &'m mut Self::Memory,

@@ -8,7 +8,6 @@ mod control;
 mod exact;
 mod exact_steps;
 mod exponential;
-#[cfg(feature = "std")]
 mod free_vibration;
 mod glide;
 mod landing;
@@ -29,7 +28,6 @@ mod side_by_side;
 mod start;
 mod step_cache;
 mod step_loop;
-mod switched;
 mod tableau;
 
 pub use control::{Control, load_scale};
@@ -39,7 +37,6 @@ pub use method::{Method, Output, Summary};
 pub use named_method::NamedMethod;
 pub use radau::Radau;
 pub use rk45::Rk45;
-#[cfg(feature = "std")]
 pub(crate) use run::check_output;
 pub use run::{run, run_from};
 #[cfg(feature = "studies")]

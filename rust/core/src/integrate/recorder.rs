@@ -3,9 +3,7 @@
 use super::method::Output;
 use crate::excitation::Excitation;
 use crate::output::Record;
-use crate::system::State;
-#[cfg(feature = "std")]
-use crate::system::StateBox;
+use crate::system::{State, StateBox};
 
 /// Passes the instants of a run to its record.
 pub(super) struct Recorder<'a> {
@@ -25,7 +23,6 @@ impl Recorder<'_> {
     }
 
     /// Leaves out the next `count` samples if no state in the box would change the record; whether it did.
-    #[cfg(feature = "std")]
     pub(super) fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
         let left_out = self.record.leave_out(count, states);
         self.recorded += if left_out { count } else { 0 };

@@ -7,13 +7,12 @@ use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::start::Start;
 use super::step_loop::{Runner, StepControl};
-use super::switched::{SwitchedEquations, Unswitched};
-use crate::contacts::{Contacts, SmoothContacts};
+use crate::contacts::{Contacts, SmoothContacts, SwitchedEquations, Unswitched};
 use crate::equations::{Equations, Riders, SmoothEquations};
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::float::sqrt;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::output::Record;
 use crate::system::{ModelLevel, State, System, size};
 
@@ -77,23 +76,20 @@ pub(crate) fn run_scaled<M: Method>(
         ModelLevel::Linear | ModelLevel::PiecewiseLinear if const { M::EXACT_IF_LINEAR } => {
             unreachable!("run by the exact method")
         }
-        ModelLevel::Linear => dispatch(RunKernel { setup, equations: Unswitched(system) }),
+        ModelLevel::Linear => dispatch!(run_on(setup, Unswitched(system))),
         ModelLevel::PiecewiseLinear => {
-            dispatch(RunKernel { setup, equations: Contacts::new(system, &start, load_scale) })
+            dispatch!(run_on(setup, Contacts::new(system, &start, load_scale)))
         }
         // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the
         // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear if const { M::EXACT_IF_LINEAR } => {
             let equations = &SmoothEquations::at_rest(system, excitation);
-            dispatch(RunKernel { setup, equations: Unswitched(equations) })
+            dispatch!(run_on(setup, Unswitched(equations)))
         }
         ModelLevel::SmoothNonlinear => {
             let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
-            dispatch(RunKernel {
-                setup,
-                equations: SmoothContacts::new(system, excitation, &start, load_scale, rtol),
-            })
+            dispatch!(run_on(setup, SmoothContacts::new(system, excitation, &start, load_scale, rtol)))
         }
     };
     record.end();
@@ -230,21 +226,11 @@ impl<'a, M: Method> Setup<'a, M> {
 }
 
 /// A run on equations of one kind.
-struct RunKernel<'a, M, C> {
-    setup: Setup<'a, M>,
-    equations: C,
-}
-
-impl<M: Method, C: SwitchedEquations> Kernel for RunKernel<'_, M, C> {
-    type Output = Result<Summary, RunError>;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
-        let Self { setup, mut equations } = self;
-        let (forcing, start) = (setup.forcing, setup.start);
-        let mut memory = setup.method.memory();
-        setup.runner(&mut memory, &mut equations).run(&forcing, start)
-    }
+#[cfg_attr(feature = "std", inline(always))]
+fn run_on<M: Method, C: SwitchedEquations>(setup: Setup<M>, mut equations: C) -> Result<Summary, RunError> {
+    let (forcing, start) = (setup.forcing, setup.start);
+    let mut memory = setup.method.memory();
+    setup.runner(&mut memory, &mut equations).run(&forcing, start)
 }
 
 pub(crate) fn check_output(output: Output, excitation: &Excitation) -> Result<(), RunError> {

@@ -11,7 +11,7 @@ use super::lane_scene::{ByItself, NO_FAILURES, Scene, step_by_itself};
 use super::method::{Method, Output};
 use super::run::Setup;
 use super::start::Start;
-use super::switched::Unswitched;
+use crate::contacts::Unswitched;
 use crate::equations::SmoothEquations;
 use crate::error::RunError;
 use crate::excitation::ScaledExcitation;

@@ -6,7 +6,7 @@ use crate::equations::Riders;
 use crate::error::RunError;
 use crate::excitation::{Excitation, Forcing};
 use crate::model::Dof;
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::add_columns;
 use crate::output::{position, velocity};
 use crate::system::{NO_INPUT, State, System};
 
@@ -42,9 +42,7 @@ impl Start {
                 let mut first = [0.0; 9];
                 forcing.sample(excitation, 0, &mut first);
                 let mut force = riders.first_force();
-                for (column, value) in forcing.influence().iter().zip(first) {
-                    add_scaled(&mut force, column, value);
-                }
+                add_columns(&mut force, forcing.influence(), &first);
                 system.quasi_static(&force).map_err(|motion| RunError::NoQuasiStaticState { motion })
             }
             Self::State { position, velocity } => {

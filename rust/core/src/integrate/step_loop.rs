@@ -5,7 +5,7 @@ use super::control::{Control, Controller, ErrorNorm};
 use super::leap_plan::LeapPlan;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
-use super::switched::SwitchedEquations;
+use crate::contacts::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Forcing, Instant, Ramp, Values};
@@ -77,14 +77,14 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
             {
                 k += 1;
-                #[cfg(feature = "std")]
-                {
+                if cfg!(feature = "std") {
                     k = self.vibrate_freely(forcing, k, state);
                 }
                 continue;
             }
             if M::ERROR_ORDER.is_none() && k >= glide_from {
-                if k >= plan.next
+                if cfg!(feature = "std")
+                    && k >= plan.next
                     && let Some(reached) = self.leap(&mut plan, forcing, k, [&mut state, &mut next], from)
                 {
                     k = reached;
@@ -200,7 +200,12 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 plan.left = 0.0;
                 continue;
             }
-            let change = self.equations.first_change(self.method, self.memory, &ramp, state, next);
+            let change = self.equations.first_change(
+                &ramp,
+                [state, next],
+                #[cfg_attr(feature = "std", inline(always))]
+                |equations, theta| self.method.between(equations, self.memory, &ramp, state, theta),
+            );
             let shorter;
             if let Some(theta) = change {
                 let (theta, error) = if C::Equations::LINEAR {

@@ -35,6 +35,22 @@ pub(crate) fn add_scaled<const N: usize>(sum: &mut [f64; N], column: &[f64; N], 
     }
 }
 
+/// Adds a matrix, by columns, times a vector to `sum`.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn add_columns<const N: usize>(sum: &mut [f64; N], columns: &[[f64; N]], vector: &[f64]) {
+    for (column, &factor) in columns.iter().zip(vector) {
+        add_scaled(sum, column, factor);
+    }
+}
+
+/// A matrix, by columns, times a vector.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn times<const N: usize>(columns: &[[f64; N]], vector: &[f64]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    add_columns(&mut sum, columns, vector);
+    sum
+}
+
 /// Multiplies a column by a factor.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn scale<const N: usize>(column: &mut [f64; N], factor: f64) {

@@ -4,6 +4,7 @@ pub(crate) mod bounded_vec;
 pub(crate) mod float;
 #[cfg(feature = "std")]
 pub(crate) mod normal;
+pub(crate) mod on_heap;
 #[cfg(feature = "std")]
 pub(crate) mod power;
 pub(crate) mod simd;

@@ -2,7 +2,7 @@
 //!
 //! There are two tools, for two kinds of loops:
 //!
-//! - [`Kernel`], here: loops over plain `[f64; LANES]` arrays, which the compiler turns into vector code. Used wherever the numbers of *one*
+//! - [`dispatch`], here: loops over plain `[f64; LANES]` arrays, which the compiler turns into vector code. Used wherever the numbers of *one*
 //!   run lie side by side (entries of a state, links, quantities, draws). AVX2 is as wide as a state of twelve numbers needs: AVX-512 was
 //!   measured slower there, up to 1.6 times in the step methods. [`dispatch_wide`] is for long loops and longer columns, where AVX-512 pays.
 //! - the crate `pulp`, in `batch::lanes` and `side_by_side`: *one scene per lane*, with the number of lanes as a type. Used where the algorithm itself is
@@ -17,7 +17,6 @@
 pub(crate) const LANES: usize = 8;
 
 /// Most lanes of the vectors of any processor, with `pulp`.
-#[cfg(feature = "std")]
 pub(crate) const MAX_LANES: usize = 8;
 
 /// Number of lanes of the vectors, with `pulp`.
@@ -38,59 +37,71 @@ impl pulp::WithSimd for LaneCount {
 pub(crate) type Lanes = [f64; LANES];
 
 /// Aligned to cache lines: no vector lies across two of them. Across two, drawing normal numbers takes up to 1.4 times as long.
-#[cfg(feature = "std")]
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(crate) struct Aligned<T>(pub T);
 
-/// A loop to be compiled for each instruction set. Everything it calls must be `#[cfg_attr(feature = "std", inline(always))]`, closures
-/// included: a function that is not inlined is compiled for the oldest processor. (Without `std` there is one instruction set, and inlining
-/// everything makes programs three times as large.)
-pub(crate) trait Kernel {
-    /// Result of the loop.
-    type Output;
-
-    /// The loop itself, `#[cfg_attr(feature = "std", inline(always))]`.
-    fn run(self) -> Self::Output;
+/// Evaluates a call with AVX2 and FMA where the processor has them. What is called, and everything that it calls, must be
+/// `#[cfg_attr(feature = "std", inline(always))]`, closures included: a function that is not inlined is compiled for the oldest processor.
+/// (Without `std` there is one instruction set, and inlining everything makes programs three times as large.)
+macro_rules! dispatch {
+    ($call:expr) => {
+        $crate::numeric::simd::on_avx2(
+            #[inline(always)]
+            || $call,
+        )
+    };
 }
 
-/// Runs a kernel with AVX2 and FMA where the processor has them.
+/// Evaluates a call with AVX-512 where the processor has it, otherwise as [`dispatch`].
+macro_rules! dispatch_wide {
+    ($call:expr) => {
+        $crate::numeric::simd::on_avx512(
+            #[inline(always)]
+            || $call,
+        )
+    };
+}
+
+pub(crate) use {dispatch, dispatch_wide};
+
+/// See [`dispatch`].
 #[inline]
-pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+pub(crate) fn on_avx2<T>(call: impl FnOnce() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
         use std::arch::is_x86_feature_detected as has;
 
         #[target_feature(enable = "avx2,fma")]
-        fn avx2<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run()
+        fn avx2<T>(call: impl FnOnce() -> T) -> T {
+            call()
         }
 
         if has!("avx2") && has!("fma") {
             // SAFETY: the processor has just been asked for both.
-            return unsafe { avx2(kernel) };
+            return unsafe { avx2(call) };
         }
     }
-    kernel.run()
+    call()
 }
 
-/// Runs a kernel with AVX-512 where the processor has it, otherwise as [`dispatch`].
+/// See [`dispatch_wide`].
 #[inline]
-pub(crate) fn dispatch_wide<K: Kernel>(kernel: K) -> K::Output {
+pub(crate) fn on_avx512<T>(call: impl FnOnce() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
         use std::arch::is_x86_feature_detected as has;
 
         #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-        fn avx512<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run()
+        fn avx512<T>(call: impl FnOnce() -> T) -> T {
+            call()
         }
 
         let has_avx512 = has!("avx512f") && has!("avx512dq") && has!("avx512vl");
         if has_avx512 && has!("avx2") && has!("fma") {
             // SAFETY: the processor has just been asked for all of them.
-            return unsafe { avx512(kernel) };
+            return unsafe { avx512(call) };
         }
     }
-    dispatch(kernel)
+    on_avx2(call)
 }

@@ -11,7 +11,7 @@ use crate::equations::{PowerSeries, Riders, SegmentEquations, SmoothEquations};
 use crate::excitation::{Excitation, Forcing, Instant, Ramp, ScaledExcitation};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, scale};
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::{Force, LinkRow, ModelLevel, NO_INPUT, State, System};
 
 /// Pieces that may wait; with few, more of them are searched in vain.
@@ -162,12 +162,7 @@ impl<'a> Between<'a> {
         for index in 0..self.count {
             if let Some(piece) = self.waiting[index].take() {
                 let Goal { load, .. } = piece.goal;
-                dispatch(SearchKernel {
-                    between: self,
-                    piece: &piece,
-                    load: &loads[load],
-                    extremes: &mut extremes[load],
-                });
+                dispatch!(search_piece(self, &piece, &loads[load], &mut extremes[load]));
             }
         }
         self.count = 0;
@@ -175,55 +170,42 @@ impl<'a> Between<'a> {
 }
 
 /// Searches a piece on the equations that hold in it.
-struct SearchKernel<'a, 'b> {
-    between: &'b mut Between<'a>,
-    piece: &'b Piece,
-    load: &'b Wrench<'b>,
-    extremes: &'b mut Extremes,
-}
-
-impl Kernel for SearchKernel<'_, '_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Self { between, piece, load, extremes } = self;
-        if piece.most <= extremes.of(piece.goal) {
-            return;
-        }
-        let (system, excitation, forcing) = (between.system, between.excitation, between.forcing);
-        let (mut start, mut end) = ([0.0; 9], [0.0; 9]);
-        forcing.sample(excitation, piece.sample, &mut start);
-        forcing.sample(excitation, piece.sample + 1, &mut end);
-        let length = excitation.interval(piece.sample);
-        let begin = Instant { first: piece.sample, until: piece.sample + 1, since: 0.0 };
-        let whole = Ramp::whole(length, [&start, &end], &forcing, begin);
-        let shares = [piece.since / length, (piece.since + piece.h) / length];
-        let (start, end) = (whole.values(shares[0]), whole.values(shares[1]));
-        let ramp =
-            Ramp { h: piece.h, start: &start, end: &end, spans_interval: false, ..whole.later(piece.since) };
-        let mut input = [NO_INPUT; 2];
-        if load.linear.by_input_at_all {
-            input = shares.map(|share| excitation.input_between(piece.sample, share));
-            let first = input[0];
-            add_scaled(&mut input[1], &first, -1.0);
-        }
-        let time = excitation.time(piece.sample) + piece.since;
-        let mut middle = moved(&piece.ends[0], &piece.ends[1], 1.0);
-        scale(&mut middle, 0.5);
-        let load = load.on_segments(&middle);
-        let beside = if between.jumps { BESIDE } else { 0.0 };
-        let mut search =
-            Search { goal: piece.goal, ends: &piece.ends, load, ramp: &ramp, beside, time, input, extremes };
-        between.find_equations(&middle);
-        let (equations, series) = &between.on_segments;
-        if system.model_level() == ModelLevel::SmoothNonlinear || !excitation.riders().is_empty() {
-            let norm = series.norm(piece.h);
-            search
-                .integrate(&SmoothEquations::new(system, *equations, Riders::new(system, excitation)), norm);
-        } else {
-            search.follow(equations, series);
-        }
+#[cfg_attr(feature = "std", inline(always))]
+fn search_piece(between: &mut Between, piece: &Piece, load: &Wrench, extremes: &mut Extremes) {
+    if piece.most <= extremes.of(piece.goal) {
+        return;
+    }
+    let (system, excitation, forcing) = (between.system, between.excitation, between.forcing);
+    let (mut start, mut end) = ([0.0; 9], [0.0; 9]);
+    forcing.sample(excitation, piece.sample, &mut start);
+    forcing.sample(excitation, piece.sample + 1, &mut end);
+    let length = excitation.interval(piece.sample);
+    let begin = Instant { first: piece.sample, until: piece.sample + 1, since: 0.0 };
+    let whole = Ramp::whole(length, [&start, &end], &forcing, begin);
+    let shares = [piece.since / length, (piece.since + piece.h) / length];
+    let (start, end) = (whole.values(shares[0]), whole.values(shares[1]));
+    let ramp =
+        Ramp { h: piece.h, start: &start, end: &end, spans_interval: false, ..whole.later(piece.since) };
+    let mut input = [NO_INPUT; 2];
+    if load.linear.by_input_at_all {
+        input = shares.map(|share| excitation.input_between(piece.sample, share));
+        let first = input[0];
+        add_scaled(&mut input[1], &first, -1.0);
+    }
+    let time = excitation.time(piece.sample) + piece.since;
+    let mut middle = moved(&piece.ends[0], &piece.ends[1], 1.0);
+    scale(&mut middle, 0.5);
+    let load = load.on_segments(&middle);
+    let beside = if between.jumps { BESIDE } else { 0.0 };
+    let mut search =
+        Search { goal: piece.goal, ends: &piece.ends, load, ramp: &ramp, beside, time, input, extremes };
+    between.find_equations(&middle);
+    let (equations, series) = &between.on_segments;
+    if system.model_level() == ModelLevel::SmoothNonlinear || !excitation.riders().is_empty() {
+        let norm = series.norm(piece.h);
+        search.integrate(&SmoothEquations::new(system, *equations, Riders::new(system, excitation)), norm);
+    } else {
+        search.follow(equations, series);
     }
 }
 

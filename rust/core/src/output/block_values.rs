@@ -13,7 +13,10 @@ pub(super) type Values = [f64; BLOCK];
 
 /// Writes the entries of some columns, each at all instants, to `entries`.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn transpose<const N: usize>(columns: &[[f64; N]; BLOCK], entries: &mut [Values; N]) {
+pub(crate) fn transpose<const N: usize, const COUNT: usize>(
+    columns: &[[f64; N]; COUNT],
+    entries: &mut [[f64; COUNT]; N],
+) {
     for (k, column) in columns.iter().enumerate() {
         for j in 0..N {
             entries[j][k] = column[j];
@@ -30,12 +33,12 @@ pub(super) fn needed_for(wanted: &[bool; 8]) -> [bool; 6] {
 
 /// The needed components of a load at all instants, to the last bit those of [`super::Recovery::at`].
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn evaluate(
+pub(crate) fn evaluate_block<const COUNT: usize>(
     load: &Wrench,
     needed: &[bool; 6],
-    (entries, inputs): (&[Values; 12], &[Values; 9]),
-    states: &[State; BLOCK],
-    values: &mut [Values; 8],
+    (entries, inputs): (&[[f64; COUNT]; 12], &[[f64; COUNT]; 9]),
+    states: &[State; COUNT],
+    values: &mut [[f64; COUNT]; 8],
 ) {
     // Two rows at a time, so that the sums of one fill the time in which those of the other wait for each other.
     for pair in 0..3 {
@@ -47,7 +50,7 @@ pub(super) fn evaluate(
             }
             continue;
         }
-        let mut sums = [[load.linear.constant[a]; BLOCK], [load.linear.constant[b]; BLOCK]];
+        let mut sums = [[load.linear.constant[a]; COUNT], [load.linear.constant[b]; COUNT]];
         for j in 0..12 {
             let column = &load.linear.by_state[j];
             if column[a] == 0.0 && column[b] == 0.0 {
@@ -76,7 +79,7 @@ pub(super) fn evaluate(
         if !is_needed {
             continue;
         }
-        let mut at = [row.rest; BLOCK];
+        let mut at = [row.rest; COUNT];
         for j in 0..6 {
             add_scaled(&mut at, &entries[j], row.deflection[j]);
         }
@@ -87,7 +90,7 @@ pub(super) fn evaluate(
             }
         }
         if row.link.is_damped_in_contact() {
-            for k in 0..BLOCK {
+            for k in 0..COUNT {
                 let (_, load) = row.loads(&states[k]);
                 for component in 0..6 {
                     if needed[component] {
@@ -101,8 +104,13 @@ pub(super) fn evaluate(
 
 /// The part of a row that is linear in the state.
 #[cfg_attr(feature = "std", inline(always))]
-fn evaluate_row(load: &Wrench, row: usize, entries: &[Values; 12], values: &mut Values) {
-    let mut sum = [load.linear.constant[row]; BLOCK];
+fn evaluate_row<const COUNT: usize>(
+    load: &Wrench,
+    row: usize,
+    entries: &[[f64; COUNT]; 12],
+    values: &mut [f64; COUNT],
+) {
+    let mut sum = [load.linear.constant[row]; COUNT];
     for j in 0..12 {
         let factor = load.linear.by_state[j][row];
         if factor != 0.0 {

@@ -4,8 +4,8 @@ use super::between::{Between, Piece, Place};
 use super::block_values::{BLOCK, Values};
 use super::extremes::{Extremes, Goal};
 use super::loads::Wrench;
-use crate::numeric::float::{add_scaled, fma, sqrt};
-use crate::numeric::simd::{Kernel, dispatch_wide};
+use crate::numeric::float::{add_columns, fma, sqrt};
+use crate::numeric::simd::dispatch_wide;
 use crate::system::State;
 
 /// How far a value bows away from the chord between two instants, over what the larger second difference quotient at them says. For six
@@ -117,9 +117,7 @@ impl Bows {
         let mut hidden = [0.0; 8];
         for ((component, influence), kinks) in between.influences().zip(self.kinks) {
             let mut by_rate = [0.0; 6];
-            for (column, factor) in load.linear.by_state[6..].iter().zip(influence) {
-                add_scaled(&mut by_rate, column, *factor);
-            }
+            add_columns(&mut by_rate, &load.linear.by_state[6..], influence);
             for row in 0..6 {
                 hidden[row] = fma(by_rate[row].abs(), kinks[0], hidden[row]);
                 hidden[row] = fma(load.linear.by_input[component][row].abs(), kinks[1], hidden[row]);
@@ -138,6 +136,38 @@ impl Bows {
         hidden[6] = sqrt(fma(y, y, z * z));
         hidden[7] = sqrt(fma(mx, mx, fma(my, my, mz * mz)));
         hidden
+    }
+
+    /// Estimates the largest value in each piece of a block, or with the `sign` -1 the largest negative value; -∞ where it is at an end. Whether
+    /// one passes `least`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn estimate(&self, values: &Values, hidden: f64, sign: f64, least: f64, most: &mut Values) -> bool {
+        let Self { inverses, quotients, bows, unknown, .. } = self;
+        // Curvatures from one instant before the block on.
+        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK + 3]);
+        for k in 0..BLOCK - 1 {
+            slopes[k] = sign * (values[k + 1] - values[k]) * inverses[k];
+        }
+        for k in 1..BLOCK - 1 {
+            curvatures[k + 1] = (slopes[k - 1] - slopes[k]) * quotients[k];
+        }
+        let mut passes = false;
+        for k in 0..BLOCK - 1 {
+            let (a, b) = (sign * values[k], sign * values[k + 1]);
+            // Where the curvature at an end is not known, it is on a straight line through those beside it.
+            let [before, start, end, after] =
+                [curvatures[k], curvatures[k + 1], curvatures[k + 2], curvatures[k + 3]];
+            let at_start = if quotients[k] > 0.0 { start } else { 2.0 * end - after };
+            let at_end = if quotients[k + 1] > 0.0 { end } else { 2.0 * start - before };
+            let bend = if at_start > at_end { at_start } else { at_end };
+            let bow = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
+            let (change, middle) = (b - a, 0.5 * (a + b));
+            // The parabola with this bow over the middle of the chord.
+            let top = middle + bow + change * change / (16.0 * bow);
+            most[k] = if change.abs() < 4.0 * bow { top } else { f64::NEG_INFINITY };
+            passes |= most[k] > least;
+        }
+        passes
     }
 }
 
@@ -179,8 +209,7 @@ impl Pieces<'_> {
             if high + reach <= least {
                 continue;
             }
-            let kernel = BowKernel { bows, values, hidden: *hidden, sign, least, most: &mut most };
-            if !dispatch_wide(kernel) {
+            if !dispatch_wide!(bows.estimate(values, *hidden, sign, least, &mut most)) {
                 continue;
             }
             for k in 0..BLOCK - 1 {
@@ -194,51 +223,5 @@ impl Pieces<'_> {
                 }
             }
         }
-    }
-}
-
-/// Estimates the largest value in each piece of a block, or with the `sign` -1 the largest negative value; -∞ where it is at an end. Whether
-/// one passes `least`.
-struct BowKernel<'a> {
-    bows: &'a Bows,
-    values: &'a Values,
-    hidden: f64,
-    sign: f64,
-    least: f64,
-    most: &'a mut Values,
-}
-
-impl Kernel for BowKernel<'_> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { bows: Bows { inverses, quotients, bows, unknown, .. }, values, hidden, sign, least, most } =
-            self;
-        // Curvatures from one instant before the block on.
-        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK + 3]);
-        for k in 0..BLOCK - 1 {
-            slopes[k] = sign * (values[k + 1] - values[k]) * inverses[k];
-        }
-        for k in 1..BLOCK - 1 {
-            curvatures[k + 1] = (slopes[k - 1] - slopes[k]) * quotients[k];
-        }
-        let mut passes = false;
-        for k in 0..BLOCK - 1 {
-            let (a, b) = (sign * values[k], sign * values[k + 1]);
-            // Where the curvature at an end is not known, it is on a straight line through those beside it.
-            let [before, start, end, after] =
-                [curvatures[k], curvatures[k + 1], curvatures[k + 2], curvatures[k + 3]];
-            let at_start = if quotients[k] > 0.0 { start } else { 2.0 * end - after };
-            let at_end = if quotients[k + 1] > 0.0 { end } else { 2.0 * start - before };
-            let bend = if at_start > at_end { at_start } else { at_end };
-            let bow = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
-            let (change, middle) = (b - a, 0.5 * (a + b));
-            // The parabola with this bow over the middle of the chord.
-            let top = middle + bow + change * change / (16.0 * bow);
-            most[k] = if change.abs() < 4.0 * bow { top } else { f64::NEG_INFINITY };
-            passes |= most[k] > least;
-        }
-        passes
     }
 }

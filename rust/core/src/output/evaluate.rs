@@ -3,7 +3,7 @@
 use super::loads::{Linear, NonlinearLink, Recovery};
 use crate::model::{ball_force, sided_force};
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, LANES, dispatch, dispatch_wide};
+use crate::numeric::simd::{LANES, dispatch, dispatch_wide};
 use crate::system::{Input, State};
 
 /// Nonlinear links side by side: an AVX2 register, and those of a carriage.
@@ -31,18 +31,18 @@ pub fn evaluate<const ROWS: usize>(
             for (lane, row) in (from..usize::min(from + LANES, width)).enumerate() {
                 lanes.copy_row(lane, &quantities[row / ROWS].linear, row % ROWS);
             }
-            finite &= dispatch_wide(LinearKernel { lanes: &lanes, states, input: &input, out, from, width });
+            finite &= dispatch_wide!(write_linear(&lanes, states, &input, out, from, width));
         }
         return finite;
     }
     for (index, quantity) in quantities.iter().enumerate() {
         let from = index * ROWS;
         if let Some(group) = LinkGroup::<SidedLanes>::of(quantity) {
-            finite &= dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
+            finite &= dispatch!(write_group(&group, states, out, from, width, ROWS));
         } else if let Some(group) = LinkGroup::<BallLanes>::of(quantity) {
-            finite &= dispatch(GroupKernel { group: &group, states, out, from, width, rows: ROWS });
+            finite &= dispatch!(write_group(&group, states, out, from, width, ROWS));
         } else {
-            finite &= dispatch(AnyKernel { quantity, states, input: &input, out, from, width });
+            finite &= dispatch!(write_any(quantity, states, &input, out, from, width));
         }
     }
     finite
@@ -77,80 +77,66 @@ impl Linear<LANES> {
 }
 
 /// Writes eight rows of linear quantities to `out[k * width + from..]`, fewer at the end of a row.
-struct LinearKernel<'a, I> {
-    lanes: &'a Linear<LANES>,
-    states: &'a [State],
-    input: &'a I,
-    out: &'a mut [f64],
+#[cfg_attr(feature = "std", inline(always))]
+fn write_linear<I: Fn(usize) -> Input>(
+    lanes: &Linear<LANES>,
+    states: &[State],
+    input: &I,
+    out: &mut [f64],
     from: usize,
     width: usize,
-}
-
-impl<I: Fn(usize) -> Input> Kernel for LinearKernel<'_, I> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { lanes, states, input, out, from, width } = self;
-        let (count, mut check) = (usize::min(LANES, width - from), FiniteCheck([0.0; LANES]));
-        if lanes.by_input_at_all || count < LANES {
-            for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
-                let values = lanes.at(state, &input(k));
-                check.add(&values);
-                for (out, value) in out[from..].iter_mut().zip(&values) {
-                    *out = *value;
-                }
-            }
-        } else {
-            // Two instants at a time share each column while it is in a register.
-            let (pairs, last) = states.as_chunks::<2>();
-            let mut rows = out.chunks_exact_mut(width);
-            for [a, b] in pairs {
-                let (Some(row_a), Some(row_b)) = (rows.next(), rows.next()) else { break };
-                let (mut sum_a, mut sum_b) = (lanes.constant, lanes.constant);
-                for j in 0..12 {
-                    add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
-                    add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
-                }
-                check.add(&sum_a);
-                check.add(&sum_b);
-                row_a[from..from + LANES].copy_from_slice(&sum_a);
-                row_b[from..from + LANES].copy_from_slice(&sum_b);
-            }
-            for (state, row) in last.iter().zip(rows) {
-                let values = lanes.of_state(state);
-                check.add(&values);
-                row[from..from + LANES].copy_from_slice(&values);
+) -> bool {
+    let (count, mut check) = (usize::min(LANES, width - from), FiniteCheck([0.0; LANES]));
+    if lanes.by_input_at_all || count < LANES {
+        for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
+            let values = lanes.at(state, &input(k));
+            check.add(&values);
+            for (out, value) in out[from..].iter_mut().zip(&values) {
+                *out = *value;
             }
         }
-        check.all_finite()
+    } else {
+        // Two instants at a time share each column while it is in a register.
+        let (pairs, last) = states.as_chunks::<2>();
+        let mut rows = out.chunks_exact_mut(width);
+        for [a, b] in pairs {
+            let (Some(row_a), Some(row_b)) = (rows.next(), rows.next()) else { break };
+            let (mut sum_a, mut sum_b) = (lanes.constant, lanes.constant);
+            for j in 0..12 {
+                add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
+                add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
+            }
+            check.add(&sum_a);
+            check.add(&sum_b);
+            row_a[from..from + LANES].copy_from_slice(&sum_a);
+            row_b[from..from + LANES].copy_from_slice(&sum_b);
+        }
+        for (state, row) in last.iter().zip(rows) {
+            let values = lanes.of_state(state);
+            check.add(&values);
+            row[from..from + LANES].copy_from_slice(&values);
+        }
     }
+    check.all_finite()
 }
 
 /// Writes the rows of a quantity to `out[k * width + from..]`, one instant at a time.
-struct AnyKernel<'a, I, const ROWS: usize> {
-    quantity: &'a Recovery<'a, ROWS>,
-    states: &'a [State],
-    input: &'a I,
-    out: &'a mut [f64],
+#[cfg_attr(feature = "std", inline(always))]
+fn write_any<I: Fn(usize) -> Input, const ROWS: usize>(
+    quantity: &Recovery<ROWS>,
+    states: &[State],
+    input: &I,
+    out: &mut [f64],
     from: usize,
     width: usize,
-}
-
-impl<I: Fn(usize) -> Input, const ROWS: usize> Kernel for AnyKernel<'_, I, ROWS> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { quantity, states, input, out, from, width } = self;
-        let mut finite = true;
-        for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
-            let all = quantity.at(state, &input(k));
-            out[from..from + ROWS].copy_from_slice(&all);
-            finite &= all.iter().all(|value| value.is_finite());
-        }
-        finite
+) -> bool {
+    let mut finite = true;
+    for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
+        let all = quantity.at(state, &input(k));
+        out[from..from + ROWS].copy_from_slice(&all);
+        finite &= all.iter().all(|value| value.is_finite());
     }
+    finite
 }
 
 /// Elastic laws of one kind, one link per lane.
@@ -290,51 +276,44 @@ impl<L: LaneLaws> LinkGroup<L> {
 }
 
 /// Writes the rows of a group to `out[k * width + from..]`.
-struct GroupKernel<'a, L> {
-    group: &'a LinkGroup<L>,
-    states: &'a [State],
-    out: &'a mut [f64],
+#[cfg_attr(feature = "std", inline(always))]
+fn write_group<L: LaneLaws>(
+    group: &LinkGroup<L>,
+    states: &[State],
+    out: &mut [f64],
     from: usize,
     width: usize,
     rows: usize,
-}
-
-impl<L: LaneLaws> Kernel for GroupKernel<'_, L> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { group, states, out, from, width, rows } = self;
-        let first = if group.linear.by_state[..6].as_flattened() == [0.0; 6 * LANES] { 6 } else { 0 };
-        let (mut places, mut check) = (out.chunks_exact_mut(width), FiniteCheck([0.0; LANES]));
-        for states in states.chunks(BLOCK) {
-            // All forces of a block first: stored to memory, the four of an instant are computed as one vector.
-            let mut forces = [[0.0; LINKS]; BLOCK];
-            for (forces, state) in forces.iter_mut().zip(states) {
-                *forces = group.forces(state);
-            }
-            let (pairs, last) = states.as_chunks::<2>();
-            for (pair, forces) in pairs.iter().zip(forces.as_chunks::<2>().0) {
-                let sums = if first == 6 { group.at(pair, forces, 6) } else { group.at(pair, forces, 0) };
-                for sum in &sums {
-                    let Some(place) = places.next() else { break };
-                    check.add(sum);
-                    if let Some(place) = place.get_mut(from..from + LANES) {
-                        // The lanes past the rows are overwritten by the next quantity.
-                        place.copy_from_slice(sum);
-                    } else {
-                        place[from..from + rows].copy_from_slice(&sum[..rows]);
-                    }
+) -> bool {
+    let first = if group.linear.by_state[..6].as_flattened() == [0.0; 6 * LANES] { 6 } else { 0 };
+    let (mut places, mut check) = (out.chunks_exact_mut(width), FiniteCheck([0.0; LANES]));
+    for states in states.chunks(BLOCK) {
+        // All forces of a block first: stored to memory, the four of an instant are computed as one vector.
+        let mut forces = [[0.0; LINKS]; BLOCK];
+        for (forces, state) in forces.iter_mut().zip(states) {
+            *forces = group.forces(state);
+        }
+        let (pairs, last) = states.as_chunks::<2>();
+        for (pair, forces) in pairs.iter().zip(forces.as_chunks::<2>().0) {
+            let sums = if first == 6 { group.at(pair, forces, 6) } else { group.at(pair, forces, 0) };
+            for sum in &sums {
+                let Some(place) = places.next() else { break };
+                check.add(sum);
+                if let Some(place) = place.get_mut(from..from + LANES) {
+                    // The lanes past the rows are overwritten by the next quantity.
+                    place.copy_from_slice(sum);
+                } else {
+                    place[from..from + rows].copy_from_slice(&sum[..rows]);
                 }
             }
-            if let [state] = last
-                && let Some(place) = places.next()
-            {
-                let sums = group.at(&[*state], &[forces[states.len() - 1]], 0)[0];
-                check.add(&sums);
-                place[from..from + rows].copy_from_slice(&sums[..rows]);
-            }
         }
-        check.all_finite()
+        if let [state] = last
+            && let Some(place) = places.next()
+        {
+            let sums = group.at(&[*state], &[forces[states.len() - 1]], 0)[0];
+            check.add(&sums);
+            place[from..from + rows].copy_from_slice(&sums[..rows]);
+        }
     }
+    check.all_finite()
 }

@@ -7,9 +7,8 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use super::axes::Axes;
 use crate::model::Dof;
 use crate::numeric::bounded_vec::BoundedVec;
-use crate::numeric::float::{add_scaled, fma};
-use crate::system::LinkRow;
-use crate::system::{Input, ModelLevel, NO_FORCE, State, System};
+use crate::numeric::float::{add_columns, add_scaled, fma, scale};
+use crate::system::{Input, LinkRow, ModelLevel, NO_FORCE, State, System};
 
 /// Part of a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,9 +50,7 @@ impl<const ROWS: usize> Linear<ROWS> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of_state(&self, state: &State) -> [f64; ROWS] {
         let mut out = self.constant;
-        for (column, &factor) in self.by_state.iter().zip(state) {
-            add_scaled(&mut out, column, factor);
-        }
+        add_columns(&mut out, &self.by_state, state);
         out
     }
 
@@ -61,9 +58,7 @@ impl<const ROWS: usize> Linear<ROWS> {
     pub(crate) fn at(&self, state: &State, input: &Input) -> [f64; ROWS] {
         let mut out = self.of_state(state);
         if self.by_input_at_all {
-            for (column, &factor) in self.by_input.iter().zip(input) {
-                add_scaled(&mut out, column, factor);
-            }
+            add_columns(&mut out, &self.by_input, input);
         }
         out
     }
@@ -121,9 +116,7 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
     #[cfg(feature = "studies")]
     pub(crate) fn scaled(mut self, factors: [f64; 2]) -> Self {
         for (component, column) in self.linear.by_input.iter_mut().enumerate() {
-            for entry in column {
-                *entry *= factors[usize::from(component >= 3)];
-            }
+            scale(column, factors[usize::from(component >= 3)]);
         }
         self
     }

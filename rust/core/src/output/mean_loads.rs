@@ -1,10 +1,10 @@
 //! Mean loads between instants, from the motion of L at them.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::Vector6;
 
 use super::evaluate::evaluate;
 use super::loads::Wrench;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::{State, System};
 
 /// Difference of the cubic and the quintic polynomial in the middle of an interval, over the distance of the quintic from the line: where it
@@ -37,9 +37,7 @@ impl ReferenceMotion<'_> {
     pub fn load_bows(&self, system: &System, loads: &[Wrench<'_>], out: &mut [f64]) -> bool {
         let (count, width) = (self.time.len(), 6 * loads.len());
         let (mut states, mut middles) = (vec![[0.0; 12]; count], vec![[0.0; 12]; count.saturating_sub(1)]);
-        let momenta = system.shapes().transpose() * system.matrices().mass;
-        let rest = momenta * system.static_position();
-        dispatch(Middles { motion: self, system, momenta, rest, states: &mut states, middles: &mut middles });
+        dispatch!(self.modal_states(system, &mut states, &mut middles));
         let mut at_ends = vec![0.0; count * width];
         let are_finite = [(&states, &mut *at_ends), (&middles, &mut *out)]
             .map(|(states, values)| evaluate(loads, states, |_| [0.0; 9], values));
@@ -48,30 +46,16 @@ impl ReferenceMotion<'_> {
         }
         are_finite == [true; 2]
     }
-}
 
-/// States at the instants, and in the middle of the intervals.
-struct Middles<'a> {
-    motion: &'a ReferenceMotion<'a>,
-    system: &'a System,
-    /// To modal coordinates.
-    momenta: Matrix6<f64>,
-    rest: Vector6<f64>,
-    states: &'a mut [State],
-    middles: &'a mut [State],
-}
-
-impl Kernel for Middles<'_> {
-    type Output = ();
-
+    /// States at the instants, and in the middle of the intervals.
     #[inline(always)]
-    fn run(self) {
-        let Self { motion, system, momenta, rest, states, middles } = self;
-        let frequency = system.frequency;
+    fn modal_states(&self, system: &System, states: &mut [State], middles: &mut [State]) {
+        let momenta = system.shapes().transpose() * system.matrices().mass;
+        let (rest, frequency) = (momenta * system.static_position(), system.frequency);
         let (mut before, mut earlier) = ([0.0; 6], 0.0);
-        for (k, &now) in motion.time.iter().enumerate() {
-            let [position, velocity, acceleration] = [motion.position, motion.velocity, motion.acceleration]
-                .map(|of| momenta * Vector6::from(of[k]));
+        for (k, &now) in self.time.iter().enumerate() {
+            let [position, velocity, acceleration] =
+                [self.position, self.velocity, self.acceleration].map(|of| momenta * Vector6::from(of[k]));
             let (mut state, mut middle) = ([0.0; 12], [0.0; 12]);
             let (length, mut bow, mut difference) = (now - earlier, 0.0, 0.0);
             let last = states[k.saturating_sub(1)];

@@ -18,11 +18,8 @@ mod riding;
 mod search;
 
 pub use axes::Axes;
-#[cfg(feature = "studies")]
-pub(crate) use bows::BOW;
 pub use evaluate::evaluate;
 pub use extremes::Extremes;
-#[cfg(feature = "std")]
 pub(crate) use loads::Linear;
 pub use loads::{
     Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, link_load, position, reaction,
@@ -35,3 +32,8 @@ pub use peaks::Peaks;
 pub use record::Watched;
 pub use record::{History, Record};
 pub use riding::{Ridden, RiddenInstant};
+#[cfg(feature = "studies")]
+pub(crate) use {
+    block_values::{evaluate_block, transpose},
+    bows::BOW,
+};

@@ -6,7 +6,7 @@
 //! searched (`between`). Instants that a run may leave out are judged by the same bounds.
 
 use super::between::{Between, Place};
-use super::block_values::{BLOCK, Values, add_magnitudes, evaluate, needed_for, transpose};
+use super::block_values::{BLOCK, Values, add_magnitudes, evaluate_block, needed_for, transpose};
 use super::bows::{Bows, Pieces};
 use super::extremes::Extremes;
 use super::loads::Wrench;
@@ -14,7 +14,7 @@ use super::record::Record;
 use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
 use crate::numeric::float::fma;
-use crate::numeric::simd::{Kernel, dispatch, dispatch_wide};
+use crate::numeric::simd::{dispatch, dispatch_wide};
 use crate::system::{Bounded, Input, NO_INPUT, ROUNDING, State, StateBox, System};
 
 /// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 42 kB, and
@@ -50,6 +50,23 @@ struct Scratch {
     /// Components of a load, y-z resultant of its force, and magnitude of its moment.
     values: [Values; 8],
     bows: Bows,
+}
+
+impl Scratch {
+    /// Evaluates the wanted values of a load in a block, and updates its extremes: the smallest and largest of each wanted value.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn update(
+        &mut self,
+        load: &Wrench,
+        wanted: &[bool; 8],
+        (states, times): (&[State; BLOCK], &Values),
+        extremes: &mut Extremes,
+    ) -> [[f64; 2]; 8] {
+        let Self { entries, inputs, values, .. } = self;
+        evaluate_block(load, &needed_for(wanted), (entries, inputs), states, values);
+        add_magnitudes(wanted, values);
+        extremes.update(times, wanted, values)
+    }
 }
 
 impl<'a> Peaks<'a> {
@@ -108,8 +125,83 @@ impl<'a> Peaks<'a> {
     #[inline(never)]
     fn judge(&mut self) {
         if self.filled > 0 {
-            dispatch(BlockKernel(self));
+            dispatch!(self.update());
         }
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn update(&mut self) {
+        let Peaks {
+            between,
+            loads,
+            extremes,
+            needs_input,
+            times,
+            places,
+            states,
+            inputs,
+            filled,
+            safe,
+            scratch,
+        } = self;
+        // The last instant is repeated past the end; its copies come later, and so are no first occurrence of an extreme.
+        let last = *filled - 1;
+        for k in *filled..BLOCK {
+            (times[k], places[k], states[k], inputs[k]) =
+                (times[last], places[last], states[last], inputs[last]);
+        }
+        let here = StateBox::of(states);
+        if !here.is_within(safe) || *needs_input {
+            let mut evaluated = false;
+            let of_input = if *needs_input { ranges_of(inputs) } else { [NO_RANGE; 9] };
+            for index in 0..loads.len() {
+                let load = &loads[index];
+                let wanted = here.may_pass(load, &of_input, &extremes[index]);
+                if wanted == [false; 8] {
+                    continue;
+                }
+                if !evaluated {
+                    transpose(states, &mut scratch.entries);
+                    if *needs_input {
+                        transpose(inputs, &mut scratch.inputs);
+                    }
+                    scratch.bows.measure(between, places);
+                    evaluated = true;
+                }
+                let ranges =
+                    dispatch_wide!(scratch.update(load, &wanted, (states, times), &mut extremes[index]));
+                let hidden = scratch.bows.hidden(between, load);
+                for (value, _) in wanted.iter().enumerate().filter(|(_, wanted)| **wanted) {
+                    let (bows, values) = (&scratch.bows, &scratch.values[value]);
+                    let (range, hidden) = (ranges[value], hidden[value]);
+                    let pieces = Pieces { places, states, bows, values, range, hidden };
+                    pieces.wait(between, (index, value), loads, extremes);
+                }
+            }
+            if !evaluated && !*needs_input {
+                *safe = safe_box(&here, loads, extremes);
+            }
+        }
+        // The last instant is also the first of the next block, for the piece between them.
+        *filled = 1;
+        (times[0], places[0], states[0], inputs[0]) = (times[last], places[last], states[last], inputs[last]);
+    }
+}
+
+#[cfg(feature = "std")]
+impl Peaks<'_> {
+    /// Whether no load passes its extremes in a box.
+    #[inline(always)]
+    fn passes_none(&mut self, states: &StateBox) -> bool {
+        let Self { loads, extremes, safe, .. } = self;
+        if states.is_within(safe) {
+            return true;
+        }
+        if any_may_pass(states, loads, extremes) {
+            return false;
+        }
+        *safe = safe_box(states, loads, extremes);
+        true
     }
 }
 
@@ -161,7 +253,7 @@ impl Record for Peaks<'_> {
 
     #[cfg(feature = "std")]
     fn leave_out(&mut self, _: usize, states: &StateBox) -> bool {
-        dispatch(LeaveOutKernel { peaks: self, states })
+        dispatch!(self.passes_none(states))
     }
 
     /// The load has a corner there.
@@ -184,121 +276,6 @@ impl Record for Peaks<'_> {
     fn end(&mut self) {
         self.judge();
         self.between.search(self.loads, self.extremes);
-    }
-}
-
-/// Updates the extremes with a block.
-struct BlockKernel<'a, 'b>(&'a mut Peaks<'b>);
-
-impl Kernel for BlockKernel<'_, '_> {
-    type Output = ();
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) {
-        let Peaks {
-            between,
-            loads,
-            extremes,
-            needs_input,
-            times,
-            places,
-            states,
-            inputs,
-            filled,
-            safe,
-            scratch,
-        } = self.0;
-        // The last instant is repeated past the end; its copies come later, and so are no first occurrence of an extreme.
-        let last = *filled - 1;
-        for k in *filled..BLOCK {
-            (times[k], places[k], states[k], inputs[k]) =
-                (times[last], places[last], states[last], inputs[last]);
-        }
-        let here = StateBox::of(states);
-        if !here.is_within(safe) || *needs_input {
-            let mut evaluated = false;
-            let of_input = if *needs_input { ranges_of(inputs) } else { [NO_RANGE; 9] };
-            for index in 0..loads.len() {
-                let load = &loads[index];
-                let wanted = here.may_pass(load, &of_input, &extremes[index]);
-                if wanted == [false; 8] {
-                    continue;
-                }
-                if !evaluated {
-                    transpose(states, &mut scratch.entries);
-                    if *needs_input {
-                        transpose(inputs, &mut scratch.inputs);
-                    }
-                    scratch.bows.measure(between, places);
-                    evaluated = true;
-                }
-                let here = &mut extremes[index];
-                let kernel = UpdateKernel { load, wanted: &wanted, states, times, scratch, extremes: here };
-                let ranges = dispatch_wide(kernel);
-                let hidden = scratch.bows.hidden(between, load);
-                for (value, _) in wanted.iter().enumerate().filter(|(_, wanted)| **wanted) {
-                    let (bows, values) = (&scratch.bows, &scratch.values[value]);
-                    let (range, hidden) = (ranges[value], hidden[value]);
-                    let pieces = Pieces { places, states, bows, values, range, hidden };
-                    pieces.wait(between, (index, value), loads, extremes);
-                }
-            }
-            if !evaluated && !*needs_input {
-                *safe = safe_box(&here, loads, extremes);
-            }
-        }
-        // The last instant is also the first of the next block, for the piece between them.
-        *filled = 1;
-        (times[0], places[0], states[0], inputs[0]) = (times[last], places[last], states[last], inputs[last]);
-    }
-}
-
-/// Evaluates the wanted values of a load in a block, and updates its extremes.
-struct UpdateKernel<'a, 'b> {
-    load: &'a Wrench<'b>,
-    wanted: &'a [bool; 8],
-    states: &'a [State; BLOCK],
-    times: &'a Values,
-    scratch: &'a mut Scratch,
-    extremes: &'a mut Extremes,
-}
-
-impl Kernel for UpdateKernel<'_, '_> {
-    /// Smallest and largest of each wanted value.
-    type Output = [[f64; 2]; 8];
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> [[f64; 2]; 8] {
-        let Self { load, wanted, states, times, scratch, extremes } = self;
-        let Scratch { entries, inputs, values, .. } = scratch;
-        evaluate(load, &needed_for(wanted), (entries, inputs), states, values);
-        add_magnitudes(wanted, values);
-        extremes.update(times, wanted, values)
-    }
-}
-
-/// Decides whether instants in a box may be left out.
-#[cfg(feature = "std")]
-struct LeaveOutKernel<'a, 'b, 'c> {
-    peaks: &'a mut Peaks<'b>,
-    states: &'c StateBox,
-}
-
-#[cfg(feature = "std")]
-impl Kernel for LeaveOutKernel<'_, '_, '_> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Peaks { loads, extremes, safe, .. } = self.peaks;
-        if self.states.is_within(safe) {
-            return true;
-        }
-        if any_may_pass(self.states, loads, extremes) {
-            return false;
-        }
-        *safe = safe_box(self.states, loads, extremes);
-        true
     }
 }
 

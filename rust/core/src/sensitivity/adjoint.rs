@@ -9,7 +9,7 @@ use super::steps::Recurring;
 use super::tangents::{Interval, LinearRun, components};
 use crate::equations::PropagatorDerivative;
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::system::State;
 
 /// Sum of `λ (s_k, u_k, u_{k+1}, 1)ᵀ` over the intervals of a length, by columns.
@@ -45,7 +45,7 @@ pub(super) fn through_states(
     by_state: &[State],
 ) -> Vec<f64> {
     let components = &components(run.excitation)[..];
-    let (products, first) = dispatch(Backwards { run, intervals, recurring, components, by_state });
+    let (products, first) = dispatch!(backwards(run, intervals, recurring, components, by_state));
     let mut out: Vec<f64> = (0..columns.len())
         .map(|column| {
             products.iter().zip(recurring).map(|(products, of)| products.with(&of.derivatives[column])).sum()
@@ -60,49 +60,42 @@ pub(super) fn through_states(
     out
 }
 
-struct Backwards<'a> {
-    run: LinearRun<'a>,
-    intervals: &'a [Interval],
-    recurring: &'a [Recurring],
-    components: &'a [usize],
-    by_state: &'a [State],
-}
-
-impl Kernel for Backwards<'_> {
-    type Output = (Vec<Products>, State);
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
-        let Self { run, intervals, recurring, components, by_state } = self;
-        let mut products = vec![Products::NONE; recurring.len()];
-        let mut transposed = Vec::with_capacity(recurring.len());
-        for of in recurring {
-            transposed.push(core::array::from_fn::<[f64; 12], 12, _>(|j| of.change.map(|column| column[j])));
-        }
-        let mut adjoint = by_state[by_state.len() - 1];
-        for (k, interval) in intervals.iter().enumerate().rev() {
-            if let Interval::Propagator(index) = interval
-                && adjoint != [0.0; 12]
-            {
-                let to = &mut products[*index];
-                for (column, &factor) in to.state.iter_mut().zip(&run.states[k]) {
-                    add_scaled(column, &adjoint, factor);
-                }
-                for &component in components {
-                    add_scaled(&mut to.start[component], &adjoint, run.excitation.component(k, component));
-                    add_scaled(&mut to.end[component], &adjoint, run.excitation.component(k + 1, component));
-                }
-                add_scaled(&mut to.constant, &adjoint, 1.0);
-                let (mut back, mut second) = (adjoint, [0.0; 12]);
-                for j in (0..12).step_by(2) {
-                    add_scaled(&mut back, &transposed[*index][j], adjoint[j]);
-                    add_scaled(&mut second, &transposed[*index][j + 1], adjoint[j + 1]);
-                }
-                add_scaled(&mut back, &second, 1.0);
-                adjoint = back;
-            }
-            add_scaled(&mut adjoint, &by_state[k], 1.0);
-        }
-        (products, adjoint)
+#[cfg_attr(feature = "std", inline(always))]
+fn backwards(
+    run: LinearRun,
+    intervals: &[Interval],
+    recurring: &[Recurring],
+    components: &[usize],
+    by_state: &[State],
+) -> (Vec<Products>, State) {
+    let mut products = vec![Products::NONE; recurring.len()];
+    let mut transposed = Vec::with_capacity(recurring.len());
+    for of in recurring {
+        transposed.push(core::array::from_fn::<[f64; 12], 12, _>(|j| of.change.map(|column| column[j])));
     }
+    let mut adjoint = by_state[by_state.len() - 1];
+    for (k, interval) in intervals.iter().enumerate().rev() {
+        if let Interval::Propagator(index) = interval
+            && adjoint != [0.0; 12]
+        {
+            let to = &mut products[*index];
+            for (column, &factor) in to.state.iter_mut().zip(&run.states[k]) {
+                add_scaled(column, &adjoint, factor);
+            }
+            for &component in components {
+                add_scaled(&mut to.start[component], &adjoint, run.excitation.component(k, component));
+                add_scaled(&mut to.end[component], &adjoint, run.excitation.component(k + 1, component));
+            }
+            add_scaled(&mut to.constant, &adjoint, 1.0);
+            let (mut back, mut second) = (adjoint, [0.0; 12]);
+            for j in (0..12).step_by(2) {
+                add_scaled(&mut back, &transposed[*index][j], adjoint[j]);
+                add_scaled(&mut second, &transposed[*index][j + 1], adjoint[j + 1]);
+            }
+            add_scaled(&mut back, &second, 1.0);
+            adjoint = back;
+        }
+        add_scaled(&mut adjoint, &by_state[k], 1.0);
+    }
+    (products, adjoint)
 }

@@ -11,12 +11,12 @@ use nalgebra::Vector6;
 
 use super::equations::ModalDerivative;
 use super::error::SensitivityError;
-use super::steps::{Derivatives, Recurring, by_series};
+use super::steps::{Recurring, by_series, derivatives};
 use super::system::VariedSystem;
 use crate::equations::{PowerSeries, SegmentEquations};
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::add_columns;
 use crate::numeric::simd::dispatch;
 use crate::output::Record;
 use crate::system::{Input, State, System};
@@ -173,9 +173,7 @@ impl ContactChanges {
         let by = &piece.columns[column].equations;
         let mut rate = [0.0; 12];
         rate[6..].copy_from_slice(&by.constant[..6]);
-        for (column, &factor) in by.matrix.iter().zip(state) {
-            add_scaled(&mut rate, column, factor);
-        }
+        add_columns(&mut rate, &by.matrix, state);
         for (column, factor) in by.influence.iter().zip(input) {
             for i in 0..6 {
                 rate[6 + i] += factor * column[i];
@@ -237,8 +235,7 @@ impl ContactChanges {
 impl Piece {
     /// The propagator over a length of interval, and its derivatives.
     pub(super) fn recurring(&self, length: f64) -> Recurring {
-        let (varied, columns) = (&self.varied, &self.columns[..]);
-        dispatch(Derivatives { equations: &self.equations, varied, columns, length })
+        dispatch!(derivatives(&self.equations, &self.varied, &self.columns, length))
     }
 
     /// Passes a part of an interval.

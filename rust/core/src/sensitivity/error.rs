@@ -4,7 +4,7 @@ use core::fmt;
 
 use nalgebra::Vector6;
 
-use crate::error::{RunError, SceneError, Stopped};
+use crate::error::{RunError, SceneError, Stopped, from_variants};
 use crate::variation::{SampleError, Target};
 
 /// Why a system has no derivatives.
@@ -53,27 +53,11 @@ pub enum SensitivityError {
     },
 }
 
-impl From<SampleError> for SensitivityError {
-    fn from(error: SampleError) -> Self {
-        Self::Sample(error)
-    }
-}
+from_variants!(SensitivityError: Sample(SampleError), Run(RunError), Stopped(Stopped));
 
 impl From<SceneError> for SensitivityError {
     fn from(error: SceneError) -> Self {
         Self::Sample(error.into())
-    }
-}
-
-impl From<RunError> for SensitivityError {
-    fn from(error: RunError) -> Self {
-        Self::Run(error)
-    }
-}
-
-impl From<Stopped> for SensitivityError {
-    fn from(stopped: Stopped) -> Self {
-        Self::Stopped(stopped)
     }
 }
 

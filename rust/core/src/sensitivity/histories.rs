@@ -12,6 +12,7 @@ use super::tangents::{LinearRun, Prepared, components, tangent_states};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
 use crate::integrate::{Control, Exact, Output, Start, run_from};
+use crate::numeric::simd::dispatch_wide;
 use crate::numeric::watch::{Watch, check_memory};
 use crate::output::Watched;
 use crate::system::{Input, ModelLevel, State};
@@ -138,13 +139,13 @@ impl History {
         let rows: Vec<Vec<Row>> =
             (0..columns).map(|column| quantity.rows(varied, groups, Some(column))).collect();
         let Some(own) = rows.first() else { return Ok(Vec::new()) };
-        let by_state = state_weights(own, weights);
+        let by_state = dispatch_wide!(state_weights(own, weights));
         let kinds = (&prepared.intervals[..], &prepared.recurring[..]);
         let mut out = through_states(self.run(varied, excitation), &prepared.columns, kinds, &by_state);
         // Directly, at fixed states: the weighted sums of states and inputs are those of every column.
         let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
         let at = Operands { states: &self.states, tangents: &[], inputs: &inputs, components };
-        let sums = WeightedSums::new(at, weights, width);
+        let sums = dispatch_wide!(WeightedSums::new(at, weights, width));
         for (out, rows) in out.iter_mut().zip(&rows) {
             *out += sums.with(rows);
         }

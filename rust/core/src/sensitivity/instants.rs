@@ -8,14 +8,15 @@ use std::slice;
 use super::error::SensitivityError;
 use super::histories::{History, Tangents};
 use super::rows::{Operands, Quantity, apply, combined};
-use super::steps::{by_series, modal};
+use super::steps::by_series;
 use super::system::VariedSystem;
 use super::tangents::{Interval, MIN_OCCURRENCES, Prepared, components};
 use crate::equations::{Equations, PowerSeries, Propagator};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
 use crate::integrate::{Output, check_output};
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::float::times;
+use crate::numeric::simd::dispatch;
 use crate::numeric::watch::{Watch, check_memory};
 use crate::system::{Input, State};
 use crate::variation::Group;
@@ -77,7 +78,7 @@ impl History {
             tangents,
             watch,
         };
-        let [states, rates, tangents] = dispatch(parts).ok_or(Stopped::Interrupted)?;
+        let [states, rates, tangents] = dispatch!(parts.pass()).ok_or(Stopped::Interrupted)?;
         Ok(Instants { states, rates, tangents, inputs, slopes, components })
     }
 }
@@ -159,12 +160,10 @@ struct Parts<'a> {
 /// Instants between two looks at the watch.
 const BETWEEN: usize = 1024;
 
-impl Kernel for Parts<'_> {
+impl Parts<'_> {
     /// States, their derivatives by time, and tangents; None if the watch stopped it.
-    type Output = Option<[Vec<State>; 3]>;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
+    #[inline(always)]
+    fn pass(self) -> Option<[Vec<State>; 3]> {
         let Self { varied, prepared, excitation, places, slopes, components, samples, tangents, watch } =
             self;
         let (system, columns, count) = (&varied.system, prepared.columns.len(), places.len());
@@ -223,7 +222,7 @@ impl Kernel for Parts<'_> {
         }
         let mut rates = Vec::with_capacity(count);
         for (i, at) in places.iter().enumerate() {
-            let force = modal(system.influence(), &input(excitation, at, &slopes[i], at.since));
+            let force = times(system.influence(), &input(excitation, at, &slopes[i], at.since));
             rates.push(system.linear(&states[i], &force));
         }
         Some([states, rates, out])

@@ -6,7 +6,7 @@ use super::loads::{group_load, link_load};
 use super::motions::{acceleration_of, reaction_of};
 use super::system::VariedSystem;
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::simd::{LANES, Lanes, dispatch_wide};
 use crate::output::{Linear, Part, acceleration, link_load as own_link_load, position, reaction, velocity};
 use crate::system::{Input, State};
 use crate::variation::Group;
@@ -123,7 +123,7 @@ pub(super) struct Operands<'a> {
 /// Writes rows at some instants to `out`, (instant, row). Returns whether all numbers are finite.
 pub(super) fn apply(rows: &[Row], at: Operands, instants: &[Range<usize>], out: &mut [f64]) -> bool {
     let blocks = rows.chunks(LANES).map(|rows| RowBlock::new(rows, at.components)).collect();
-    dispatch_wide(Apply { blocks, width: rows.len(), at, instants, out })
+    dispatch_wide!(apply_blocks(blocks, rows.len(), at, instants, out))
 }
 
 /// Some rows side by side.
@@ -155,97 +155,75 @@ impl RowBlock {
     }
 }
 
-struct Apply<'a> {
+#[cfg_attr(feature = "std", inline(always))]
+fn apply_blocks(
     blocks: Vec<RowBlock>,
     width: usize,
-    at: Operands<'a>,
-    instants: &'a [Range<usize>],
-    out: &'a mut [f64],
+    at: Operands,
+    instants: &[Range<usize>],
+    out: &mut [f64],
+) -> bool {
+    // Zero, and NaN from the first number on that is not finite.
+    let mut check = [0.0; LANES];
+    for (first, last) in instants.iter().flat_map(|of| of.clone().step_by(CHUNK).map(|first| (first, of.end)))
+    {
+        let end = usize::min(first + CHUNK, last);
+        for (place, block) in blocks.iter().enumerate() {
+            for k in first..end {
+                let (mut sum, mut second) = (block.constant, [0.0; LANES]);
+                for j in 0..6 {
+                    add_scaled(&mut sum, &block.by_tangent[j], at.tangents[k][j]);
+                    add_scaled(&mut second, &block.by_tangent[6 + j], at.tangents[k][6 + j]);
+                }
+                if block.has_state {
+                    for j in 0..6 {
+                        add_scaled(&mut sum, &block.by_state[j], at.states[k][j]);
+                        add_scaled(&mut second, &block.by_state[6 + j], at.states[k][6 + j]);
+                    }
+                }
+                for (component, column) in &block.by_input {
+                    add_scaled(&mut sum, column, at.inputs[k][*component]);
+                }
+                for i in 0..LANES {
+                    sum[i] += second[i];
+                    check[i] += 0.0 * sum[i];
+                }
+                let to = &mut out[k * width + place * LANES..][..block.count];
+                // Lengths that are known become moves of vectors.
+                match block.count {
+                    LANES => to[..LANES].copy_from_slice(&sum),
+                    6 => to[..6].copy_from_slice(&sum[..6]),
+                    count => to.copy_from_slice(&sum[..count]),
+                }
+            }
+        }
+    }
+    check == [0.0; LANES]
 }
 
 /// Instants that one block passes after the other, so that states and numbers stay in the nearest cache.
 const CHUNK: usize = 64;
 
-impl Kernel for Apply<'_> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { blocks, width, at, instants, out } = self;
-        // Zero, and NaN from the first number on that is not finite.
-        let mut check = [0.0; LANES];
-        for (first, last) in
-            instants.iter().flat_map(|of| of.clone().step_by(CHUNK).map(|first| (first, of.end)))
-        {
-            let end = usize::min(first + CHUNK, last);
-            for (place, block) in blocks.iter().enumerate() {
-                for k in first..end {
-                    let (mut sum, mut second) = (block.constant, [0.0; LANES]);
-                    for j in 0..6 {
-                        add_scaled(&mut sum, &block.by_tangent[j], at.tangents[k][j]);
-                        add_scaled(&mut second, &block.by_tangent[6 + j], at.tangents[k][6 + j]);
-                    }
-                    if block.has_state {
-                        for j in 0..6 {
-                            add_scaled(&mut sum, &block.by_state[j], at.states[k][j]);
-                            add_scaled(&mut second, &block.by_state[6 + j], at.states[k][6 + j]);
-                        }
-                    }
-                    for (component, column) in &block.by_input {
-                        add_scaled(&mut sum, column, at.inputs[k][*component]);
-                    }
-                    for i in 0..LANES {
-                        sum[i] += second[i];
-                        check[i] += 0.0 * sum[i];
-                    }
-                    let to = &mut out[k * width + place * LANES..][..block.count];
-                    // Lengths that are known become moves of vectors.
-                    match block.count {
-                        LANES => to[..LANES].copy_from_slice(&sum),
-                        6 => to[..6].copy_from_slice(&sum[..6]),
-                        count => to.copy_from_slice(&sum[..count]),
-                    }
-                }
-            }
-        }
-        check == [0.0; LANES]
-    }
-}
-
 /// Derivatives of a figure by the state at each instant, from its derivatives by rows, (instant, row).
+#[cfg_attr(feature = "std", inline(always))]
 pub(super) fn state_weights(rows: &[Row], weights: &[f64]) -> Vec<State> {
-    dispatch_wide(StateWeights { rows, weights })
-}
-
-struct StateWeights<'a> {
-    rows: &'a [Row],
-    weights: &'a [f64],
-}
-
-impl Kernel for StateWeights<'_> {
-    type Output = Vec<State>;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Vec<State> {
-        let Self { rows, weights } = self;
-        let mut out = Vec::with_capacity(weights.len() / rows.len());
-        for weights in weights.chunks_exact(rows.len()) {
-            let (mut sum, mut second) = ([0.0; 12], [0.0; 12]);
-            for (rows, weights) in rows.chunks(2).zip(weights.chunks(2)) {
-                if weights[0] != 0.0 {
-                    add_scaled(&mut sum, &rows[0].by_tangent, weights[0]);
-                }
-                if weights.len() > 1 && weights[1] != 0.0 {
-                    add_scaled(&mut second, &rows[1].by_tangent, weights[1]);
-                }
+    let mut out = Vec::with_capacity(weights.len() / rows.len());
+    for weights in weights.chunks_exact(rows.len()) {
+        let (mut sum, mut second) = ([0.0; 12], [0.0; 12]);
+        for (rows, weights) in rows.chunks(2).zip(weights.chunks(2)) {
+            if weights[0] != 0.0 {
+                add_scaled(&mut sum, &rows[0].by_tangent, weights[0]);
             }
-            for i in 0..12 {
-                sum[i] += second[i];
+            if weights.len() > 1 && weights[1] != 0.0 {
+                add_scaled(&mut second, &rows[1].by_tangent, weights[1]);
             }
-            out.push(sum);
         }
-        out
+        for i in 0..12 {
+            sum[i] += second[i];
+        }
+        out.push(sum);
     }
+    out
 }
 
 /// Sums over all instants of `weight (s, u, 1)` of each row: the derivative of a figure at fixed states is the product with the row.
@@ -262,37 +240,8 @@ struct WeightedBlock {
 
 impl WeightedSums {
     /// The sums for weights (instant, row).
-    pub(super) fn new(at: Operands, weights: &[f64], width: usize) -> Self {
-        dispatch_wide(Sums { at, weights, width })
-    }
-
-    /// The sum over the rows of a quantity.
-    pub(super) fn with(&self, rows: &[Row]) -> f64 {
-        let dot = |row: &[f64], lanes: &[Lanes], lane: usize| -> f64 {
-            row.iter().zip(lanes).map(|(a, b)| a * b[lane]).sum()
-        };
-        let number = |(index, row): (usize, &Row)| {
-            let (block, lane) = (&self.blocks[index / LANES], index % LANES);
-            row.constant * block.one[lane]
-                + dot(&row.by_state, &block.state, lane)
-                + dot(&row.by_input, &block.input, lane)
-        };
-        rows.iter().enumerate().map(number).sum()
-    }
-}
-
-struct Sums<'a> {
-    at: Operands<'a>,
-    weights: &'a [f64],
-    width: usize,
-}
-
-impl Kernel for Sums<'_> {
-    type Output = WeightedSums;
-
     #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> WeightedSums {
-        let Self { at, weights, width } = self;
+    pub(super) fn new(at: Operands, weights: &[f64], width: usize) -> Self {
         let none = WeightedBlock { state: [[0.0; LANES]; 12], input: [[0.0; LANES]; 9], one: [0.0; LANES] };
         let mut blocks = vec![none; width.div_ceil(LANES)];
         for (place, block) in blocks.iter_mut().enumerate() {
@@ -316,6 +265,20 @@ impl Kernel for Sums<'_> {
                 add_scaled(&mut block.one, &lanes, 1.0);
             }
         }
-        WeightedSums { blocks }
+        Self { blocks }
+    }
+
+    /// The sum over the rows of a quantity.
+    pub(super) fn with(&self, rows: &[Row]) -> f64 {
+        let dot = |row: &[f64], lanes: &[Lanes], lane: usize| -> f64 {
+            row.iter().zip(lanes).map(|(a, b)| a * b[lane]).sum()
+        };
+        let number = |(index, row): (usize, &Row)| {
+            let (block, lane) = (&self.blocks[index / LANES], index % LANES);
+            row.constant * block.one[lane]
+                + dot(&row.by_state, &block.state, lane)
+                + dot(&row.by_input, &block.input, lane)
+        };
+        rows.iter().enumerate().map(number).sum()
     }
 }

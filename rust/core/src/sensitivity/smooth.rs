@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, Vector6};
 use super::equations::ModalDerivative;
 use super::system::{LinkDerivative, VariedSystem};
 use crate::equations::Equations;
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::{add_columns, add_scaled, times};
 use crate::system::{Force, Input, LinkRow, NO_FORCE, State, System};
 
 /// A system with preloaded links, and its derivatives.
@@ -112,9 +112,7 @@ impl SmoothSystem {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn rate(&self, bends: &Bends, state: &State, input: &Input) -> State {
         let mut force = bends.force;
-        for (column, &value) in self.system().influence().iter().zip(input) {
-            add_scaled(&mut force, column, value);
-        }
+        add_columns(&mut force, self.system().influence(), input);
         self.system().linear(state, &force)
     }
 
@@ -130,9 +128,7 @@ impl SmoothSystem {
         let (of, by) = (&self.columns[column], &varied.derivatives[column]);
         let equations = &of.linear.equations;
         let mut force = equations.constant;
-        for (influence, &value) in equations.influence.iter().zip(input) {
-            add_scaled(&mut force, influence, value);
-        }
+        add_columns(&mut force, &equations.influence, input);
         if let Some(mass) = &of.mass {
             for (j, column) in mass.iter().enumerate() {
                 add_scaled(&mut force, column, -bends.force[j]);
@@ -149,10 +145,7 @@ impl SmoothSystem {
                 add_scaled(&mut force, turned, -bend[1]);
             }
         }
-        let mut out = [0.0; 12];
-        for (column, &factor) in equations.matrix.iter().zip(state) {
-            add_scaled(&mut out, column, factor);
-        }
+        let mut out = times(&equations.matrix, state);
         for i in 0..6 {
             out[6 + i] += force[i];
         }
@@ -162,11 +155,7 @@ impl SmoothSystem {
     /// Rate of change of the derivative of a state, whose part at a fixed state is `fixed`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn tangent_rate(&self, bends: &Bends, fixed: &State, tangent: &State) -> State {
-        let mut force = NO_FORCE;
-        for (column, &factor) in bends.by_state.iter().zip(tangent) {
-            add_scaled(&mut force, column, factor);
-        }
-        let mut out = self.system().linear(tangent, &force);
+        let mut out = self.system().linear(tangent, &times(&bends.by_state, tangent));
         add_scaled(&mut out, fixed, 1.0);
         out
     }

@@ -12,7 +12,7 @@ use super::system::VariedSystem;
 use crate::error::RunError;
 use crate::excitation::Excitation;
 use crate::model::Dof;
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::{add_columns, add_scaled, times};
 use crate::numeric::watch::{Watch, check_memory};
 use crate::output::{Part, Recovery, acceleration, reaction};
 use crate::system::{NO_FORCE, State};
@@ -39,10 +39,7 @@ impl SmoothSystem {
         check_memory(count.saturating_mul(size_of::<State>()))?;
         let mut start = [0.0; 12];
         if quasi_static {
-            let mut force = NO_FORCE;
-            for (column, value) in varied.system.influence().iter().zip(excitation.input(0)) {
-                add_scaled(&mut force, column, value);
-            }
+            let force = times(varied.system.influence(), &excitation.input(0));
             start = varied
                 .system
                 .quasi_static(&force)
@@ -170,9 +167,7 @@ impl SmoothSystem {
             add_scaled(&mut modal, &turned[place], -1.0);
         }
         if let Some(mass) = &of.mass {
-            for (column, &rate) in mass.iter().zip(&row.rate) {
-                add_scaled(&mut modal, column, rate);
-            }
+            add_columns(&mut modal, mass, &row.rate);
         }
         varied.system.shapes() * Vector6::from_column_slice(&modal[..6])
     }

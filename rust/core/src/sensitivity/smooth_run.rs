@@ -10,7 +10,7 @@ use super::system::VariedSystem;
 use crate::error::{OtherMethod, RunError, Stopped};
 use crate::excitation::Excitation;
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::numeric::watch::Watch;
 use crate::system::{Input, State, finite, size};
 
@@ -75,7 +75,7 @@ impl SmoothRun<'_> {
             }
         }
         for k in 0..count - 1 {
-            dispatch(Interval { run: self, walk: &mut walk, sample: k })?;
+            dispatch!(pass_interval(self, &mut walk, k))?;
             out.0[k + 1] = walk.state;
             for (column, tangent) in walk.tangents.iter().enumerate() {
                 out.1[column * count + k + 1] = *tangent;
@@ -176,69 +176,57 @@ impl Walk {
 }
 
 /// Passes the interval after a sample.
-struct Interval<'a, 'b> {
-    run: &'a SmoothRun<'b>,
-    walk: &'a mut Walk,
-    sample: usize,
-}
-
-impl Kernel for Interval<'_, '_> {
-    type Output = Result<(), SensitivityError>;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> Self::Output {
-        let Self { run, walk, sample } = self;
-        let (length, start) = (run.excitation.interval(sample), run.excitation.time(sample));
-        let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
-        let (mut done, mut shortest_steps, most) = (0.0, 0, run.most_steps());
-        while done < length {
-            walk.steps += 1;
-            if walk.steps.is_multiple_of(BETWEEN) && run.watch.stops() {
-                return Err(Stopped::Interrupted.into());
-            }
-            let rest = length - done;
-            // Equal steps to the end, so that no tiny one is left.
-            let shortest = SHORTEST * length;
-            let step = f64::max(walk.step, shortest);
-            let h = if step >= rest { rest } else { rest / (rest / step).ceil() };
-            if walk.steps > most {
-                let fastest = run.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
-                let (time, steps, other) = (start + done, walk.steps, OtherMethod::None);
-                return Err(RunError::TooManySteps { time, step: h, steps, fastest, other }.into());
-            }
-            let least = h <= shortest;
-            shortest_steps += usize::from(least);
-            let (next, mut ratio) = state_step(run, walk, [done / length, h / length], h, &ends);
-            // At an edge the slope of a law has no derivative, or one without bound, and the estimates of the errors are too small.
-            let passes = run.smooth.passes_edge(run.varied, &walk.state, &next);
-            if ratio <= 1.0 && !passes || least {
-                ratio = f64::max(ratio, tangent_steps(run, walk, h));
-            }
-            if !finite(&next) || ratio.is_nan() {
-                return Err(RunError::OutOfRange.into());
-            }
-            if shortest_steps > MOST_SHORTEST_STEPS {
-                let (time, other) = (start + done, OtherMethod::None);
-                return Err(RunError::StepTooSmall { time, step: h, error: ratio, other }.into());
-            }
-            let factor =
-                if passes { LEAST_FACTOR } else { (0.9 * ratio.powf(-0.125)).clamp(LEAST_FACTOR, 6.0) };
-            if (ratio > 1.0 || passes) && !least {
-                walk.step = h * factor;
-                continue;
-            }
-            // A step cut short by a sample tells little of longer ones.
-            walk.step = if h < 0.5 * walk.step && walk.step < f64::INFINITY { walk.step } else { h * factor };
-            walk.state = next;
-            walk.scale = f64::max(walk.scale, size(&next));
-            core::mem::swap(&mut walk.tangents, &mut walk.next_tangents);
-            for (scale, tangent) in walk.scales.iter_mut().zip(&walk.tangents) {
-                *scale = f64::max(*scale, size(tangent));
-            }
-            done = if h == rest { length } else { done + h };
+#[cfg_attr(feature = "std", inline(always))]
+fn pass_interval(run: &SmoothRun, walk: &mut Walk, sample: usize) -> Result<(), SensitivityError> {
+    let (length, start) = (run.excitation.interval(sample), run.excitation.time(sample));
+    let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
+    let (mut done, mut shortest_steps, most) = (0.0, 0, run.most_steps());
+    while done < length {
+        walk.steps += 1;
+        if walk.steps.is_multiple_of(BETWEEN) && run.watch.stops() {
+            return Err(Stopped::Interrupted.into());
         }
-        Ok(())
+        let rest = length - done;
+        // Equal steps to the end, so that no tiny one is left.
+        let shortest = SHORTEST * length;
+        let step = f64::max(walk.step, shortest);
+        let h = if step >= rest { rest } else { rest / (rest / step).ceil() };
+        if walk.steps > most {
+            let fastest = run.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
+            let (time, steps, other) = (start + done, walk.steps, OtherMethod::None);
+            return Err(RunError::TooManySteps { time, step: h, steps, fastest, other }.into());
+        }
+        let least = h <= shortest;
+        shortest_steps += usize::from(least);
+        let (next, mut ratio) = state_step(run, walk, [done / length, h / length], h, &ends);
+        // At an edge the slope of a law has no derivative, or one without bound, and the estimates of the errors are too small.
+        let passes = run.smooth.passes_edge(run.varied, &walk.state, &next);
+        if ratio <= 1.0 && !passes || least {
+            ratio = f64::max(ratio, tangent_steps(run, walk, h));
+        }
+        if !finite(&next) || ratio.is_nan() {
+            return Err(RunError::OutOfRange.into());
+        }
+        if shortest_steps > MOST_SHORTEST_STEPS {
+            let (time, other) = (start + done, OtherMethod::None);
+            return Err(RunError::StepTooSmall { time, step: h, error: ratio, other }.into());
+        }
+        let factor = if passes { LEAST_FACTOR } else { (0.9 * ratio.powf(-0.125)).clamp(LEAST_FACTOR, 6.0) };
+        if (ratio > 1.0 || passes) && !least {
+            walk.step = h * factor;
+            continue;
+        }
+        // A step cut short by a sample tells little of longer ones.
+        walk.step = if h < 0.5 * walk.step && walk.step < f64::INFINITY { walk.step } else { h * factor };
+        walk.state = next;
+        walk.scale = f64::max(walk.scale, size(&next));
+        core::mem::swap(&mut walk.tangents, &mut walk.next_tangents);
+        for (scale, tangent) in walk.scales.iter_mut().zip(&walk.tangents) {
+            *scale = f64::max(*scale, size(tangent));
+        }
+        done = if h == rest { length } else { done + h };
     }
+    Ok(())
 }
 
 /// The next state, and its error over the tolerance. `[from, share]`: start and length of the step as fractions of the interval.

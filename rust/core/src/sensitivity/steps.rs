@@ -2,9 +2,8 @@
 
 use super::equations::ModalDerivative;
 use super::system::VariedSystem;
-use crate::equations::{Equations, EquationsDerivative, PowerSeries, PropagatorDerivative, PropagatorStages};
-use crate::numeric::float::add_scaled;
-use crate::numeric::simd::Kernel;
+use crate::equations::{Equations, PowerSeries, PropagatorDerivative, PropagatorStages};
+use crate::numeric::float::{add_columns, add_scaled, scale, times};
 use crate::system::{Force, Input, NO_FORCE, State};
 
 /// A length of interval that recurs: E, and the derivatives of the propagator by each column.
@@ -40,26 +39,20 @@ impl Recurring {
 }
 
 /// The propagator of a length of interval, and its derivatives by all columns.
-pub(super) struct Derivatives<'a, E> {
-    pub equations: &'a E,
-    pub varied: &'a VariedSystem,
-    pub columns: &'a [ModalDerivative],
-    pub length: f64,
-}
-
-impl<E: Equations> Kernel for Derivatives<'_, E> {
-    type Output = Recurring;
-
-    #[inline(always)]
-    fn run(self) -> Recurring {
-        let stages = PropagatorStages::new(self.equations, self.length);
-        let (influence, constant) = (self.varied.system.influence(), self.equations.constant());
-        let mut derivatives = Vec::with_capacity(self.columns.len());
-        for column in self.columns {
-            derivatives.push(stages.derivative(&column.equations, influence, constant));
-        }
-        Recurring { length: self.length, change: *stages.change(), derivatives }
+#[inline(always)]
+pub(super) fn derivatives<E: Equations>(
+    equations: &E,
+    varied: &VariedSystem,
+    columns: &[ModalDerivative],
+    length: f64,
+) -> Recurring {
+    let stages = PropagatorStages::new(equations, length);
+    let (influence, constant) = (varied.system.influence(), equations.constant());
+    let mut derivatives = Vec::with_capacity(columns.len());
+    for column in columns {
+        derivatives.push(stages.derivative(&column.equations, influence, constant));
     }
+    Recurring { length, change: *stages.change(), derivatives }
 }
 
 /// Largest number of terms of the series over a part of an interval whose norm is at most one, and the smallest term: 1/24!, for derivatives
@@ -95,23 +88,24 @@ pub(super) fn by_series<E: Equations>(
         let theta = part / parts;
         let input: Input = core::array::from_fn(|i| ends[0][i] + theta * (ends[1][i] - ends[0][i]));
         let rise: Input = core::array::from_fn(|i| (ends[1][i] - ends[0][i]) / parts);
-        let mut forces = [modal(influence, &input), modal(influence, &rise)];
+        let mut forces = [times(influence, &input), times(influence, &rise)];
         add_scaled(&mut forces[0], equations.constant(), 1.0);
         let mut terms = [start; TERMS + 1];
         for k in 0..count {
             let force = if k < 2 { &forces[k] } else { &NO_FORCE };
-            terms[k + 1] = scaled(equations.linear(&terms[k], force), tau / (k + 1) as f64);
+            terms[k + 1] = equations.linear(&terms[k], force);
+            scale(&mut terms[k + 1], tau / (k + 1) as f64);
         }
         for (tangent, column) in tangents.iter_mut().zip(columns) {
             let by = &column.equations;
-            let mut forces = [modal(&by.influence, &input), modal(&by.influence, &rise)];
+            let mut forces = [times(&by.influence, &input), times(&by.influence, &rise)];
             add_scaled(&mut forces[0], &by.constant, 1.0);
             let mut term = *tangent;
             for k in 0..count {
                 let force = if k < 2 { &forces[k] } else { &NO_FORCE };
-                let mut rate = equations.linear(&term, force);
-                add_matrix(&mut rate, by, &terms[k]);
-                term = scaled(rate, tau / (k + 1) as f64);
+                term = equations.linear(&term, force);
+                add_columns(&mut term, &by.matrix, &terms[k]);
+                scale(&mut term, tau / (k + 1) as f64);
                 add_scaled(tangent, &term, 1.0);
             }
         }
@@ -121,29 +115,4 @@ pub(super) fn by_series<E: Equations>(
         part += 1.0;
     }
     start
-}
-
-/// Modal force of an input.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn modal(influence: &[Force; 9], input: &Input) -> Force {
-    let mut force = NO_FORCE;
-    for (column, &value) in influence.iter().zip(input) {
-        add_scaled(&mut force, column, value);
-    }
-    force
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn add_matrix(to: &mut State, by: &EquationsDerivative, state: &State) {
-    for (column, &factor) in by.matrix.iter().zip(state) {
-        add_scaled(to, column, factor);
-    }
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn scaled(mut state: State, factor: f64) -> State {
-    for entry in &mut state {
-        *entry *= factor;
-    }
-    state
 }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use super::error::SensitivityError;
 use super::scene::{LinkNumbers, SceneDerivative};
 use crate::model::LawDerivative;
-use crate::output::{Axes, Part, Wrench, group_load_along};
+use crate::output::{Axes, Part, Wrench};
 use crate::system::{Force, LinkRow, ModelLevel, NEGLIGIBLE, Square, System};
 use crate::variation::{Base, Group, Instance, Plan};
 
@@ -117,7 +117,7 @@ impl VariedSystem {
     /// # Panics
     /// If there is no such group.
     pub fn group_load(&self, index: usize, group: &Group, part: Part) -> Wrench<'_> {
-        group_load_along(&self.system, group.links.iter().copied(), self.centers[index], group.axes, part)
+        group.load(&self.system, self.centers[index], part)
     }
 
     /// Centre of a group and its derivative, and its axes.

@@ -3,11 +3,11 @@
 
 use super::contacts::ContactChanges;
 use super::equations::ModalDerivative;
-use super::steps::{Derivatives, Recurring, by_series};
+use super::steps::{Recurring, by_series, derivatives};
 use super::system::VariedSystem;
 use crate::equations::PowerSeries;
 use crate::excitation::Excitation;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::numeric::watch::Watch;
 use crate::system::State;
 
@@ -53,8 +53,8 @@ impl Prepared {
     ) -> Self {
         let columns: Vec<ModalDerivative> =
             (0..varied.derivatives.len()).map(|column| ModalDerivative::new(varied, column)).collect();
-        let of = |length| Derivatives { equations: &varied.system, varied, columns: &columns, length };
-        let recurring = lengths.iter().map(|&(_, length)| dispatch(of(length))).collect();
+        let of = |length| dispatch!(derivatives(&varied.system, varied, &columns, length));
+        let recurring = lengths.iter().map(|&(_, length)| of(length)).collect();
         Self { columns, intervals, recurring }
     }
 
@@ -102,7 +102,7 @@ pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) ->
             };
         }
     }
-    dispatch(Tangents { run, prepared, components, tangents, watch, out })
+    dispatch!(pass_all(run, prepared, components, tangents, watch, out))
 }
 
 /// The components of the input that are not zero throughout.
@@ -139,13 +139,59 @@ pub(super) fn intervals(
     (all.iter().map(kind).collect(), lengths)
 }
 
-struct Tangents<'a> {
-    run: LinearRun<'a>,
-    prepared: &'a Prepared,
-    components: &'a [usize],
-    tangents: Vec<State>,
-    watch: Watch<'a>,
-    out: &'a mut [State],
+#[cfg_attr(feature = "std", inline(always))]
+fn pass_all(
+    run: LinearRun,
+    prepared: &Prepared,
+    components: &[usize],
+    mut tangents: Vec<State>,
+    watch: Watch,
+    out: &mut [State],
+) -> bool {
+    let Prepared { columns, intervals, recurring } = prepared;
+    let count = intervals.len() + 1;
+    let system = &run.varied.system;
+    let series = PowerSeries::new(system);
+    for (column, tangent) in tangents.iter().enumerate() {
+        out[column * count] = *tangent;
+    }
+    let mut k = 0;
+    while k < intervals.len() {
+        if k % BETWEEN < BLOCK && watch.stops() {
+            return false;
+        }
+        let mut end = k;
+        while end < intervals.len() && end < k + BLOCK && !matches!(intervals[end], Interval::Series) {
+            end += 1;
+        }
+        if end == k {
+            let ends = [run.excitation.input(k), run.excitation.input(k + 1)];
+            let of = (run.excitation.interval(k), &run.states[k], &ends);
+            if let Some(contacts) = run.contacts {
+                contacts.pass(run.varied, k, of, &mut tangents);
+            } else {
+                by_series(system, system.influence(), (columns, &series), of, &mut tangents);
+            }
+            for (column, tangent) in tangents.iter().enumerate() {
+                out[column * count + k + 1] = *tangent;
+            }
+            k += 1;
+            continue;
+        }
+        // Column by column, so that its matrices stay in the nearest cache.
+        for (column, tangent) in tangents.iter_mut().enumerate() {
+            for at in k..end {
+                if let Interval::Propagator(index) = intervals[at] {
+                    let ends = [&run.excitation.input(at), &run.excitation.input(at + 1)];
+                    let state = &run.states[at];
+                    *tangent = recurring[index].step(column, tangent, state, ends, components);
+                }
+                out[column * count + at + 1] = *tangent;
+            }
+        }
+        k = end;
+    }
+    true
 }
 
 /// Samples that one column passes after the other.
@@ -153,56 +199,3 @@ const BLOCK: usize = 64;
 
 /// Samples between two looks at the watch.
 const BETWEEN: usize = 4096;
-
-impl Kernel for Tangents<'_> {
-    type Output = bool;
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn run(self) -> bool {
-        let Self { run, prepared, components, mut tangents, watch, out } = self;
-        let Prepared { columns, intervals, recurring } = prepared;
-        let count = intervals.len() + 1;
-        let system = &run.varied.system;
-        let series = PowerSeries::new(system);
-        for (column, tangent) in tangents.iter().enumerate() {
-            out[column * count] = *tangent;
-        }
-        let mut k = 0;
-        while k < intervals.len() {
-            if k % BETWEEN < BLOCK && watch.stops() {
-                return false;
-            }
-            let mut end = k;
-            while end < intervals.len() && end < k + BLOCK && !matches!(intervals[end], Interval::Series) {
-                end += 1;
-            }
-            if end == k {
-                let ends = [run.excitation.input(k), run.excitation.input(k + 1)];
-                let of = (run.excitation.interval(k), &run.states[k], &ends);
-                if let Some(contacts) = run.contacts {
-                    contacts.pass(run.varied, k, of, &mut tangents);
-                } else {
-                    by_series(system, system.influence(), (columns, &series), of, &mut tangents);
-                }
-                for (column, tangent) in tangents.iter().enumerate() {
-                    out[column * count + k + 1] = *tangent;
-                }
-                k += 1;
-                continue;
-            }
-            // Column by column, so that its matrices stay in the nearest cache.
-            for (column, tangent) in tangents.iter_mut().enumerate() {
-                for at in k..end {
-                    if let Interval::Propagator(index) = intervals[at] {
-                        let ends = [&run.excitation.input(at), &run.excitation.input(at + 1)];
-                        let state = &run.states[at];
-                        *tangent = recurring[index].step(column, tangent, state, ends, components);
-                    }
-                    out[column * count + at + 1] = *tangent;
-                }
-            }
-            k = end;
-        }
-        true
-    }
-}

@@ -1,13 +1,11 @@
 //! Adaptation of process noise, measurement noise and site approximations to the samples.
 
-use core::marker::PhantomData;
-
 use super::data::{Oscillator, ProcessNoise, Rounded, Samples, SiteApproximations, Start};
 use super::passes::ForwardBackward;
 use super::rounding::Cavity;
 use super::transition::{Transition, with_transition};
 use crate::error::Stopped;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::numeric::watch::{Watch, filled};
 
 /// Input and result of [`adapt`].
@@ -62,7 +60,7 @@ pub fn adapt(
     adapted: &mut Adapted,
 ) -> Result<Option<()>, Stopped> {
     with_transition!(order, adapted.oscillator, N, T => {
-        dispatch(AdaptKernel::<N, T> { start, rule, adapted, transition: PhantomData })
+        dispatch!(adapt_of_order::<N, T>(start, rule, adapted))
     })
     .transpose()
 }
@@ -72,79 +70,68 @@ const MIN_DENSITY_RATIO: f64 = 1e-9;
 const MAX_DENSITY_RATIO: f64 = 1e12;
 
 /// [`adapt`] for the order N.
-struct AdaptKernel<'a, 'b, const N: usize, T> {
-    transition: PhantomData<T>,
-    start: Start<'a>,
+#[inline(always)]
+fn adapt_of_order<const N: usize, T: Transition<N>>(
+    start: Start,
     rule: AdaptationRule,
-    adapted: &'a mut Adapted<'b>,
-}
-
-impl<const N: usize, T: Transition<N>> Kernel for AdaptKernel<'_, '_, N, T> {
-    type Output = Result<(), Stopped>;
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { start, rule, adapted, .. } = self;
-        let mut passes = ForwardBackward::<N, T>::new();
-        let mut evidence = filled([0.0; 2], adapted.density.len())?;
-        let count = adapted.log_density.len();
-        let mut cavity = Cavity { mean: filled(0.0, count)?, variance: filled(0.0, count)? };
-        for round in 1..=rule.rounds {
-            let samples = Samples {
-                step: adapted.step,
-                value: adapted.sites.value,
-                variance: adapted.sites.variance,
-                watch: adapted.watch,
-            };
-            let noise = ProcessNoise {
-                segment: adapted.segment,
-                density: adapted.density,
-                oscillator: adapted.oscillator,
-            };
-            passes.filter(samples, start, noise)?;
-            evidence.fill([0.0; 2]);
-            passes.backward(
-                samples,
-                noise,
-                |k, transition, score| {
-                    let (mut found, mut expected) = (0.0, 0.0);
-                    for i in 0..N {
-                        for j in 0..i {
-                            found += 2.0 * transition.noise()[i][j] * score.r[i] * score.r[j];
-                            expected += 2.0 * transition.noise()[i][j] * score.variance[i][j];
-                        }
-                        found += transition.noise()[i][i] * score.r[i] * score.r[i];
-                        expected += transition.noise()[i][i] * score.variance[i][i];
+    adapted: &mut Adapted,
+) -> Result<(), Stopped> {
+    let mut passes = ForwardBackward::<N, T>::new();
+    let mut evidence = filled([0.0; 2], adapted.density.len())?;
+    let count = adapted.log_density.len();
+    let mut cavity = Cavity { mean: filled(0.0, count)?, variance: filled(0.0, count)? };
+    for round in 1..=rule.rounds {
+        let samples = Samples {
+            step: adapted.step,
+            value: adapted.sites.value,
+            variance: adapted.sites.variance,
+            watch: adapted.watch,
+        };
+        let noise = ProcessNoise {
+            segment: adapted.segment,
+            density: adapted.density,
+            oscillator: adapted.oscillator,
+        };
+        passes.filter(samples, start, noise)?;
+        evidence.fill([0.0; 2]);
+        passes.backward(
+            samples,
+            noise,
+            |k, transition, score| {
+                let (mut found, mut expected) = (0.0, 0.0);
+                for i in 0..N {
+                    for j in 0..i {
+                        found += 2.0 * transition.noise()[i][j] * score.r[i] * score.r[j];
+                        expected += 2.0 * transition.noise()[i][j] * score.variance[i][j];
                     }
-                    let sums = &mut evidence[adapted.segment[k] as usize];
-                    sums[0] += found;
-                    sums[1] += expected;
-                },
-                |k, _, _, [u, d]| {
-                    cavity.mean[k] = adapted.sites.value[k] - u / d;
-                    cavity.variance[k] = (1.0 / d - adapted.sites.variance[k]).max(0.0);
-                },
-            )?;
-            if round == rule.rounds {
-                adapted.rounded.log_densities(&cavity, adapted.noise_variance, adapted.log_density);
-                for (ratio, [found, expected]) in adapted.noise_ratio.iter_mut().zip(&evidence) {
-                    // The expectation can vanish in rounding; the samples then do not determine the density of the segment.
-                    *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
+                    found += transition.noise()[i][i] * score.r[i] * score.r[i];
+                    expected += transition.noise()[i][i] * score.variance[i][i];
                 }
+                let sums = &mut evidence[adapted.segment[k] as usize];
+                sums[0] += found;
+                sums[1] += expected;
+            },
+            |k, _, _, [u, d]| {
+                cavity.mean[k] = adapted.sites.value[k] - u / d;
+                cavity.variance[k] = (1.0 / d - adapted.sites.variance[k]).max(0.0);
+            },
+        )?;
+        if round == rule.rounds {
+            adapted.rounded.log_densities(&cavity, adapted.noise_variance, adapted.log_density);
+            for (ratio, [found, expected]) in adapted.noise_ratio.iter_mut().zip(&evidence) {
+                // The expectation can vanish in rounding; the samples then do not determine the density of the segment.
+                *ratio = if *expected > 0.0 { found / expected } else { 1.0 };
             }
-            let scores =
-                adapted.rounded.update_sites(&mut cavity, adapted.noise_variance, &mut adapted.sites);
-            for (q, [found, expected]) in adapted.density.iter_mut().zip(&evidence) {
-                let up = found + rule.prior_weight * rule.typical_density / (*q * *q);
-                let down = expected.max(0.0) + rule.prior_weight / *q + f64::MIN_POSITIVE;
-                *q = (*q * (up / down).sqrt()).clamp(
-                    MIN_DENSITY_RATIO * rule.typical_density,
-                    MAX_DENSITY_RATIO * rule.typical_density,
-                );
-            }
-            adapted.noise_variance =
-                (adapted.noise_variance * (scores[0] / scores[1]).sqrt()).max(rule.min_noise_variance);
         }
-        Ok(())
+        let scores = adapted.rounded.update_sites(&mut cavity, adapted.noise_variance, &mut adapted.sites);
+        for (q, [found, expected]) in adapted.density.iter_mut().zip(&evidence) {
+            let up = found + rule.prior_weight * rule.typical_density / (*q * *q);
+            let down = expected.max(0.0) + rule.prior_weight / *q + f64::MIN_POSITIVE;
+            *q = (*q * (up / down).sqrt())
+                .clamp(MIN_DENSITY_RATIO * rule.typical_density, MAX_DENSITY_RATIO * rule.typical_density);
+        }
+        adapted.noise_variance =
+            (adapted.noise_variance * (scores[0] / scores[1]).sqrt()).max(rule.min_noise_variance);
     }
+    Ok(())
 }

@@ -4,7 +4,7 @@ use super::posterior::{MAX_ORDER, MarkovStep, Posterior};
 use crate::error::Stopped;
 use crate::numeric::float::add_scaled;
 use crate::numeric::normal::NormalStreams;
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch_wide};
+use crate::numeric::simd::{LANES, Lanes, dispatch_wide};
 use crate::numeric::watch::room;
 
 /// Deviations of eight draws side by side.
@@ -66,7 +66,7 @@ pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]
         for (block, rows) in blocks.iter_mut().zip(out.chunks_mut(LANES * count)) {
             posterior.watch().check()?;
             let order = posterior.order();
-            dispatch_wide(DrawKernel { block, steps: &steps, order, derivative, rows, count, from });
+            dispatch_wide!(draw_samples(block, &steps, order, derivative, rows, count, from));
         }
         from += steps.len();
     }
@@ -77,31 +77,24 @@ pub fn draw(posterior: &Posterior, derivative: usize, seed: u64, out: &mut [f64]
 const SAMPLES_AT_A_TIME: usize = 64;
 
 /// Draws a block of samples for eight draws.
-struct DrawKernel<'a> {
-    block: &'a mut DeviationDraws,
-    steps: &'a [MarkovStep],
+#[inline(always)]
+fn draw_samples(
+    block: &mut DeviationDraws,
+    steps: &[MarkovStep],
     order: usize,
     derivative: usize,
-    rows: &'a mut [f64],
+    rows: &mut [f64],
     count: usize,
     from: usize,
-}
-
-impl Kernel for DrawKernel<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { block, steps, order, derivative, rows, count, from } = self;
-        let mut values = [[0.0; LANES]; SAMPLES_AT_A_TIME];
-        for (step, value) in steps.iter().zip(&mut values) {
-            block.advance(step, order);
-            *value = block.state[derivative];
-        }
-        for (lane, row) in rows.chunks_exact_mut(count).enumerate() {
-            for (out, value) in row[from..].iter_mut().zip(&values[..steps.len()]) {
-                *out = value[lane];
-            }
+) {
+    let mut values = [[0.0; LANES]; SAMPLES_AT_A_TIME];
+    for (step, value) in steps.iter().zip(&mut values) {
+        block.advance(step, order);
+        *value = block.state[derivative];
+    }
+    for (lane, row) in rows.chunks_exact_mut(count).enumerate() {
+        for (out, value) in row[from..].iter_mut().zip(&values[..steps.len()]) {
+            *out = value[lane];
         }
     }
 }

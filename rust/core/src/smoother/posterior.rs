@@ -14,10 +14,10 @@
 //! inverted, so noise densities may differ by many decades between intervals.
 
 use super::data::ProcessNoise;
-use super::square_root::{Columns, MeasurementUpdate, TimeUpdate, TimeUpdated, upper_cholesky};
+use super::square_root::{Columns, TimeUpdated, measurement_update, time_update, upper_cholesky};
 use super::transition::{Transition, with_transition};
 use crate::error::Stopped;
-use crate::numeric::simd::{Kernel, dispatch};
+use crate::numeric::simd::dispatch;
 use crate::numeric::watch::{Watch, filled};
 
 /// Largest order, the number of entries of a state.
@@ -38,7 +38,29 @@ pub struct MarkovStep {
 impl MarkovStep {
     /// Covariance of d', given that of d.
     pub(super) fn covariance(&self, before: &Square) -> Square {
-        dispatch(CovarianceKernel { step: self, covariance: before })
+        dispatch!(self.covariance_after(before))
+    }
+
+    /// A P A^T + L L^T.
+    #[inline(always)]
+    fn covariance_after(&self, covariance: &Square) -> Square {
+        let Self { transition: carry, noise_root: noise } = self;
+        let (mut carried, mut after) = ([[0.0; MAX_ORDER]; MAX_ORDER], [[0.0; MAX_ORDER]; MAX_ORDER]);
+        for i in 0..MAX_ORDER {
+            for j in 0..MAX_ORDER {
+                for l in 0..MAX_ORDER {
+                    carried[i][j] += carry[i][l] * covariance[l][j];
+                }
+            }
+        }
+        for i in 0..MAX_ORDER {
+            for j in 0..MAX_ORDER {
+                for l in 0..MAX_ORDER {
+                    after[i][j] += carried[i][l] * carry[j][l] + noise[i][l] * noise[j][l];
+                }
+            }
+        }
+        after
     }
 }
 
@@ -108,37 +130,6 @@ impl<'a> Posterior<'a> {
     }
 }
 
-/// A P A^T + L L^T.
-struct CovarianceKernel<'a> {
-    step: &'a MarkovStep,
-    covariance: &'a Square,
-}
-
-impl Kernel for CovarianceKernel<'_> {
-    type Output = Square;
-
-    #[inline(always)]
-    fn run(self) -> Square {
-        let Self { step: MarkovStep { transition: carry, noise_root: noise }, covariance } = self;
-        let (mut carried, mut after) = ([[0.0; MAX_ORDER]; MAX_ORDER], [[0.0; MAX_ORDER]; MAX_ORDER]);
-        for i in 0..MAX_ORDER {
-            for j in 0..MAX_ORDER {
-                for l in 0..MAX_ORDER {
-                    carried[i][j] += carry[i][l] * covariance[l][j];
-                }
-            }
-        }
-        for i in 0..MAX_ORDER {
-            for j in 0..MAX_ORDER {
-                for l in 0..MAX_ORDER {
-                    after[i][j] += carried[i][l] * carry[j][l] + noise[i][l] * noise[j][l];
-                }
-            }
-        }
-        after
-    }
-}
-
 /// Square roots of the information, upper triangles by rows, sample 0 first.
 fn information<const N: usize, T: Transition<N>>(given: PosteriorInput) -> Result<Vec<f64>, Stopped> {
     let count = given.variance.len();
@@ -152,9 +143,9 @@ fn information<const N: usize, T: Transition<N>>(given: PosteriorInput) -> Resul
         }
         if k + 1 < count {
             let noise = interval.noise(given, k);
-            root = dispatch(TimeUpdate { root: &root, noise, transition: &interval.transition }).rest;
+            root = dispatch!(time_update(&root, noise, &interval.transition)).rest;
         }
-        root = dispatch(MeasurementUpdate { columns: &root, row: 1.0 / given.variance[k].sqrt() });
+        root = dispatch!(measurement_update(&root, 1.0 / given.variance[k].sqrt()));
         let mut at = 0;
         for i in 0..N {
             for j in i..N {
@@ -225,61 +216,48 @@ impl<const N: usize, T: Transition<N>> Iterator for ChainSteps<'_, N, T> {
         Some(if k == 0 {
             let covariance = core::array::from_fn(|i| core::array::from_fn(|j| given.covariance[i * N + j]));
             let from_nothing = T::new(given.noise.oscillator);
-            dispatch(StepKernel {
-                root: &root,
-                noise: upper_cholesky(&covariance),
-                transition: &from_nothing,
-            })
+            dispatch!(chain_step(&root, upper_cholesky(&covariance), &from_nothing))
         } else {
             let noise = self.interval.noise(given, k - 1);
-            dispatch(StepKernel { root: &root, noise, transition: &self.interval.transition })
+            dispatch!(chain_step(&root, noise, &self.interval.transition))
         })
     }
 }
 
 /// The step of a chain: A = Phi - G U^-1 V, L = G U^-1.
-struct StepKernel<'a, const N: usize, T> {
-    root: &'a Columns<N>,
+#[inline(always)]
+fn chain_step<const N: usize, T: Transition<N>>(
+    root: &Columns<N>,
     noise: Columns<N>,
-    transition: &'a T,
-}
-
-impl<const N: usize, T: Transition<N>> Kernel for StepKernel<'_, N, T> {
-    type Output = MarkovStep;
-
-    #[inline(always)]
-    fn run(self) -> MarkovStep {
-        let Self { root, noise, transition } = self;
-        let TimeUpdated { u, v, .. } = TimeUpdate { root, noise, transition }.run();
-        // L U = G, column by column.
-        let mut l = noise;
-        for j in 0..N {
-            for a in 0..j {
-                for i in 0..=a {
-                    l[j][i] -= l[a][i] * u[j][a];
-                }
-            }
-            for i in 0..=j {
-                l[j][i] /= u[j][j];
+    transition: &T,
+) -> MarkovStep {
+    let TimeUpdated { u, v, .. } = time_update(root, noise, transition);
+    // L U = G, column by column.
+    let mut l = noise;
+    for j in 0..N {
+        for a in 0..j {
+            for i in 0..=a {
+                l[j][i] -= l[a][i] * u[j][a];
             }
         }
-        let mut step = MarkovStep {
-            transition: [[0.0; MAX_ORDER]; MAX_ORDER],
-            noise_root: [[0.0; MAX_ORDER]; MAX_ORDER],
-        };
-        for i in 0..N {
-            for j in i..N {
-                step.noise_root[i][j] = l[j][i];
-            }
-            for j in 0..N {
-                step.transition[i][j] = transition.entry(i, j);
-                for a in i..N {
-                    step.transition[i][j] -= l[a][i] * v[j][a];
-                }
-            }
+        for i in 0..=j {
+            l[j][i] /= u[j][j];
         }
-        step
     }
+    let mut step =
+        MarkovStep { transition: [[0.0; MAX_ORDER]; MAX_ORDER], noise_root: [[0.0; MAX_ORDER]; MAX_ORDER] };
+    for i in 0..N {
+        for j in i..N {
+            step.noise_root[i][j] = l[j][i];
+        }
+        for j in 0..N {
+            step.transition[i][j] = transition.entry(i, j);
+            for a in i..N {
+                step.transition[i][j] -= l[a][i] * v[j][a];
+            }
+        }
+    }
+    step
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use super::data::{Rounded, SiteApproximations};
 use crate::numeric::float::log;
-use crate::numeric::simd::{Kernel, dispatch_wide};
+use crate::numeric::simd::dispatch_wide;
 
 /// Cavity distributions: the distribution of each sample given all others, n means and variances.
 pub(super) struct Cavity {
@@ -38,7 +38,7 @@ impl Rounded<'_> {
         noise_variance: f64,
         sites: &mut SiteApproximations,
     ) -> [f64; 2] {
-        dispatch_wide(SiteUpdate { of: self, cavity, noise_variance, sites });
+        dispatch_wide!(self.update_all(cavity, noise_variance, sites));
         // In order, so that the bits of the sums do not depend on the width of vectors.
         let mut sums = [0.0; 2];
         for (slope, curvature) in cavity.mean.iter().zip(&cavity.variance) {
@@ -61,6 +61,31 @@ impl Rounded<'_> {
                 let near = edges.near.max(-FAR_INSIDE);
                 log(edges.area().1 / self.quantum) - 0.5 * near * near - LOG_ROOT_TWO_PI
             };
+        }
+    }
+
+    /// Updates all sites, without branches, for vector loops.
+    #[inline(always)]
+    fn update_all(&self, cavity: &mut Cavity, noise_variance: f64, sites: &mut SiteApproximations) {
+        let count = self.value.len();
+        let (value, mean) = (&self.value[..count], &mut cavity.mean[..count]);
+        let variance = &mut cavity.variance[..count];
+        let (site, spread) = (&mut sites.value[..count], &mut sites.variance[..count]);
+        let quantum = self.quantum;
+        let least = if quantum > 0.0 { 1.0 / (MAX_SITE_VARIANCE * quantum * quantum) } else { 0.0 };
+        for k in 0..count {
+            let (slope, curvature) = self.derivatives(value[k] - mean[k], variance[k] + noise_variance);
+            let rest = (1.0 - curvature * variance[k]).max(MIN_SITE_VARIANCE);
+            let mut precision = curvature / rest;
+            let mut shift = slope / rest; // precision times distance from the mean
+            let before = 1.0 / spread[k];
+            precision += SITE_DAMPING * (before - precision);
+            shift += SITE_DAMPING * ((site[k] - mean[k]) * before - shift);
+            let informative = precision > least;
+            site[k] = if informative { mean[k] + shift / precision } else { mean[k] };
+            spread[k] = if informative { 1.0 / precision } else { 1.0 / least };
+            mean[k] = slope;
+            variance[k] = curvature;
         }
     }
 
@@ -87,43 +112,6 @@ impl Rounded<'_> {
                 informative * (slope / deviation).copysign(rest),
                 informative * (slope * slope - curvature).max(0.0) / total,
             )
-        }
-    }
-}
-
-/// Updates all sites, without branches, for vector loops.
-struct SiteUpdate<'a, 'b> {
-    of: &'a Rounded<'a>,
-    cavity: &'a mut Cavity,
-    noise_variance: f64,
-    sites: &'a mut SiteApproximations<'b>,
-}
-
-impl Kernel for SiteUpdate<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let count = self.of.value.len();
-        let (value, mean) = (&self.of.value[..count], &mut self.cavity.mean[..count]);
-        let variance = &mut self.cavity.variance[..count];
-        let (site, spread) = (&mut self.sites.value[..count], &mut self.sites.variance[..count]);
-        let quantum = self.of.quantum;
-        let least = if quantum > 0.0 { 1.0 / (MAX_SITE_VARIANCE * quantum * quantum) } else { 0.0 };
-        for k in 0..count {
-            let (slope, curvature) =
-                self.of.derivatives(value[k] - mean[k], variance[k] + self.noise_variance);
-            let rest = (1.0 - curvature * variance[k]).max(MIN_SITE_VARIANCE);
-            let mut precision = curvature / rest;
-            let mut shift = slope / rest; // precision times distance from the mean
-            let before = 1.0 / spread[k];
-            precision += SITE_DAMPING * (before - precision);
-            shift += SITE_DAMPING * ((site[k] - mean[k]) * before - shift);
-            let informative = precision > least;
-            site[k] = if informative { mean[k] + shift / precision } else { mean[k] };
-            spread[k] = if informative { 1.0 / precision } else { 1.0 / least };
-            mean[k] = slope;
-            variance[k] = curvature;
         }
     }
 }

@@ -4,7 +4,6 @@
 //! see `posterior`.
 
 use super::transition::Transition;
-use crate::numeric::simd::Kernel;
 
 /// A matrix by columns.
 pub(super) type Columns<const N: usize> = [[f64; N]; N];
@@ -17,93 +16,77 @@ pub(super) struct TimeUpdated<const N: usize> {
 }
 
 /// Time update: eliminates the noise w of an interval, one entry after the other.
-pub(super) struct TimeUpdate<'a, const N: usize, T> {
-    pub root: &'a Columns<N>,
-    pub noise: Columns<N>,
-    pub transition: &'a T,
-}
-
-impl<const N: usize, T: Transition<N>> Kernel for TimeUpdate<'_, N, T> {
-    type Output = TimeUpdated<N>;
-
-    #[inline(always)]
-    fn run(self) -> TimeUpdated<N> {
-        let Self { root, noise, transition } = self;
-        let mut of_noise = [[0.0; N]; N];
-        let mut rest = [[0.0; N]; N];
-        for j in 0..N {
-            for l in 0..N.min(j + 1 + T::BELOW_DIAGONAL) {
-                for i in 0..N {
-                    of_noise[j][i] += root[l][i] * noise[j][l];
-                    rest[j][i] += root[l][i] * transition.entry(l, j);
-                }
+#[inline(always)]
+pub(super) fn time_update<const N: usize, T: Transition<N>>(
+    root: &Columns<N>,
+    noise: Columns<N>,
+    transition: &T,
+) -> TimeUpdated<N> {
+    let mut of_noise = [[0.0; N]; N];
+    let mut rest = [[0.0; N]; N];
+    for j in 0..N {
+        for l in 0..N.min(j + 1 + T::BELOW_DIAGONAL) {
+            for i in 0..N {
+                of_noise[j][i] += root[l][i] * noise[j][l];
+                rest[j][i] += root[l][i] * transition.entry(l, j);
             }
         }
-        let (mut u, mut v) = ([[0.0; N]; N], [[0.0; N]; N]);
-        for j in 0..N {
-            let seen = of_noise[j];
-            let size = (1.0 + dot(&seen, &seen)).sqrt();
-            let (whole, part) = (1.0 / size, 1.0 / (size * (1.0 + size)));
-            u[j][j] = size;
-            for c in j + 1..N {
-                let sum = dot(&seen, &of_noise[c]);
-                u[c][j] = sum * whole;
-                for i in 0..N {
-                    of_noise[c][i] -= seen[i] * (sum * part);
-                }
-            }
-            for c in 0..N {
-                let sum = dot(&seen, &rest[c]);
-                v[c][j] = sum * whole;
-                for i in 0..N {
-                    rest[c][i] -= seen[i] * (sum * part);
-                }
-            }
-        }
-        TimeUpdated { u, v, rest }
     }
+    let (mut u, mut v) = ([[0.0; N]; N], [[0.0; N]; N]);
+    for j in 0..N {
+        let seen = of_noise[j];
+        let size = (1.0 + dot(&seen, &seen)).sqrt();
+        let (whole, part) = (1.0 / size, 1.0 / (size * (1.0 + size)));
+        u[j][j] = size;
+        for c in j + 1..N {
+            let sum = dot(&seen, &of_noise[c]);
+            u[c][j] = sum * whole;
+            for i in 0..N {
+                of_noise[c][i] -= seen[i] * (sum * part);
+            }
+        }
+        for c in 0..N {
+            let sum = dot(&seen, &rest[c]);
+            v[c][j] = sum * whole;
+            for i in 0..N {
+                rest[c][i] -= seen[i] * (sum * part);
+            }
+        }
+    }
+    TimeUpdated { u, v, rest }
 }
 
 /// Measurement update: the triangular root of `columns` and a sample of the first number of the state with weight `row` (Householder).
-pub(super) struct MeasurementUpdate<'a, const N: usize> {
-    pub columns: &'a Columns<N>,
-    pub row: f64,
-}
-
-impl<const N: usize> Kernel for MeasurementUpdate<'_, N> {
-    type Output = Columns<N>;
-
-    #[inline(always)]
-    fn run(self) -> Columns<N> {
-        let mut m = *self.columns;
-        let mut last = [0.0; N];
-        last[0] = self.row;
-        for j in 0..N {
-            let mut square = last[j] * last[j];
-            for i in j..N {
-                square += m[j][i] * m[j][i];
-            }
-            let norm = square.sqrt();
-            if norm == 0.0 {
-                continue;
-            }
-            let norm = if m[j][j] < 0.0 { -norm } else { norm };
-            let mut mirror = m[j];
-            mirror[..j].fill(0.0);
-            mirror[j] += norm;
-            let (end, part) = (last[j], 1.0 / (norm * mirror[j]));
-            for c in j + 1..N {
-                let sum = (dot(&mirror, &m[c]) + end * last[c]) * part;
-                for i in 0..N {
-                    m[c][i] -= mirror[i] * sum;
-                }
-                last[c] -= end * sum;
-            }
-            m[j][j] = -norm;
-            m[j][j + 1..].fill(0.0);
+#[inline(always)]
+pub(super) fn measurement_update<const N: usize>(columns: &Columns<N>, row: f64) -> Columns<N> {
+    let mut m = *columns;
+    let mut last = [0.0; N];
+    last[0] = row;
+    for j in 0..N {
+        let mut square = last[j] * last[j];
+        for i in j..N {
+            square += m[j][i] * m[j][i];
         }
-        m
+        let norm = square.sqrt();
+        if norm == 0.0 {
+            continue;
+        }
+        let norm = if m[j][j] < 0.0 { -norm } else { norm };
+        let mut mirror = m[j];
+        mirror[..j].fill(0.0);
+        mirror[j] += norm;
+        let (end, part) = (last[j], 1.0 / (norm * mirror[j]));
+        for c in j + 1..N {
+            let sum = (dot(&mirror, &m[c]) + end * last[c]) * part;
+            for i in 0..N {
+                m[c][i] -= mirror[i] * sum;
+            }
+            last[c] -= end * sum;
+        }
+        m[j][j] = -norm;
+        m[j][j + 1..].fill(0.0);
     }
+    m
 }
 
 #[inline(always)]

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::change::Target;
-use crate::error::{RunError, SceneError};
+use crate::error::{RunError, SceneError, from_variants};
 
 /// Why a change is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,17 +61,7 @@ pub enum SampleError {
     Run(RunError),
 }
 
-impl From<SceneError> for SampleError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
-    }
-}
-
-impl From<RunError> for SampleError {
-    fn from(error: RunError) -> Self {
-        Self::Run(error)
-    }
-}
+from_variants!(SampleError: Scene(SceneError), Run(RunError));
 
 impl fmt::Display for SampleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

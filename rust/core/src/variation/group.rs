@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use crate::life::EquivalentLoad;
 use crate::model::Link;
-use crate::output::Axes;
+use crate::output::{Axes, Part, Wrench, group_load_along};
+use crate::system::System;
 
 /// Links whose loads are added up, such as those of a carriage.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +27,11 @@ impl Group {
     pub fn new(links: Vec<usize>, center: Vector3<f64>) -> Self {
         let [mean_rule, peak_rule] = [EquivalentLoad::SUM_OF_FORCES; 2];
         Self { links, center, axes: Axes::MACHINE, mean_rule, peak_rule }
+    }
+
+    /// Their load in a system, along the axes of the group and about `center`.
+    pub(crate) fn load<'a>(&self, system: &'a System, center: Vector3<f64>, part: Part) -> Wrench<'a> {
+        group_load_along(system, self.links.iter().copied(), center, self.axes, part)
     }
 
     /// The preload of its links together, N: the larger one of those along y and along z.

@@ -1,6 +1,6 @@
 //! The motion of each scene where it is drawn: the first component of the excitation in a block, one scene in each lane.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::timeline::{BLOCK, Timeline};
@@ -43,47 +43,41 @@ const KINK: usize = RANGE + 2;
 pub(super) const SIZE: usize = KINK + 2;
 
 /// Writes the first component of the excitation of each scene in a block.
-pub(super) struct DrawnBlock<'a> {
-    pub deviations: Deviations<'a>,
-    pub timeline: &'a Timeline,
-    pub block: usize,
-    pub to: &'a mut AlignedBuffer,
-}
-
-impl WithSimd for DrawnBlock<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { deviations, timeline, block, to } = self;
-        let Some(to) = to.vectors_mut::<S>().first_chunk_mut::<SIZE>() else { return };
-        let mut before = Real::new(simd, to[VALUES + BLOCK - 1]);
-        to[BEFORE] = before.lanes;
-        let (mut least, mut most) = (before, before);
-        for k in 0..BLOCK {
-            let sample = block * BLOCK + k;
-            let value = value(simd, timeline, deviations, sample);
-            if sample == 0 && timeline.starts_still {
-                before = value;
-            }
-            (least, most) = if sample == 0 { (value, value) } else { (least.min(value), most.max(value)) };
-            (to[VALUES + k], to[CHANGES + k]) = (value.lanes, (value - before).lanes);
+#[inline(always)]
+pub(super) fn set_block<S: Simd>(
+    simd: S,
+    deviations: Deviations,
+    timeline: &Timeline,
+    block: usize,
+    to: &mut AlignedBuffer,
+) {
+    let Some(to) = to.vectors_mut::<S>().first_chunk_mut::<SIZE>() else { return };
+    let mut before = Real::new(simd, to[VALUES + BLOCK - 1]);
+    to[BEFORE] = before.lanes;
+    let (mut least, mut most) = (before, before);
+    for k in 0..BLOCK {
+        let sample = block * BLOCK + k;
+        let value = value(simd, timeline, deviations, sample);
+        if sample == 0 && timeline.starts_still {
             before = value;
         }
-        (to[RANGE], to[RANGE + 1]) = (least.lanes, most.lanes);
-        let first = (block * BLOCK).saturating_sub(1);
-        let mut rate_before = rate(simd, timeline, deviations, first);
-        let mut kinks = [Real::splat(simd, 0.0); 2];
-        for k in first..(block + 1) * BLOCK {
-            let next = rate(simd, timeline, deviations, k + 1);
-            let change = (next - rate_before).abs();
-            for i in 0..2 {
-                kinks[i] = kinks[i].max(change * Real::splat(simd, timeline.bows.at(k).kink[i]));
-            }
-            rate_before = next;
-        }
-        (to[KINK], to[KINK + 1]) = (kinks[0].lanes, kinks[1].lanes);
+        (least, most) = if sample == 0 { (value, value) } else { (least.min(value), most.max(value)) };
+        (to[VALUES + k], to[CHANGES + k]) = (value.lanes, (value - before).lanes);
+        before = value;
     }
+    (to[RANGE], to[RANGE + 1]) = (least.lanes, most.lanes);
+    let first = (block * BLOCK).saturating_sub(1);
+    let mut rate_before = rate(simd, timeline, deviations, first);
+    let mut kinks = [Real::splat(simd, 0.0); 2];
+    for k in first..(block + 1) * BLOCK {
+        let next = rate(simd, timeline, deviations, k + 1);
+        let change = (next - rate_before).abs();
+        for i in 0..2 {
+            kinks[i] = kinks[i].max(change * Real::splat(simd, timeline.bows.at(k).kink[i]));
+        }
+        rate_before = next;
+    }
+    (to[KINK], to[KINK + 1]) = (kinks[0].lanes, kinks[1].lanes);
 }
 
 /// The value at a sample; past the end, the last one.

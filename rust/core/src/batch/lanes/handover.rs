@@ -1,6 +1,6 @@
 //! The state between two windows of the motion, whose scenes have different masses and so different modes, one scene in each lane.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::damped::Damped;
@@ -75,48 +75,41 @@ pub(super) fn set_modal_state<S: Simd>(
     }
 }
 
-/// Computes position and velocity at the end of a window from v.
-pub(super) struct PhysicalState<'a> {
-    /// Drive of each mode, and rows of position and velocity.
-    pub drive: &'a AlignedBuffer,
-    pub state_rows: &'a AlignedBuffer,
-    pub timeline: &'a Timeline,
-    /// The last block of the drawn motions.
-    pub drawn: Option<&'a AlignedBuffer>,
-    pub end: &'a AlignedBuffer,
-    pub to: &'a mut AlignedBuffer,
-}
-
-impl WithSimd for PhysicalState<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { drive, state_rows, timeline, drawn, end, to } = self;
-        let end = end.vectors::<S>().as_chunks::<2>().0;
-        let (n, count) = (end.len(), timeline.components.len());
-        let inputs = &timeline.values[(timeline.count - 1) * count..][..count];
-        let drives = drive.vectors::<S>().as_chunks::<2>().0;
-        let zero = Real::splat(simd, 0.0);
-        let mut z = [Complex::new(zero, zero); MAX_MODES];
-        for mode in 0..n {
-            z[mode] = Complex::of(simd, end[mode]);
-            for (component, (drive, &input)) in drives.chunks_exact(n).zip(inputs).enumerate() {
-                let input = match drawn {
-                    Some(drawn) if component == 0 => Real::new(simd, drawn.vectors::<S>()[BLOCK - 1]),
-                    _ => Real::splat(simd, input),
-                };
-                z[mode] = z[mode] - Complex::of(simd, drive[mode]).scale(input);
-            }
+/// Computes position and velocity at the end of a window from v there, by the drive of each mode and the rows of position and velocity.
+/// `drawn`: the last block of the drawn motions.
+#[inline(always)]
+pub(super) fn set_physical_state<S: Simd>(
+    simd: S,
+    drive: &AlignedBuffer,
+    state_rows: &AlignedBuffer,
+    timeline: &Timeline,
+    drawn: Option<&AlignedBuffer>,
+    end: &AlignedBuffer,
+    to: &mut AlignedBuffer,
+) {
+    let end = end.vectors::<S>().as_chunks::<2>().0;
+    let (n, count) = (end.len(), timeline.components.len());
+    let inputs = &timeline.values[(timeline.count - 1) * count..][..count];
+    let drives = drive.vectors::<S>().as_chunks::<2>().0;
+    let zero = Real::splat(simd, 0.0);
+    let mut z = [Complex::new(zero, zero); MAX_MODES];
+    for mode in 0..n {
+        z[mode] = Complex::of(simd, end[mode]);
+        for (component, (drive, &input)) in drives.chunks_exact(n).zip(inputs).enumerate() {
+            let input = match drawn {
+                Some(drawn) if component == 0 => Real::new(simd, drawn.vectors::<S>()[BLOCK - 1]),
+                _ => Real::splat(simd, input),
+            };
+            z[mode] = z[mode] - Complex::of(simd, drive[mode]).scale(input);
         }
-        let rows = state_rows.vectors::<S>();
-        for (row, to) in rows.chunks_exact(1 + 2 * n).zip(to.clear::<S>(2 * n)) {
-            let mut value = Real::new(simd, row[0]);
-            for (mode, c) in row[1..].as_chunks::<2>().0.iter().enumerate() {
-                let product = Complex::of(simd, *c) * z[mode];
-                value = value + (product.re + product.re);
-            }
-            *to = value.lanes;
+    }
+    let rows = state_rows.vectors::<S>();
+    for (row, to) in rows.chunks_exact(1 + 2 * n).zip(to.clear::<S>(2 * n)) {
+        let mut value = Real::new(simd, row[0]);
+        for (mode, c) in row[1..].as_chunks::<2>().0.iter().enumerate() {
+            let product = Complex::of(simd, *c) * z[mode];
+            value = value + (product.re + product.re);
         }
+        *to = value.lanes;
     }
 }

@@ -1,17 +1,17 @@
 //! The lane integrator: many linear scenes, one in each lane, from block to block of a motion.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
-use super::drawn::{self, CHANGES, Deviations, DrawnBlock};
-use super::loads::{BoundPlan, LaneLoads};
+use super::drawn::{self, CHANGES, Deviations, set_block};
+use super::loads::{BoundPlan, evaluate};
 use super::memory::{Memory, STATISTICS};
 use super::modal::{ModalScenes, TILE};
 use super::search::Search;
-use super::step::Steps;
-use super::time_statistics::{Reduce, nothing};
+use super::step::set_steps;
+use super::time_statistics::{nothing, reduce};
 use super::timeline::{BLOCK, Timeline};
-use super::vector::{Complex, Real};
+use super::vector::{Complex, Real, vectorize};
 use crate::batch::requirements::Requirements;
 use crate::numeric::watch::Watch;
 
@@ -30,21 +30,17 @@ pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub watch: Watch<'a>,
 }
 
-impl<const N: usize> WithSimd for LaneIntegrator<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match self.deviations {
-            Some(_) => self.run::<S, true>(simd),
-            None => self.run::<S, false>(simd),
-        }
-    }
-}
-
 impl<const N: usize> LaneIntegrator<'_, N> {
     #[inline(always)]
-    fn run<S: Simd, const DRAWN: bool>(self, simd: S) {
+    pub(super) fn run<S: Simd>(self, simd: S) {
+        match self.deviations {
+            Some(_) => self.run_with::<S, true>(simd),
+            None => self.run_with::<S, false>(simd),
+        }
+    }
+
+    #[inline(always)]
+    fn run_with<S: Simd, const DRAWN: bool>(self, simd: S) {
         let Self { modal, timeline, deviations, requirements, first, only_extremes, memory, watch } = self;
         let rows = modal.rows.next_multiple_of(TILE);
         if first == 0 {
@@ -65,29 +61,33 @@ impl<const N: usize> LaneIntegrator<'_, N> {
         memory.evaluated.clear();
         memory.evaluated.resize(rows / TILE, true);
         memory.drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });
-        simd.vectorize(Steps { lengths: &timeline.lengths, modal, to: &mut memory.steps });
+        vectorize!(simd, set_steps(simd, &timeline.lengths, modal, &mut memory.steps));
         let mut plan = BoundPlan::default();
         for block in 0..timeline.blocks() {
             if watch.stops_at(block) {
                 return;
             }
             if let Some(deviations) = deviations {
-                simd.vectorize(DrawnBlock { deviations, timeline, block, to: &mut memory.drawn });
+                vectorize!(simd, set_block(simd, deviations, timeline, block, &mut memory.drawn));
             }
             memory.before.vectors_mut::<S>().copy_from_slice(memory.end.vectors::<S>());
             if let Some(kind) = timeline.kind(block) {
-                simd.vectorize(Advance::<N, DRAWN> { kind, timeline, block, memory });
+                vectorize!(simd, advance::<S, N, DRAWN>(simd, kind, timeline, block, memory));
             } else {
                 for sample in 0..BLOCK {
-                    simd.vectorize(AdvanceOnce::<N, DRAWN> { modal, timeline, block, sample, memory });
+                    vectorize!(
+                        simd,
+                        advance_once::<S, N, DRAWN>(simd, modal, timeline, block, sample, memory)
+                    );
                 }
             }
             let is_bounded = only_extremes && block > 0 && plan.bounds_next();
-            let all = simd.vectorize(LaneLoads::<DRAWN> { modal, timeline, block, is_bounded, memory });
+            let all =
+                vectorize!(simd, evaluate::<S, DRAWN>(simd, modal, timeline, block, is_bounded, memory));
             if is_bounded {
                 plan.note(all);
             }
-            simd.vectorize(Reduce { requirements, modal, timeline, block, first, memory });
+            vectorize!(simd, reduce(simd, requirements, modal, timeline, block, first, memory));
         }
         let Memory { waiting, found, .. } = memory;
         Search { modal, timeline, deviations, requirements, first, waiting, found }.run(simd);
@@ -95,101 +95,89 @@ impl<const N: usize> LaneIntegrator<'_, N> {
 }
 
 /// Advances from sample to sample of a block with one interval length.
-struct Advance<'a, const N: usize, const DRAWN: bool> {
+#[inline(always)]
+fn advance<S: Simd, const N: usize, const DRAWN: bool>(
+    simd: S,
     kind: usize,
-    timeline: &'a Timeline,
+    timeline: &Timeline,
     block: usize,
-    memory: &'a mut Memory,
-}
-
-impl<const N: usize, const DRAWN: bool> WithSimd for Advance<'_, N, DRAWN> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { kind, timeline, block, memory } = self;
-        let Memory { steps, drawn, states, end, .. } = memory;
-        let components = timeline.components.len();
-        let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
-        let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
-            return;
-        };
-        let changes = &timeline.changes[block * BLOCK * components..][..BLOCK * components];
-        let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
-        let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
-        let Some(states) = states.first_chunk_mut::<N>() else { return };
-        let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
-        let mut state = *end;
-        // A separate loop for the usual case of one component, whose count the compiler knows.
-        if let [by_input] = by_input {
-            let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
-            for k in 0..inside {
-                let (by_input, changes) = (core::slice::from_ref(by_input), &changes[k..k + 1]);
-                let drawn = drawn_change::<S, DRAWN>(simd, drawn, k);
-                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, &state);
-                for mode in 0..N {
-                    (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
-                }
-            }
-        } else {
-            for k in 0..inside {
-                let changes = &changes[k * components..(k + 1) * components];
-                let drawn = drawn_change::<S, DRAWN>(simd, drawn, k);
-                state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, &state);
-                for mode in 0..N {
-                    (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
-                }
-            }
-        }
-        for mode in 0..N {
-            for k in inside..BLOCK {
+    memory: &mut Memory,
+) {
+    let Memory { steps, drawn, states, end, .. } = memory;
+    let components = timeline.components.len();
+    let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
+    let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
+        return;
+    };
+    let changes = &timeline.changes[block * BLOCK * components..][..BLOCK * components];
+    let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
+    let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
+    let Some(states) = states.first_chunk_mut::<N>() else { return };
+    let inside = usize::min(BLOCK, timeline.count - block * BLOCK);
+    let mut state = *end;
+    // A separate loop for the usual case of one component, whose count the compiler knows.
+    if let [by_input] = by_input {
+        let Some(changes) = changes.first_chunk::<BLOCK>() else { return };
+        for k in 0..inside {
+            let (by_input, changes) = (core::slice::from_ref(by_input), &changes[k..k + 1]);
+            let drawn = drawn_change::<S, DRAWN>(simd, drawn, k);
+            state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, &state);
+            for mode in 0..N {
                 (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
             }
         }
-        *end = state;
+    } else {
+        for k in 0..inside {
+            let changes = &changes[k * components..(k + 1) * components];
+            let drawn = drawn_change::<S, DRAWN>(simd, drawn, k);
+            state = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, &state);
+            for mode in 0..N {
+                (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
+            }
+        }
     }
+    for mode in 0..N {
+        for k in inside..BLOCK {
+            (states[mode][0][k], states[mode][1][k]) = (state[mode][0], state[mode][1]);
+        }
+    }
+    *end = state;
 }
 
 /// Advances to one sample of a block, with an interval length of its own.
-struct AdvanceOnce<'a, const N: usize, const DRAWN: bool> {
-    modal: &'a ModalScenes,
-    timeline: &'a Timeline,
+#[inline(always)]
+fn advance_once<S: Simd, const N: usize, const DRAWN: bool>(
+    simd: S,
+    modal: &ModalScenes,
+    timeline: &Timeline,
     block: usize,
     sample: usize,
-    memory: &'a mut Memory,
-}
-
-impl<const N: usize, const DRAWN: bool> WithSimd for AdvanceOnce<'_, N, DRAWN> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, block, sample, memory } = self;
-        let Memory { steps, drawn, states, end, .. } = memory;
-        let components = timeline.components.len();
-        let at = block * BLOCK + sample;
-        let kind = match &timeline.kinds {
-            Some(kinds) => kinds[at] as usize,
-            None => {
-                let lengths = core::slice::from_ref(&timeline.intervals[at]);
-                simd.vectorize(Steps { lengths, modal, to: &mut *steps });
-                0
-            }
-        };
-        let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
-        let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
-            return;
-        };
-        let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
-        if at < timeline.count {
-            let changes = &timeline.changes[at * components..(at + 1) * components];
-            let drawn = drawn_change::<S, DRAWN>(simd, drawn, sample);
-            *end = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, end);
+    memory: &mut Memory,
+) {
+    let Memory { steps, drawn, states, end, .. } = memory;
+    let components = timeline.components.len();
+    let at = block * BLOCK + sample;
+    let kind = match &timeline.kinds {
+        Some(kinds) => kinds[at] as usize,
+        None => {
+            let lengths = core::slice::from_ref(&timeline.intervals[at]);
+            vectorize!(simd, set_steps(simd, lengths, modal, &mut *steps));
+            0
         }
-        let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
-        for (states, end) in states.iter_mut().zip(end) {
-            (states[0][sample], states[1][sample]) = (end[0], end[1]);
-        }
+    };
+    let steps = steps.vectors::<S>().as_chunks::<2>().0.as_chunks::<N>().0;
+    let Some((step, by_input)) = steps[kind * (1 + components)..][..1 + components].split_first() else {
+        return;
+    };
+    let Some(end) = end.vectors_mut::<S>().as_chunks_mut::<2>().0.first_chunk_mut::<N>() else { return };
+    if at < timeline.count {
+        let changes = &timeline.changes[at * components..(at + 1) * components];
+        let drawn = drawn_change::<S, DRAWN>(simd, drawn, sample);
+        *end = advanced::<S, N, DRAWN>(simd, step, by_input, changes, drawn, end);
+    }
+    let states = states.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<2>().0;
+    for (states, end) in states.iter_mut().zip(end) {
+        (states[0][sample], states[1][sample]) = (end[0], end[1]);
     }
 }
 
@@ -199,7 +187,7 @@ fn drawn_change<S: Simd, const DRAWN: bool>(simd: S, drawn: &AlignedBuffer, samp
     if DRAWN { drawn.vectors::<S>()[CHANGES + sample] } else { simd.splat_f64s(0.0) }
 }
 
-/// One step: see [`Steps`]. `drawn`: the change of the first component, if the motion of each scene is drawn.
+/// One step: see [`set_steps`]. `drawn`: the change of the first component, if the motion of each scene is drawn.
 #[inline(always)]
 fn advanced<S: Simd, const N: usize, const DRAWN: bool>(
     simd: S,

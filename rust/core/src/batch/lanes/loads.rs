@@ -1,6 +1,6 @@
 //! Loads of many scenes, one in each lane, at the samples of a block.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::drawn;
@@ -13,107 +13,100 @@ use super::vector::{Complex, Real};
 /// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
 const SAMPLES: usize = 4;
 
-/// Evaluates the rows of loads in a block: their values, and the smallest and the largest one.
-pub(super) struct LaneLoads<'a, const DRAWN: bool> {
-    pub modal: &'a ModalScenes,
-    pub timeline: &'a Timeline,
-    pub block: usize,
-    /// Whether tiles without a new extreme are passed over, by bounds.
-    pub is_bounded: bool,
-    pub memory: &'a mut Memory,
-}
-
-impl<const DRAWN: bool> WithSimd for LaneLoads<'_, DRAWN> {
-    /// Whether all tiles were evaluated.
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self { modal, timeline, block, is_bounded, memory } = self;
-        let Memory { states, before, values, extremes, known, last, evaluated, drawn, .. } = memory;
-        let components = timeline.components.len();
-        let inputs = Inputs::<DRAWN> { drawn, timeline, block, components };
-        let mut ranges = [[Real::splat(simd, 0.0); 2]; 9];
-        for (to, [least, most]) in ranges.iter_mut().zip(timeline.range(block)) {
-            *to = [Real::splat(simd, 0.5 * (least + most)), Real::splat(simd, 0.5 * (most - least))];
-        }
-        if DRAWN {
-            let ([least, most], half) = (drawn::range(simd, drawn), Real::splat(simd, 0.5));
-            ranges[0] = [half * (least + most), half * (most - least)];
-        }
-        let ranges = &ranges[..components];
-        let (states, before) = (states.vectors::<S>().as_chunks::<BLOCK>().0, before.vectors::<S>());
-        let width = width(states.len() / 2, components);
-        let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
-        let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
-        let known = known.vectors::<S>().as_chunks::<2>().0.as_chunks::<TILE>().0;
-        let last = last.vectors_mut::<S>().as_chunks_mut::<TILE>().0;
-        let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
-        let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
-        if is_bounded {
-            let deviations = Deviations { modal, states, before, inputs, ranges };
-            if ranges.len() == 1 {
-                deviations.find::<true>(simd, timeline.longest(block), &mut sizes);
-            } else {
-                deviations.find::<false>(simd, timeline.longest(block), &mut sizes);
-            }
-        }
-        let mut all = true;
-        for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
-            let (head, tile) = tile.split_at(1 + components);
-            let (tile, bounds) = tile.split_at(states.len());
-            let was_evaluated = evaluated[index];
-            evaluated[index] = !is_bounded || may_be_new(simd, head, ranges, bounds, &sizes, &known[index]);
-            if !evaluated[index] {
-                all = false;
-                continue;
-            }
-            if !was_evaluated {
-                for row in 0..TILE {
-                    let mut sum = Real::new(simd, head[0][row]);
-                    for (component, feed) in head[1..].iter().enumerate() {
-                        sum = Real::new(simd, feed[row]).mul_add(inputs.before(simd, component), sum);
-                    }
-                    for (coefficients, state) in tile.iter().zip(before) {
-                        sum = Real::new(simd, coefficients[row]).mul_add(Real::new(simd, *state), sum);
-                    }
-                    last[index][row] = sum.lanes;
-                }
-            }
-            for part in 0..BLOCK / SAMPLES {
-                let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
-                for (component, feed) in head[1..].iter().enumerate() {
-                    for sample in 0..SAMPLES {
-                        let input = inputs.at(simd, part * SAMPLES + sample, component);
-                        for row in 0..TILE {
-                            sums[row][sample] = Real::new(simd, feed[row]).mul_add(input, sums[row][sample]);
-                        }
-                    }
-                }
-                // Not unrolled: 16 sums and 4 + 4 loaded numbers fill the registers.
-                for (coefficients, states) in tile.iter().zip(states) {
-                    let states = &states.as_chunks::<SAMPLES>().0[part];
-                    for row in 0..TILE {
-                        for sample in 0..SAMPLES {
-                            sums[row][sample] = Real::new(simd, coefficients[row])
-                                .mul_add(Real::new(simd, states[sample]), sums[row][sample]);
-                        }
-                    }
-                }
-                for row in 0..TILE {
-                    let [a, b, c, d] = sums[row];
-                    let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-                    if part > 0 {
-                        low = low.min(Real::new(simd, extremes[row][0]));
-                        high = high.max(Real::new(simd, extremes[row][1]));
-                    }
-                    extremes[row] = [low.lanes, high.lanes];
-                    values[index][row].as_chunks_mut::<SAMPLES>().0[part] = sums[row].map(|sum| sum.lanes);
-                }
-            }
-        }
-        all
+/// Evaluates the rows of loads in a block: their values, and the smallest and the largest one. `is_bounded`: whether tiles without a new
+/// extreme are passed over, by bounds. Whether all tiles were evaluated.
+#[inline(always)]
+pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
+    simd: S,
+    modal: &ModalScenes,
+    timeline: &Timeline,
+    block: usize,
+    is_bounded: bool,
+    memory: &mut Memory,
+) -> bool {
+    let Memory { states, before, values, extremes, known, last, evaluated, drawn, .. } = memory;
+    let components = timeline.components.len();
+    let inputs = Inputs::<DRAWN> { drawn, timeline, block, components };
+    let mut ranges = [[Real::splat(simd, 0.0); 2]; 9];
+    for (to, [least, most]) in ranges.iter_mut().zip(timeline.range(block)) {
+        *to = [Real::splat(simd, 0.5 * (least + most)), Real::splat(simd, 0.5 * (most - least))];
     }
+    if DRAWN {
+        let ([least, most], half) = (drawn::range(simd, drawn), Real::splat(simd, 0.5));
+        ranges[0] = [half * (least + most), half * (most - least)];
+    }
+    let ranges = &ranges[..components];
+    let (states, before) = (states.vectors::<S>().as_chunks::<BLOCK>().0, before.vectors::<S>());
+    let width = width(states.len() / 2, components);
+    let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
+    let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
+    let known = known.vectors::<S>().as_chunks::<2>().0.as_chunks::<TILE>().0;
+    let last = last.vectors_mut::<S>().as_chunks_mut::<TILE>().0;
+    let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
+    let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
+    if is_bounded {
+        let deviations = Deviations { modal, states, before, inputs, ranges };
+        if ranges.len() == 1 {
+            deviations.find::<true>(simd, timeline.longest(block), &mut sizes);
+        } else {
+            deviations.find::<false>(simd, timeline.longest(block), &mut sizes);
+        }
+    }
+    let mut all = true;
+    for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
+        let (head, tile) = tile.split_at(1 + components);
+        let (tile, bounds) = tile.split_at(states.len());
+        let was_evaluated = evaluated[index];
+        evaluated[index] = !is_bounded || may_be_new(simd, head, ranges, bounds, &sizes, &known[index]);
+        if !evaluated[index] {
+            all = false;
+            continue;
+        }
+        if !was_evaluated {
+            for row in 0..TILE {
+                let mut sum = Real::new(simd, head[0][row]);
+                for (component, feed) in head[1..].iter().enumerate() {
+                    sum = Real::new(simd, feed[row]).mul_add(inputs.before(simd, component), sum);
+                }
+                for (coefficients, state) in tile.iter().zip(before) {
+                    sum = Real::new(simd, coefficients[row]).mul_add(Real::new(simd, *state), sum);
+                }
+                last[index][row] = sum.lanes;
+            }
+        }
+        for part in 0..BLOCK / SAMPLES {
+            let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
+            for (component, feed) in head[1..].iter().enumerate() {
+                for sample in 0..SAMPLES {
+                    let input = inputs.at(simd, part * SAMPLES + sample, component);
+                    for row in 0..TILE {
+                        sums[row][sample] = Real::new(simd, feed[row]).mul_add(input, sums[row][sample]);
+                    }
+                }
+            }
+            // Not unrolled: 16 sums and 4 + 4 loaded numbers fill the registers.
+            for (coefficients, states) in tile.iter().zip(states) {
+                let states = &states.as_chunks::<SAMPLES>().0[part];
+                for row in 0..TILE {
+                    for sample in 0..SAMPLES {
+                        sums[row][sample] = Real::new(simd, coefficients[row])
+                            .mul_add(Real::new(simd, states[sample]), sums[row][sample]);
+                    }
+                }
+            }
+            for row in 0..TILE {
+                let [a, b, c, d] = sums[row];
+                let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+                if part > 0 {
+                    low = low.min(Real::new(simd, extremes[row][0]));
+                    high = high.max(Real::new(simd, extremes[row][1]));
+                }
+                extremes[row] = [low.lanes, high.lanes];
+                values[index][row].as_chunks_mut::<SAMPLES>().0[part] = sums[row].map(|sum| sum.lanes);
+            }
+        }
+    }
+    all
 }
 
 /// Which blocks are bounded before they are evaluated. Bounds take about as long as the evaluation of a tile. Where a block needs all of its

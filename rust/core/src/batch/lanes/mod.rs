@@ -42,12 +42,13 @@ use crate::numeric::simd::{LaneCount, MAX_LANES};
 use crate::numeric::watch::Watch;
 use crate::variation::{Base, Instance};
 pub(super) use drawn::Deviations;
-use handover::PhysicalState;
+use handover::set_physical_state;
 use integrate::LaneIntegrator;
 use memory::Memory;
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
 use timeline::Timeline;
+use vector::vectorize;
 
 /// Width of the vectors in which linear scenes run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -205,7 +206,7 @@ impl Run<'_, '_> {
             let continues = index + 1 < windows.len();
             let scenes = &all;
             let deviations = deviations.map(|all| all.from(window.first));
-            simd.vectorize(ModalSetup {
+            let setup = ModalSetup {
                 scenes,
                 bodies: &bodies,
                 deviations,
@@ -213,8 +214,9 @@ impl Run<'_, '_> {
                 continues,
                 request,
                 to: modal,
-            });
-            simd.vectorize(LaneIntegrator::<N> {
+            };
+            vectorize!(simd, setup.compute(simd));
+            let integrator = LaneIntegrator::<N> {
                 modal,
                 timeline,
                 deviations,
@@ -223,12 +225,13 @@ impl Run<'_, '_> {
                 only_extremes: lanes.only_extremes,
                 memory,
                 watch,
-            });
+            };
+            vectorize!(simd, integrator.run(simd));
             if continues {
                 let ModalScenes { drive, state_rows, state, .. } = modal;
                 let drawn = deviations.is_some().then_some(&memory.drawn);
                 let end = &memory.end;
-                simd.vectorize(PhysicalState { drive, state_rows, timeline, drawn, end, to: state });
+                vectorize!(simd, set_physical_state(simd, drive, state_rows, timeline, drawn, end, state));
             }
         }
     }

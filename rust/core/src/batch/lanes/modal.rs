@@ -1,6 +1,6 @@
 //! The input of the lane integrator from many scenes: eigenvalues, drives, and rows of loads in damped modes.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::assemble::mass_matrix;
@@ -72,11 +72,9 @@ pub(super) struct ModalSetup<'a> {
     pub to: &'a mut ModalScenes,
 }
 
-impl WithSimd for ModalSetup<'_> {
-    type Output = ();
-
+impl ModalSetup<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    pub(super) fn compute<S: Simd>(self, simd: S) {
         let Self { scenes, bodies, kept, deviations, continues, request, to } = self;
         let undamped = Undamped::new(simd, scenes, bodies, request);
         let damped = Damped::new(simd, &undamped, request.duration);

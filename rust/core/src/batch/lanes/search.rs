@@ -1,7 +1,7 @@
 //! The search of the intervals that wait: for the instant at which the slope of the signal is zero, in an interval of each scene at a time.
 //! There `v' = λ v + (g/λ) u'`, with a constant u'.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::drawn::Deviations;
@@ -10,7 +10,7 @@ use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, STATISTICS};
 use super::modal::{ModalScenes, width};
 use super::step::exponential;
 use super::timeline::Timeline;
-use super::vector::{Complex, Mask, Real};
+use super::vector::{Complex, Mask, Real, vectorize};
 use super::waiting::{Piece, Waiting};
 use crate::batch::equivalent::EquivalentRows;
 use crate::batch::requirements::{Requirements, Signal};
@@ -41,15 +41,11 @@ impl Search<'_> {
     /// Runs the search. (A call of its own: within the loop over the blocks it would take the stack of a thread many times over.)
     #[inline(never)]
     pub(super) fn run<S: Simd>(self, simd: S) {
-        simd.vectorize(self);
+        vectorize!(simd, self.search(simd));
     }
-}
-
-impl WithSimd for Search<'_> {
-    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
+    fn search<S: Simd>(mut self, simd: S) {
         for lane in 0..S::F64_LANES {
             let mut pieces = core::mem::take(&mut self.waiting.pieces[lane]);
             pieces.retain(|piece| piece.most > self.extreme::<S>(piece, lane));
@@ -93,9 +89,7 @@ impl WithSimd for Search<'_> {
         }
         self.waiting.clear();
     }
-}
 
-impl Search<'_> {
     /// The extreme so far that a piece may pass; the negative one if it is the smallest.
     fn extreme<S: Simd>(&self, piece: &Piece, lane: usize) -> f64 {
         let at = piece.signal * STATISTICS;

@@ -1,6 +1,6 @@
 //! Steps: the change of damped modes over an interval of time.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::modal::ModalScenes;
@@ -8,39 +8,28 @@ use super::vector::{Complex, Real};
 
 /// Computes the steps over some lengths of time, s: for each mode `E = exp(λ h) - 1`, then, for each component of the excitation and each
 /// mode, the effect of a change of it, `(g/λ) E / (λ h)`. A step is `v <- v + E v + (g/λ) E / (λ h) du`.
-pub(super) struct Steps<'a> {
-    pub lengths: &'a [f64],
-    pub modal: &'a ModalScenes,
-    pub to: &'a mut AlignedBuffer,
-}
-
-/// Terms of the series of `(exp(z) - 1) / z` for `|z| <= 1/2`: the first one left out is 0.5^15 / 16! = 1e-18.
-const TERMS: usize = 15;
-
-impl WithSimd for Steps<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { lengths, modal, to } = self;
-        let eigenvalues = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
-        let n = eigenvalues.len();
-        let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
-        let width = n + drives.len();
-        let steps = to.clear::<S>(lengths.len() * 2 * width).as_chunks_mut::<2>().0;
-        for (step, &length) in steps.chunks_exact_mut(width).zip(lengths) {
-            let (changes, by_input) = step.split_at_mut(n);
-            let h = Real::splat(simd, length);
-            for mode in 0..n {
-                let (change, mean) = exponential(simd, Complex::of(simd, eigenvalues[mode]).scale(h));
-                changes[mode] = change.lanes();
-                for (to, drive) in by_input.chunks_exact_mut(n).zip(drives.chunks_exact(n)) {
-                    to[mode] = (Complex::of(simd, drive[mode]) * mean).lanes();
-                }
+#[inline(always)]
+pub(super) fn set_steps<S: Simd>(simd: S, lengths: &[f64], modal: &ModalScenes, to: &mut AlignedBuffer) {
+    let eigenvalues = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
+    let n = eigenvalues.len();
+    let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
+    let width = n + drives.len();
+    let steps = to.clear::<S>(lengths.len() * 2 * width).as_chunks_mut::<2>().0;
+    for (step, &length) in steps.chunks_exact_mut(width).zip(lengths) {
+        let (changes, by_input) = step.split_at_mut(n);
+        let h = Real::splat(simd, length);
+        for mode in 0..n {
+            let (change, mean) = exponential(simd, Complex::of(simd, eigenvalues[mode]).scale(h));
+            changes[mode] = change.lanes();
+            for (to, drive) in by_input.chunks_exact_mut(n).zip(drives.chunks_exact(n)) {
+                to[mode] = (Complex::of(simd, drive[mode]) * mean).lanes();
             }
         }
     }
 }
+
+/// Terms of the series of `(exp(z) - 1) / z` for `|z| <= 1/2`: the first one left out is 0.5^15 / 16! = 1e-18.
+const TERMS: usize = 15;
 
 /// `exp(z) - 1`, and that over z.
 #[inline(always)]

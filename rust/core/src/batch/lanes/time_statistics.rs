@@ -1,6 +1,6 @@
 //! Running statistics of signals, one scene in each lane, block by block.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, Memory, STATISTICS};
@@ -73,119 +73,108 @@ fn time_at(excitation: &Excitation, place: f64) -> f64 {
     excitation.time(sample) + rest
 }
 
-/// Updates the statistics with a block.
-pub(super) struct Reduce<'a> {
-    pub requirements: &'a Requirements,
-    pub modal: &'a ModalScenes,
-    pub timeline: &'a Timeline,
-    pub block: usize,
-    /// Index of the first sample of the window in the motion.
-    pub first: usize,
-    pub memory: &'a mut Memory,
-}
-
-impl WithSimd for Reduce<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { requirements, modal, timeline, block, first, memory } = self;
-        let Memory {
-            states, before, values, extremes, known, last, evaluated, drawn, found, waiting, ..
-        } = memory;
-        if evaluated.iter().all(|evaluated| !evaluated) {
-            return;
-        }
-        let starts = modal.starts.vectors::<S>();
-        let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
-        let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
-        let known = known.vectors_mut::<S>().as_chunks_mut::<2>().0;
-        let start = block * BLOCK;
-        let (at, is_first) = (first + start, first + start == 0);
-        let Some(time) = timeline.time[start..].first_chunk::<BLOCK>() else { return };
-        let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
-        let here = BlockStates { timeline, block, states, before: before.vectors::<S>() };
-        let kinks = Kinks::new(simd, modal, timeline, block, drawn);
-        waiting.next_block();
-        let last = last.vectors_mut::<S>();
-        if block == 0 {
-            last.iter_mut().zip(values).for_each(|(last, values)| *last = values[0]);
-        }
-        for (signal, (wanted, place)) in requirements
-            .signals
-            .iter()
-            .zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0)
-            .enumerate()
-        {
-            let mut found = LaneStatistics::of(simd, *place);
-            let (squares, loads);
-            // The values with their smallest and largest one, and the last one before.
-            let (values_of, range, last_of, components) = match wanted.signal {
-                Signal::Row(row) => {
-                    if !evaluated[row / TILE] {
-                        continue;
-                    }
-                    if is_first {
-                        found.first = Real::new(simd, starts[row]);
-                    }
-                    let range = extremes[row].map(|lanes| Real::new(simd, lanes));
-                    if wanted.squares {
-                        found.take_squares(simd, &values[row], time, |value, sum| value.mul_add(value, sum));
-                    }
-                    (&values[row], range, Real::new(simd, last[row]), None)
-                }
-                Signal::Resultant(y, z) => {
-                    squares = squares_of(simd, &values[y], &values[z]);
-                    if is_first {
-                        found.first = square(simd, starts[y], starts[z]);
-                    }
-                    if wanted.squares {
-                        found.take_squares(simd, &squares, time, |square, sum| square + sum);
-                    }
-                    if !wanted.extremes {
-                        *place = found.lanes();
-                        continue;
-                    }
-                    (&squares, least_and_largest(simd, &squares), square(simd, last[y], last[z]), None)
-                }
-                Signal::Equivalent(index) => {
-                    let equivalent = &requirements.equivalents[index];
-                    loads = equivalent_loads(simd, equivalent, values);
-                    let last_of = equivalent_load(simd, equivalent, |row| last[row]);
-                    let rows = Some(Components { equivalent, values, last: &*last });
-                    (&loads, least_and_largest(simd, &loads), last_of, rows)
-                }
-                Signal::Power(index) => {
-                    if let Some(travel) = &requirements.travel {
-                        let equivalent = &requirements.equivalents[index];
-                        let integral = PowerIntegral { simd, equivalent, travel, values, last };
-                        found.add(integral.over_block(start));
-                        *place = found.lanes();
-                    }
+/// Updates the statistics with a block. `first`: index of the first sample of the window in the motion.
+#[inline(always)]
+pub(super) fn reduce<S: Simd>(
+    simd: S,
+    requirements: &Requirements,
+    modal: &ModalScenes,
+    timeline: &Timeline,
+    block: usize,
+    first: usize,
+    memory: &mut Memory,
+) {
+    let Memory { states, before, values, extremes, known, last, evaluated, drawn, found, waiting, .. } =
+        memory;
+    if evaluated.iter().all(|evaluated| !evaluated) {
+        return;
+    }
+    let starts = modal.starts.vectors::<S>();
+    let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
+    let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
+    let known = known.vectors_mut::<S>().as_chunks_mut::<2>().0;
+    let start = block * BLOCK;
+    let (at, is_first) = (first + start, first + start == 0);
+    let Some(time) = timeline.time[start..].first_chunk::<BLOCK>() else { return };
+    let states = states.vectors::<S>().as_chunks::<BLOCK>().0;
+    let here = BlockStates { timeline, block, states, before: before.vectors::<S>() };
+    let kinks = Kinks::new(simd, modal, timeline, block, drawn);
+    waiting.next_block();
+    let last = last.vectors_mut::<S>();
+    if block == 0 {
+        last.iter_mut().zip(values).for_each(|(last, values)| *last = values[0]);
+    }
+    for (signal, (wanted, place)) in
+        requirements.signals.iter().zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0).enumerate()
+    {
+        let mut found = LaneStatistics::of(simd, *place);
+        let (squares, loads);
+        // The values with their smallest and largest one, and the last one before.
+        let (values_of, range, last_of, components) = match wanted.signal {
+            Signal::Row(row) => {
+                if !evaluated[row / TILE] {
                     continue;
                 }
-            };
-            found.take_extremes(simd, wanted, range, values_of, at);
-            *place = found.lanes();
-            if let Signal::Row(row) = wanted.signal {
-                known[row] = [found.low.lanes, found.high.lanes];
+                if is_first {
+                    found.first = Real::new(simd, starts[row]);
+                }
+                let range = extremes[row].map(|lanes| Real::new(simd, lanes));
+                if wanted.squares {
+                    found.take_squares(simd, &values[row], time, |value, sum| value.mul_add(value, sum));
+                }
+                (&values[row], range, Real::new(simd, last[row]), None)
             }
-            if wanted.extremes && !requirements.at_samples {
-                let (values, known) = (values_of, [found.low, found.high]);
-                let hidden = match wanted.signal {
-                    Signal::Row(row) => kinks.of(row),
-                    Signal::Resultant(y, z) => kinks.of_squares([y, z], range[1].max(last_of)),
-                    Signal::Equivalent(index) | Signal::Power(index) => {
-                        kinks.of_equivalent(&requirements.equivalents[index])
-                    }
-                };
-                let is_row = matches!(wanted.signal, Signal::Row(_));
-                SignalBlock { signal, values, last: last_of, range, known, hidden, is_row, components }
-                    .wait(simd, &here, waiting);
+            Signal::Resultant(y, z) => {
+                squares = squares_of(simd, &values[y], &values[z]);
+                if is_first {
+                    found.first = square(simd, starts[y], starts[z]);
+                }
+                if wanted.squares {
+                    found.take_squares(simd, &squares, time, |square, sum| square + sum);
+                }
+                if !wanted.extremes {
+                    *place = found.lanes();
+                    continue;
+                }
+                (&squares, least_and_largest(simd, &squares), square(simd, last[y], last[z]), None)
             }
+            Signal::Equivalent(index) => {
+                let equivalent = &requirements.equivalents[index];
+                loads = equivalent_loads(simd, equivalent, values);
+                let last_of = equivalent_load(simd, equivalent, |row| last[row]);
+                let rows = Some(Components { equivalent, values, last: &*last });
+                (&loads, least_and_largest(simd, &loads), last_of, rows)
+            }
+            Signal::Power(index) => {
+                if let Some(travel) = &requirements.travel {
+                    let equivalent = &requirements.equivalents[index];
+                    let integral = PowerIntegral { simd, equivalent, travel, values, last };
+                    found.add(integral.over_block(start));
+                    *place = found.lanes();
+                }
+                continue;
+            }
+        };
+        found.take_extremes(simd, wanted, range, values_of, at);
+        *place = found.lanes();
+        if let Signal::Row(row) = wanted.signal {
+            known[row] = [found.low.lanes, found.high.lanes];
         }
-        last.iter_mut().zip(values).for_each(|(last, values)| *last = values[BLOCK - 1]);
+        if wanted.extremes && !requirements.at_samples {
+            let (values, known) = (values_of, [found.low, found.high]);
+            let hidden = match wanted.signal {
+                Signal::Row(row) => kinks.of(row),
+                Signal::Resultant(y, z) => kinks.of_squares([y, z], range[1].max(last_of)),
+                Signal::Equivalent(index) | Signal::Power(index) => {
+                    kinks.of_equivalent(&requirements.equivalents[index])
+                }
+            };
+            let is_row = matches!(wanted.signal, Signal::Row(_));
+            SignalBlock { signal, values, last: last_of, range, known, hidden, is_row, components }
+                .wait(simd, &here, waiting);
+        }
     }
+    last.iter_mut().zip(values).for_each(|(last, values)| *last = values[BLOCK - 1]);
 }
 
 /// The squares of the resultants of two rows.

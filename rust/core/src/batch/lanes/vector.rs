@@ -6,7 +6,31 @@
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use guideload_life::Number;
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
+
+/// Evaluates a call with the vectors of `simd` in a function of its own.
+macro_rules! vectorize {
+    ($simd:expr, $call:expr) => {
+        $simd.vectorize($crate::batch::lanes::vector::Call(
+            #[inline(always)]
+            || $call,
+        ))
+    };
+}
+
+pub(super) use vectorize;
+
+/// See [`vectorize`].
+pub(super) struct Call<F>(pub F);
+
+impl<T, F: FnOnce() -> T> WithSimd for Call<F> {
+    type Output = T;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> T {
+        (self.0)()
+    }
+}
 
 /// A number in each lane.
 #[derive(Debug)]

@@ -4,11 +4,11 @@
 //! iteration error is small compared with the error of the step itself, so it needs no tolerance of its own. The rate of `ω η` is always
 //! linear; only the velocity halves are iterated, and the halves of `ω η` follow.
 
-use super::tangent::{COUNTS, NO_STAGE_FORCES, Parts, StageForces, Tangent, end, times, upper};
+use super::tangent::{COUNTS, NO_STAGE_FORCES, Parts, StageForces, Tangent, end, upper};
 use crate::equations::{Equations, Moments};
 use crate::excitation::Ramp;
 use crate::integrate::tableau::RADAU;
-use crate::numeric::float::{add_scaled, sqrt};
+use crate::numeric::float::{add_scaled, sqrt, times};
 use crate::system::{Force, NO_FORCE, State, size};
 
 /// Shares of the right-hand side at each stage in each part: the inverse of the matrix of eigenvectors, computed as they were.

@@ -5,7 +5,7 @@ use nalgebra::{Complex, Matrix6};
 use crate::equations::Equations;
 use crate::excitation::Ramp;
 use crate::integrate::tableau::{Eigenpart, RADAU};
-use crate::numeric::float::add_scaled;
+use crate::numeric::float::{add_scaled, times};
 use crate::system::{Force, Square, State};
 
 /// The stages of a step along each eigenvector: real and imaginary parts.
@@ -233,14 +233,4 @@ pub(super) fn end(state: &State, parts: &Parts) -> State {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn upper(state: &State) -> [f64; 6] {
     core::array::from_fn(|i| state[i])
-}
-
-/// Matrix (by columns) times vector.
-#[cfg_attr(feature = "std", inline(always))]
-pub(super) fn times(columns: &[[f64; 6]; 6], vector: &[f64; 6]) -> [f64; 6] {
-    let mut out = [0.0; 6];
-    for (column, &factor) in columns.iter().zip(vector) {
-        add_scaled(&mut out, column, factor);
-    }
-    out
 }

@@ -19,7 +19,7 @@
 //!
 //! Downwards this loses no digits, so that only the last two are summed as power series.
 
-use crate::numeric::simd::{Kernel, LANES, Lanes, dispatch};
+use crate::numeric::simd::{LANES, Lanes, dispatch};
 use crate::smoother::data::Oscillator;
 use crate::smoother::transition::{Transition, mirror};
 
@@ -72,33 +72,26 @@ pub(super) struct Ringing<const N: usize> {
     noise: Matrix<N>,
 }
 
-/// Matrices of a new step: a kernel of its own, as inlined into every pass it would take long to compile.
-struct Compute<'a, const N: usize>(&'a mut Ringing<N>);
-
-impl<const N: usize> Kernel for Compute<'_, N> {
-    type Output = ();
-
+impl<const N: usize> Ringing<N> {
+    /// Computes the matrices of the step, in halves if it is long.
     #[inline(always)]
-    fn run(self) {
-        let Self(transition) = self;
-        let mut step = transition.step;
+    fn compute(&mut self) {
+        let mut step = self.step;
         let mut halvings = 0;
-        while step * transition.rate > LARGEST_ANGLE && halvings < MAX_HALVINGS {
+        while step * self.rate > LARGEST_ANGLE && halvings < MAX_HALVINGS {
             step *= 0.5;
             halvings += 1;
         }
-        transition.compute_short(step);
+        self.compute_short(step);
         for _ in 0..halvings {
-            let mut noise = transition.noise;
-            transition.propagate_covariance(&mut noise, 1.0);
-            transition.noise = noise;
-            transition.phi = product(&transition.phi, &transition.phi);
-            transition.transpose();
+            let mut noise = self.noise;
+            self.propagate_covariance(&mut noise, 1.0);
+            self.noise = noise;
+            self.phi = product(&self.phi, &self.phi);
+            self.transpose();
         }
     }
-}
 
-impl<const N: usize> Ringing<N> {
     #[inline(always)]
     fn transpose(&mut self) {
         for i in 0..N {
@@ -268,7 +261,7 @@ impl<const N: usize> Transition<N> for Ringing<N> {
             return;
         }
         self.step = step;
-        dispatch(Compute(self));
+        dispatch!(self.compute());
     }
 
     #[inline(always)]
