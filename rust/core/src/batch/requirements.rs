@@ -63,9 +63,10 @@ impl Requirements {
     pub(super) fn new(measures: &[Measure], drive_is_held: bool, base: &Base, motion: &Motion) -> Self {
         let has_mean = measures.iter().any(|measure| matches!(measure, Measure::MeanLoad(_)));
         let has_only_extremes = measures.iter().all(|measure| match measure {
-            Measure::Load(_, _, statistic) | Measure::Drive(statistic) => {
-                !matches!(statistic, Statistic::Rms | Statistic::Start)
-            }
+            Measure::Load(_, _, statistic) | Measure::Drive(statistic) => match statistic {
+                Statistic::Min | Statistic::TimeOfMin | Statistic::Max | Statistic::TimeOfMax => true,
+                Statistic::Rms | Statistic::Start => false,
+            },
             Measure::PeakLoad(_) => true,
             Measure::MeanLoad(_) | Measure::ContactLost(_) => false,
         });

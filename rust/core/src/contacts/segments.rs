@@ -29,7 +29,7 @@ pub(super) struct Change {
 pub(super) struct Combination {
     pub equations: SegmentEquations,
     pub series: PowerSeries,
-    /// Bound on the growth rate of a state without force, 1/s.
+    /// Bound on the logarithmic norm of A, 1/s.
     growth_rate: f64,
 }
 
@@ -50,7 +50,7 @@ pub(super) struct Segments<'a, const CACHED: usize = CACHED_COMBINATIONS> {
 }
 
 impl<'a, const CACHED: usize> Segments<'a, CACHED> {
-    /// The segments in `state`. `load_scale`: size of the loads, N; `slack`: part of it by which a load may be wrong beyond an edge.
+    /// The segments in `state`. `load_scale`: size of the loads, N; `slack`: tolerance of a load beyond an edge, over the load scale.
     pub(super) fn new(system: &'a System, state: &State, load_scale: f64, slack: f64) -> Self {
         let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
         let count = system.rows().iter().filter(|row| is_nonlinear(row)).count();

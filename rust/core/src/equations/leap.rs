@@ -1,4 +1,4 @@
-//! Leaps: the exact solution over many equal intervals at once, and bounds on the states in between.
+//! Exact propagation over many equal intervals at once, a leap, with bounds on the states in between.
 //!
 //! The state moves about a straight path p, the quasi-static one under a force that rises evenly from the first to the last sample:
 //! `s = p + z`, `z' = A z + (0, r)`. Entry by entry
@@ -7,8 +7,8 @@
 //! |z| <= Q (|z(0)| + Σ |∫ exp(A τ) (0, r) dτ|),      Q = max over k of |exp(k A h)|
 //! ```
 //!
-//! at all samples, with one integral for each interval. The rest r is the excitation less the even rise, and what the path does not
-//! balance: weak springs hold it where no link has stiffness, as where all links of one direction are in their clearance.
+//! at all samples, with one integral for each interval. The residual force r is the excitation less its linear interpolation, and the
+//! imbalance of the path: a small diagonal stiffness makes it unique where no link has stiffness, as in clearance.
 
 use nalgebra::Matrix6;
 
@@ -209,7 +209,7 @@ impl Leap {
 
         let rounding = ROUNDING * (size(&ends[0]) + size(&ends[1]));
         let everywhere = fma(self.growth * duration, unbalanced, rounding);
-        // Rounding counts twice, so that the bounds hold for the next leap too where nothing but rounding vibrates any more.
+        // Twice the bound of rounding, so that the bounds serve the next leap too once the vibration has decayed to rounding.
         let all = everywhere + 2.0 * ROUNDING * size(state) + rounding;
         for i in 0..12 {
             vibration[i] += (state[i] - ends[0][i]).abs() + all;

@@ -1,5 +1,4 @@
-//! The quick way over intervals that need nothing but one step of a recurring length: no contact changes in them, and no step error or a
-//! small one.
+//! A fast path: intervals of equal length without a contact change, and with no step error or a small one, by one prepared step each.
 
 use super::exact_steps::{BLOCK, Block, FIRST_BLOCK};
 use super::method::{Method, Output};

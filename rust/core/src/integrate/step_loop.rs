@@ -129,7 +129,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     ) -> Result<usize, RunError> {
         let excitation = self.recorder.excitation;
         // A method with a step error may step over samples where the slope of the excitation does not change. With contact changes, short
-        // steps are cheaper, because they are cheaper to search; those of a method with propagators recur.
+        // steps are cheaper to search. A method with propagators reuses steps of equal length.
         let merges = self.steps.controller.is_some() && !C::Equations::PIECEWISE && !M::EXACT_IF_LINEAR;
         let until = if merges { forcing.straight_until(excitation, k) } else { k + 1 };
         let start = excitation.time(k);
@@ -386,8 +386,8 @@ impl StepControl {
     }
 }
 
-/// Intervals of a glide that is not worth its tests, and how many intervals pass after it until the next one: near edges under a noisy
-/// motion most tests fail.
+/// A fast path over no more intervals than this was not worth its tests: near edges under a noisy motion most of them fail. Then the next one
+/// is tried after a pause of so many intervals.
 const SHORT_GLIDE: usize = 4;
 const GLIDE_PAUSE: usize = 8;
 
@@ -398,7 +398,7 @@ const DIVERGENCE: f64 = 100.0;
 /// tolerance may be less.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Size of a state that is no divergence whatever has acted, over the load scale. Rounding is some 1e-15 of the preloads.
+/// Norm of a state over the load scale below which divergence is not tested. Rounding is some 1e-15 of the preloads.
 const STILL: f64 = 1e-6;
 
 /// Shortest step, as a fraction of the interval that it lies in.

@@ -5,7 +5,7 @@ use guideload_life::{Number, Piece, Power, Real, Rule};
 
 use crate::numeric::float::{floor, pow, sqrt};
 
-/// Largest relative change of L from the middle of a piece to its end for the series; beyond, the closed form has all its digits.
+/// Largest relative change of L from the middle of a piece to its end for the series; beyond, the closed form loses no digits.
 const SERIES: f64 = 1.0 / 3.0;
 
 /// Terms of the series below this fraction of the first are rounding.
@@ -26,7 +26,7 @@ pub(super) const SIX_NODES: [[f64; 2]; 6] = [
     [0.932_469_514_203_152, 0.171_324_492_379_170_35],
 ];
 
-/// Largest change of the load on a part over its distance from the opening for which four terms leave less than 1e-11.
+/// Largest ratio of the change of the load on a part to its distance from the opening with a truncation error of four terms below 1e-11.
 pub(crate) const NEARLY_CONSTANT: f64 = 0.015;
 
 /// At the opening the row load has no second derivative, so parts halve their distance from it, down to this share of the opening; below,

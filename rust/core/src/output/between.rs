@@ -17,7 +17,7 @@ use crate::system::{Force, LinkRow, ModelLevel, NO_INPUT, State, System};
 /// Pieces that may wait; with few, more of them are searched in vain.
 const WAITING: usize = if cfg!(feature = "std") { 96 } else { 24 };
 
-/// Fraction of a piece by which the time of a load at its end lies inside of it, where loads jump at contact changes.
+/// Fraction of a piece inside of its end at which the one-sided limit of a load that jumps there is evaluated.
 const BESIDE: f64 = 1e-8;
 
 /// The place of a recorded instant: a sample of the excitation, and the time since it, s. None if it is not known.
@@ -93,7 +93,7 @@ impl<'a> Between<'a> {
         self.forcing.influences()
     }
 
-    /// The inverses of the intervals before and after a sample, which are known where pieces beside it are as long; 0 beside none.
+    /// The inverses of the intervals before and after a sample, `known` where the lengths agree; 0 at the first and the last sample.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn inverses(&self, sample: usize, lengths: [f64; 2], known: [f64; 2]) -> [f64; 2] {
         if sample == 0 || sample + 1 >= self.excitation.count() {
@@ -125,7 +125,7 @@ impl<'a> Between<'a> {
         self.jumps && places.into_iter().flatten().any(|(_, since)| since > 0.0)
     }
 
-    /// Lets a piece wait. Searches all that wait if there are too many.
+    /// Queues a piece. Searches the queue if it is full.
     pub(super) fn wait(&mut self, piece: Piece, loads: &[Wrench], extremes: &mut [Extremes]) {
         self.waiting[self.count] = Some(piece);
         self.count += 1;
@@ -137,7 +137,7 @@ impl<'a> Between<'a> {
         }
     }
 
-    /// Lets those go in which no value can pass its extreme any more.
+    /// Removes the pieces whose bound is below the present extreme.
     fn prune(&mut self, extremes: &[Extremes]) {
         let mut left = 0;
         for index in 0..self.count {
