@@ -81,6 +81,13 @@ def unfolded(driver: Any, title: str) -> bool:
     return False
 
 
+def unfold(driver: Any, section: str) -> None:
+    """Unfold a section of the form."""
+    label = f"//div[contains(@class, 'q-item__label')][normalize-space(.)='{section}']"
+    path = f"{label}/ancestor::div[contains(@class, 'q-item ')][1]"
+    driver.execute_script("arguments[0].click()", until(lambda: driver.find_element("xpath", path), section))
+
+
 def opened(driver: Any, view: str) -> None:
     path = f"//div[@role='tab'][contains(., '{view}')]"
     until(lambda: (driver.find_element("xpath", path).click(), True)[1], f"view {view}")
@@ -143,6 +150,31 @@ def test_a_value_that_is_typed_changes_the_answer_and_undo_brings_it_back(driver
         assert float(after.removesuffix(" N").replace("\u202f", "")) == pytest.approx(peak, abs=0.5)
         press(driver, "Undo")
         assert changed(driver, after) == before
+
+
+def test_a_field_that_was_empty_leaves_the_keyboard_in_the_next_one(driver: Any, folder: Path) -> None:
+    keys = pytest.importorskip("selenium.webdriver").Keys
+    (folder / "machine.toml").write_text(guideload.file_template("vertical"))
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        unfold(driver, "report")
+        until(lambda: field(driver, "machine-report-date").is_displayed(), "the fields of the report")
+        fill(driver, "machine-report-project", "Lift 7")
+        kept = folder / ".guideload-app.json"
+        until(lambda: "Lift 7" in kept.read_text(), "the project in the state")
+        for text in ("ACME", "A. Designer"):
+            driver.switch_to.active_element.send_keys(text, keys.TAB)
+        press(driver, "Save")
+        saved = until(
+            lambda: (m := guideload.Machine.from_toml(folder / "machine.toml")).report.author and m,
+            "a saved file",
+        )
+        assert (saved.name, saved.report.customer, saved.report.author) == (
+            "Vertical axis",
+            "ACME",
+            "A. Designer",
+        )
 
 
 def test_a_wrong_value_is_refused_beside_its_field_and_the_answer_stays(driver: Any, folder: Path) -> None:

@@ -36,6 +36,18 @@ def test_the_worst_figure_gives_the_verdict() -> None:
     assert level == "good" and words.endswith(", static safety. No life to be reached is given")
 
 
+def test_carriages_without_product_are_not_judged() -> None:
+    machine = lives.cart(life={"rule": "sum", "life": "1 km", "safety": 0.01})
+    first, *others = machine.carriages
+    bare = first.model_copy(update={"product": None})
+    found = key_figures(guideload.simulate(machine.model_copy(update={"carriages": (bare, *others)}), MOTION))
+    assert found.left_out == (first.name,)
+    assert found.verdict == (
+        "near",
+        f"Not all is judged: no product with ratings is named at carriage {first.name}",
+    )
+
+
 def test_without_requirements_nothing_is_judged() -> None:
     machine = guideload.Machine.from_text(guideload.file_template("two-rails"))
     found = key_figures(guideload.simulate(machine, MOTION))

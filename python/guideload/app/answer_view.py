@@ -75,7 +75,9 @@ class AnswerView:
             return
         stale = self.hub.problems and sound
         note = ". The figures below are of the last state that could be computed." if stale else ""
-        self.figures.show(answer, note, sound.figures.figures if sound else [])
+        figures = sound.figures.figures if sound else ()
+        shown = [replace(one, level="open") for one in figures] if stale else figures
+        self.figures.show(answer, note, shown)
         if sound is None or sound is self.shown:
             return
         judged_only = self.shown is not None and self.shown.result is sound.result

@@ -86,8 +86,7 @@ class DecideView(Part):
                 ui.button("Take", on_click=lambda: self._take(str(chosen.value))).props("unelevated")
             for section in report.sections:
                 for part in section.parts:
-                    if isinstance(part, guideload.reports.Table):
-                        table = widgets.show_table(part)
+                    if (table := widgets.show_part(part)) is not None:
                         table.on("rowClick", lambda event: self._clicked(event, names))
             widgets.show_commands(self.session.command("size", f'--product "{words}"' if words else ""))
 

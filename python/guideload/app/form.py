@@ -63,7 +63,7 @@ class Form:
             values = document.values(text)
         except guideload.GuideloadError:
             return  # the answer says it
-        structure = [(path, list(table)) for path, table in self._tables(values)]
+        structure = [(path, self._shown(path, table)) for path, table in self._tables(values)]
         if structure != self.structure:
             self.structure = structure
             self.box.clear()
@@ -126,9 +126,7 @@ class Form:
                     add.on_click(lambda s=section, m=mine: self._add(s, m))
 
     def _build_table(self, section: str, path: document.Path, one: dict[str, Any], repeated: bool) -> None:
-        keys = self._keys(section)
-        shown = [key for key in MAIN.get(section, ()) if key in keys]
-        shown += [key for key in one if key in keys and key not in shown]
+        keys, shown = self._keys(section), self._shown(path, one)
         with ui.row().classes("entry items-start", remove="items-center"):
             for key in shown:
                 self._build_field((*path, key), key, keys[key])
@@ -160,6 +158,12 @@ class Form:
             " ", "_"
         )
         self.fields[path] = field
+
+    def _shown(self, path: document.Path, table: dict[str, Any]) -> list[str]:
+        """The keys of a table that have fields."""
+        section = str(path[0]) if path else ""
+        keys = self._keys(section)
+        return list(dict.fromkeys(key for key in (*MAIN.get(section, ()), *table) if key in keys))
 
     # ---- what the user does
 

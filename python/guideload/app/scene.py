@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from nicegui import ui
-from nicegui.elements.scene.objects import Box, Cylinder, Group, Sphere, Text
+from nicegui.elements.scene.objects import AxesHelper, Box, Cylinder, Group, Sphere, Text
 from nicegui.elements.scene.scene_object3d import Object3D
 from nicegui.events import GenericEventArguments
 from numpy.typing import NDArray
@@ -114,6 +114,9 @@ class MachineScene:
             with Group().with_name("ghost") as self.ghost:
                 self.ghost_body = Box(wireframe=True).material("#d55e00")
             self.ghost.visible(False)
+            AxesHelper(size / 6.0)
+            for i, name in enumerate("xyz"):  # from L; red, green and blue
+                Text(name, LABEL).move(*(size / 5.5 * np.eye(3)[i]).tolist())
             self.center = Sphere(1.6 * unit).material(BODY).with_name("center of mass").draggable()
             self.points = [Sphere(unit).material("#b3261e") for _ in machine.points]
             self.labels = [Text(one.name, LABEL) for one in machine.points]

@@ -138,7 +138,7 @@ def show_report(report: guideload.reports.Report) -> None:
         if section.parts:
             with ui.expansion(section.title):
                 for part in section.parts:
-                    _show_part(part)
+                    show_part(part)
 
 
 def show_warnings(report: guideload.reports.Report) -> None:
@@ -149,14 +149,17 @@ def show_warnings(report: guideload.reports.Report) -> None:
             ui.label(warning).style(f"color: {COLORS['near']}")
 
 
-def _show_part(part: guideload.reports.Part) -> None:
+def show_part(part: guideload.reports.Part) -> ui.table | None:
+    """A part of a report; a table is returned."""
     if isinstance(part, guideload.reports.Table):
-        show_table(part)
-    elif isinstance(part, guideload.reports.Definitions):
+        columns, rows = table_content(part)
+        return ui.table(columns=columns, rows=rows, row_key="id")
+    if isinstance(part, guideload.reports.Definitions):
         ui.label(" ".join(part.texts)).classes("text-caption").style(f"color: {COLORS['open']}")
     elif part:
         for sentence in part if isinstance(part, list) else [part]:
             ui.label(sentence)
+    return None
 
 
 def table_content(table: guideload.reports.Table) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
@@ -172,9 +175,3 @@ def table_content(table: guideload.reports.Table) -> tuple[list[dict[str, Any]],
     ]
     rows = [{str(i): cell for i, cell in enumerate(cells)} | {"id": n} for n, cells in enumerate(table.rows)]
     return columns, rows
-
-
-def show_table(table: guideload.reports.Table) -> ui.table:
-    """A table of a report."""
-    columns, rows = table_content(table)
-    return ui.table(columns=columns, rows=rows, row_key="id")

@@ -50,12 +50,14 @@ def to_order(length: float) -> float:
 def guides_section(result: Result) -> Section:
     """Carriages by product with their mass, and the least length of each rail."""
     lines = []
-    named = (one for one in result.machine.product_of_carriage if one is not None)
-    for product, count in Counter(named).items():
+    carriages = zip(result.machine.carriages, result.machine.product_of_carriage, strict=True)
+    named = ((product, one.preload_class) for one, product in carriages if product is not None)
+    for (product, preload), count in Counter(named).items():
         each, mass = product.mass, ""
         if each is not None:
             mass = f", {number(each)} kg each, {digits(count * each)} kg together"
-        lines.append(f"{counted(count, 'carriage')} {product.name}{mass}")
+        name = f"{product.name} {preload}" if preload else product.name
+        lines.append(f"{counted(count, 'carriage')} {name}{mass}")
     for rail, stroke, span, carriage in rail_lengths(result):
         known = not np.isnan(carriage)
         needed = stroke + span + (carriage if known else 0.0)

@@ -14,6 +14,7 @@ from guideload.base.errors import LifeError
 from guideload.base.number_text import (
     digits,
     fixed,
+    joined,
     kilometres,
     length_in_table,
     load_in_table,
@@ -52,13 +53,15 @@ class KeyFigure:
 class KeyFigures:
     """The key figures of a run.
 
-    margins  figure over requirement of each criterion, as in `Margins.ratios`
-    life     of the carriages, or why there is none
+    margins   figure over requirement of each criterion, as in `Margins.ratios`
+    life      of the carriages, or why there is none
+    left_out  names of the carriages without product, of which nothing is judged
     """
 
     figures: tuple[KeyFigure, ...]
     margins: dict[str, float]
     life: Life | str
+    left_out: tuple[str, ...]
 
     @property
     def verdict(self) -> tuple[Level, str]:
@@ -66,6 +69,12 @@ class KeyFigures:
         worst = max(self.figures, key=lambda one: LEVELS.index(one.level))
         if worst.level == "bad":
             return "bad", f"Does not hold. {worst.name}: {worst.reason}"
+        if self.left_out:
+            kind = "carriage" if len(self.left_out) == 1 else "carriages"
+            return (
+                "near",
+                f"Not all is judged: no product with ratings is named at {kind} {joined(self.left_out)}",
+            )
         if worst.level == "near":
             return "near", f"Holds with little margin. {worst.name}: {worst.reason}"
         if worst.level == "open":
@@ -94,7 +103,8 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
         *_drive_figures(drive, margins),
         *_settling(result),
     )
-    return KeyFigures(figures, dict(margins), life)
+    left_out = life.left_out if isinstance(life, Life) else ()
+    return KeyFigures(figures, dict(margins), life, left_out)
 
 
 def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, str]:

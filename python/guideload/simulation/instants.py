@@ -26,8 +26,23 @@ def with_enough_instants(
 ) -> tuple[Motion, Stretches | None]:
     """The motion with six stamps or more per period of the fastest vibration, and the stretches of its payloads.
 
-    It is the same motion: acceleration and process forces are linear between the stamps anyway. Of a motion without
-    jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
+    It is the same motion: acceleration and process forces are linear between the stamps anyway.
+    """
+    return with_parts(motion, stretches, enough_parts(machine, motion))
+
+
+def excitation_with_enough_instants(
+    machine: Machine, motion: Motion, stretches: Stretches | None
+) -> tuple[Motion, Stretches | None]:
+    """The same without the histories that do not act on the body, if instants are added."""
+    parts = enough_parts(machine, motion)
+    return with_parts(motion if parts.max() == 1 else motion.excitation, stretches, parts)
+
+
+def enough_parts(machine: Machine, motion: Motion) -> NDArray[np.int64]:
+    """Parts of each interval (n - 1,), so that there are six stamps or more per period of the fastest vibration.
+
+    Of a motion without jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
     """
     intervals, fastest = np.diff(motion.time), fastest_vibration(machine)
     shortest = float(intervals.min(initial=np.inf, where=intervals > 0.0))
@@ -36,7 +51,7 @@ def with_enough_instants(
     # An interval for which all instants would not do is one of rest, or of a vibration that nobody resolves.
     wanted[wanted > FREE_INSTANTS] = MOST_PARTS
     room = min(MOST_INSTANTS, max(FREE_INSTANTS, MOST_PARTS * wanted.size))
-    return with_parts(motion, stretches, limited(wanted, room))
+    return limited(wanted, room)
 
 
 def fastest_vibration(machine: Machine) -> float:

@@ -16,7 +16,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
 from guideload.simulation.feet import Feet
-from guideload.simulation.instants import STEP, fastest_vibration, with_enough_instants
+from guideload.simulation.instants import STEP, excitation_with_enough_instants, fastest_vibration
 from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
@@ -77,7 +77,7 @@ class Run:
         times = self.times
         if times is None and self.has_long_steps and np.all(np.diff(motion.time) > 0.0):
             times = motion.time
-            motion, stretches = with_enough_instants(self.machine, motion.excitation, stretches)
+            motion, stretches = excitation_with_enough_instants(self.machine, motion, stretches)
         return (stretches or self.machine.scene).solve(
             motion.time,
             motion.acceleration,
@@ -109,7 +109,7 @@ class Run:
             return None
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
-            motion, stretches = with_enough_instants(machine, motion.excitation, stretches)
+            motion, stretches = excitation_with_enough_instants(machine, motion, stretches)
         groups, places = machine.links_of_carriages, machine.carriage_places
         return (stretches or machine.scene).peaks(
             motion.time,

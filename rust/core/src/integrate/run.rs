@@ -12,7 +12,7 @@ use crate::equations::{Equations, Riders, SmoothEquations};
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::float::sqrt;
-use crate::numeric::simd::dispatch;
+use crate::numeric::simd::dispatch_once;
 use crate::output::Record;
 use crate::system::{ModelLevel, State, System, size};
 
@@ -76,20 +76,20 @@ pub(crate) fn run_scaled<M: Method>(
         ModelLevel::Linear | ModelLevel::PiecewiseLinear if const { M::EXACT_IF_LINEAR } => {
             unreachable!("run by the exact method")
         }
-        ModelLevel::Linear => dispatch!(run_on(setup, Unswitched(system))),
+        ModelLevel::Linear => dispatch_once!(run_on(setup, Unswitched(system))),
         ModelLevel::PiecewiseLinear => {
-            dispatch!(run_on(setup, Contacts::new(system, &start, load_scale)))
+            dispatch_once!(run_on(setup, Contacts::new(system, &start, load_scale)))
         }
         // Decided at compile time. Without this arm the loop of the exact method on smooth laws would be compiled too, a tenth of the
         // library.
         ModelLevel::SmoothNonlinear if const { M::ERROR_ORDER.is_none() } => unreachable!("refused above"),
         ModelLevel::SmoothNonlinear if const { M::EXACT_IF_LINEAR } => {
             let equations = &SmoothEquations::at_rest(system, excitation);
-            dispatch!(run_on(setup, Unswitched(equations)))
+            dispatch_once!(run_on(setup, Unswitched(equations)))
         }
         ModelLevel::SmoothNonlinear => {
             let rtol = if let Control::Adaptive { rtol } = control { rtol } else { 0.0 };
-            dispatch!(run_on(setup, SmoothContacts::new(system, excitation, &start, load_scale, rtol)))
+            dispatch_once!(run_on(setup, SmoothContacts::new(system, excitation, &start, load_scale, rtol)))
         }
     };
     record.end();

@@ -53,6 +53,16 @@ macro_rules! dispatch {
     };
 }
 
+/// [`dispatch`] of a call that consumes what it captures.
+macro_rules! dispatch_once {
+    ($call:expr) => {
+        $crate::numeric::simd::on_avx2_once(
+            #[inline(always)]
+            || $call,
+        )
+    };
+}
+
 /// Evaluates a call with AVX-512 where the processor has it, otherwise as [`dispatch`].
 macro_rules! dispatch_wide {
     ($call:expr) => {
@@ -63,11 +73,31 @@ macro_rules! dispatch_wide {
     };
 }
 
-pub(crate) use {dispatch, dispatch_wide};
+pub(crate) use {dispatch, dispatch_once, dispatch_wide};
 
-/// See [`dispatch`].
+/// See [`dispatch`]. `FnMut`: called by `FnOnce`, a closure is wrapped in a function that is not inlined.
 #[inline]
-pub(crate) fn on_avx2<T>(call: impl FnOnce() -> T) -> T {
+pub(crate) fn on_avx2<T>(mut call: impl FnMut() -> T) -> T {
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    {
+        use std::arch::is_x86_feature_detected as has;
+
+        #[target_feature(enable = "avx2,fma")]
+        fn avx2<T>(mut call: impl FnMut() -> T) -> T {
+            call()
+        }
+
+        if has!("avx2") && has!("fma") {
+            // SAFETY: the processor has just been asked for both.
+            return unsafe { avx2(call) };
+        }
+    }
+    call()
+}
+
+/// See [`dispatch_once`].
+#[inline]
+pub(crate) fn on_avx2_once<T>(call: impl FnOnce() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
         use std::arch::is_x86_feature_detected as has;
@@ -87,13 +117,13 @@ pub(crate) fn on_avx2<T>(call: impl FnOnce() -> T) -> T {
 
 /// See [`dispatch_wide`].
 #[inline]
-pub(crate) fn on_avx512<T>(call: impl FnOnce() -> T) -> T {
+pub(crate) fn on_avx512<T>(call: impl FnMut() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
         use std::arch::is_x86_feature_detected as has;
 
         #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-        fn avx512<T>(call: impl FnOnce() -> T) -> T {
+        fn avx512<T>(mut call: impl FnMut() -> T) -> T {
             call()
         }
 

@@ -16,7 +16,7 @@ use crate::error::Stopped;
 use crate::excitation::Excitation;
 use crate::integrate::{Output, check_output};
 use crate::numeric::float::times;
-use crate::numeric::simd::dispatch;
+use crate::numeric::simd::dispatch_once;
 use crate::numeric::watch::{Watch, check_memory};
 use crate::system::{Input, State};
 use crate::variation::Group;
@@ -78,7 +78,7 @@ impl History {
             tangents,
             watch,
         };
-        let [states, rates, tangents] = dispatch!(parts.pass()).ok_or(Stopped::Interrupted)?;
+        let [states, rates, tangents] = dispatch_once!(parts.pass()).ok_or(Stopped::Interrupted)?;
         Ok(Instants { states, rates, tangents, inputs, slopes, components })
     }
 }

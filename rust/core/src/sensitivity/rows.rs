@@ -122,8 +122,8 @@ pub(super) struct Operands<'a> {
 
 /// Writes rows at some instants to `out`, (instant, row). Returns whether all numbers are finite.
 pub(super) fn apply(rows: &[Row], at: Operands, instants: &[Range<usize>], out: &mut [f64]) -> bool {
-    let blocks = rows.chunks(LANES).map(|rows| RowBlock::new(rows, at.components)).collect();
-    dispatch_wide!(apply_blocks(blocks, rows.len(), at, instants, out))
+    let blocks: Vec<RowBlock> = rows.chunks(LANES).map(|rows| RowBlock::new(rows, at.components)).collect();
+    dispatch_wide!(apply_blocks(&blocks, rows.len(), at, instants, out))
 }
 
 /// Some rows side by side.
@@ -157,7 +157,7 @@ impl RowBlock {
 
 #[cfg_attr(feature = "std", inline(always))]
 fn apply_blocks(
-    blocks: Vec<RowBlock>,
+    blocks: &[RowBlock],
     width: usize,
     at: Operands,
     instants: &[Range<usize>],

@@ -7,7 +7,7 @@ use super::steps::{Recurring, by_series, derivatives};
 use super::system::VariedSystem;
 use crate::equations::PowerSeries;
 use crate::excitation::Excitation;
-use crate::numeric::simd::dispatch;
+use crate::numeric::simd::{dispatch, dispatch_once};
 use crate::numeric::watch::Watch;
 use crate::system::State;
 
@@ -102,7 +102,7 @@ pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) ->
             };
         }
     }
-    dispatch!(pass_all(run, prepared, components, tangents, watch, out))
+    dispatch_once!(pass_all(run, prepared, components, tangents, watch, out))
 }
 
 /// The components of the input that are not zero throughout.

@@ -48,7 +48,7 @@ use memory::Memory;
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
 use timeline::Timeline;
-use vector::vectorize;
+use vector::{vectorize, vectorize_once};
 
 /// Width of the vectors in which linear scenes run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -215,7 +215,7 @@ impl Run<'_, '_> {
                 request,
                 to: modal,
             };
-            vectorize!(simd, setup.compute(simd));
+            vectorize_once!(simd, setup.compute(simd));
             let integrator = LaneIntegrator::<N> {
                 modal,
                 timeline,
@@ -226,7 +226,7 @@ impl Run<'_, '_> {
                 memory,
                 watch,
             };
-            vectorize!(simd, integrator.run(simd));
+            vectorize_once!(simd, integrator.run(simd));
             if continues {
                 let ModalScenes { drive, state_rows, state, .. } = modal;
                 let drawn = deviations.is_some().then_some(&memory.drawn);

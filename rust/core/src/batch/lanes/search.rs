@@ -10,7 +10,7 @@ use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, STATISTICS};
 use super::modal::{ModalScenes, width};
 use super::step::exponential;
 use super::timeline::Timeline;
-use super::vector::{Complex, Mask, Real, vectorize};
+use super::vector::{Complex, Mask, Real, vectorize_once};
 use super::waiting::{Piece, Waiting};
 use crate::batch::equivalent::EquivalentRows;
 use crate::batch::requirements::{Requirements, Signal};
@@ -41,7 +41,7 @@ impl Search<'_> {
     /// Runs the search. (A call of its own: within the loop over the blocks it would take the stack of a thread many times over.)
     #[inline(never)]
     pub(super) fn run<S: Simd>(self, simd: S) {
-        vectorize!(simd, self.search(simd));
+        vectorize_once!(simd, self.search(simd));
     }
 
     #[inline(always)]

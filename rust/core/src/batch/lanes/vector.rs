@@ -18,16 +18,38 @@ macro_rules! vectorize {
     };
 }
 
-pub(super) use vectorize;
+/// [`vectorize`] of a call that consumes what it captures.
+macro_rules! vectorize_once {
+    ($simd:expr, $call:expr) => {
+        $simd.vectorize($crate::batch::lanes::vector::CallOnce(
+            #[inline(always)]
+            || $call,
+        ))
+    };
+}
 
-/// See [`vectorize`].
+pub(super) use {vectorize, vectorize_once};
+
+/// See [`vectorize`]. `FnMut`: called by `FnOnce`, a closure is wrapped in a function that is not inlined.
 pub(super) struct Call<F>(pub F);
 
-impl<T, F: FnOnce() -> T> WithSimd for Call<F> {
+/// See [`vectorize_once`].
+pub(super) struct CallOnce<F>(pub F);
+
+impl<T, F: FnOnce() -> T> WithSimd for CallOnce<F> {
     type Output = T;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> T {
+        (self.0)()
+    }
+}
+
+impl<T, F: FnMut() -> T> WithSimd for Call<F> {
+    type Output = T;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> T {
         (self.0)()
     }
 }
