@@ -4,11 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import lives
 import numpy as np
 import pytest
+import random_machines
 from hypothesis import given
 from hypothesis import strategies as st
 
+from guideload import file_template
 from guideload.base.errors import ConfigError
 from guideload.base.ranges import OF_MACHINES, SMALLEST_MOMENT
 from guideload.base.visible_text import HIDDEN
@@ -161,3 +164,34 @@ def test_a_curve_is_not_steeper_than_a_stiffness_may_be() -> None:
     del steep["stiffness_z"]
     with pytest.raises(ConfigError, match=r"curve_z: expected a slope up to 1e\+15 N/m"):
         Machine(**(values | {"carriages": [steep]}))
+
+
+KINDS = ("two-rails", "one-rail", "gantry", "vertical", "manipulator")
+
+
+def with_everything() -> Machine:
+    """Products with requirements, a profile of a rail, a payload, a rider, points, an elastic base."""
+    given = lives.cart(life={"life": "20000 h"})
+    rails = [
+        given.rails[0].model_copy(update={"straightness": ((-5.0, 0.0, 3e-6), (5.0, 0.0, 3e-6))}),
+        given.rails[1],
+    ]
+    tensor = ((0.5, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.3))
+    part: dict[str, Any] = {"mass": 25.0, "center_of_mass": (0.0, 0.3, 0.0), "inertia": tensor}
+    more: dict[str, Any] = {
+        "rails": rails,
+        "payloads": [{"name": "box", "times": [[0.1, 0.2]], **part}],
+        "points": [{"name": "tool", "at": (0.1, 0.2, 0.3), "settle_window": "10 um"}],
+        "report": {"project": 'a "quoted" name \\ #1'},
+    }
+    return given.model_copy(update=more)
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "everything", *range(12)])
+def test_a_machine_that_is_written_is_read_again(kind: str | int, tmp_path: Path) -> None:
+    if isinstance(kind, int):
+        machine = Machine(**random_machines.values(kind))
+    else:
+        machine = with_everything() if kind == "everything" else Machine.from_text(file_template(kind))
+    machine.to_toml(tmp_path / "machine.toml")
+    assert Machine.from_toml(tmp_path / "machine.toml") == machine

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar, Literal, cast, get_args
 
@@ -20,6 +21,7 @@ from pydantic_core import InitErrorDetails
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
+from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
 from guideload.base.file_model import FileModel
 from guideload.base.notebook import as_html
@@ -117,6 +119,19 @@ class Machine(FileModel):
         names = pd.Index([one.name for one in self.carriages], name="carriage")
         mass = f"{number(self.whole_body.mass)} kg moved, free {', '.join(self.free)}"
         return as_html(f"{self.name}: {self.model_level}, {mass}", pd.DataFrame(rows, index=names))
+
+    @checked
+    def to_toml(self, file: str | PathLike[str]) -> None:
+        """Write a machine file from which `from_toml` reads this machine: numbers in SI units, products included.
+
+        A file that exists is replaced, whole or not at all; its comments are lost. Raises OSError.
+        """
+        import tomli_w
+
+        # The products of a catalogue are among the products.
+        values = self.model_dump(mode="json", exclude_defaults=True, exclude_none=True, exclude={"catalogue"})
+        with atomic_write(Path(file)) as draft:
+            draft.write_bytes(tomli_w.dumps(values).encode())
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:
