@@ -80,7 +80,7 @@ def test_a_wrong_value_is_refused_in_the_words_of_the_command_line(session: Sess
 
 def test_files_that_a_machine_in_a_folder_names_are_beside_it(tmp_path: Path) -> None:
     text = guideload.file_template("one-rail").replace(
-        'name = "rail"', 'name = "rail"\nstraightness_file = "profile.csv"'
+        'name = "A"', 'name = "A"\nstraightness_file = "profile.csv"'
     )
     (tmp_path / "axis").mkdir()
     (tmp_path / "axis" / "machine.toml").write_text(text)

@@ -35,7 +35,7 @@ def test_a_text_that_is_no_toml_is_refused_with_its_row(reader: type[Machine] | 
 
 def test_names_of_files_in_a_text_are_relative_to_its_folder(tmp_path: Path) -> None:
     text = guideload.file_template("one-rail").replace(
-        'name = "rail"', 'name = "rail"\nstraightness_file = "profile.csv"'
+        'name = "A"', 'name = "A"\nstraightness_file = "profile.csv"'
     )
     (tmp_path / "profile.csv").write_text("x [mm],dy [um],dz [um]\n-500,0,0\n0,9,0\n500,0,0\n")
     profile = Machine.from_text(text, tmp_path / "machine.toml").rails[0].straightness
