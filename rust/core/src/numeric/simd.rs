@@ -47,7 +47,7 @@ pub(crate) struct Aligned<T>(pub T);
 macro_rules! dispatch {
     ($call:expr) => {
         $crate::numeric::simd::on_avx2(
-            #[inline(always)]
+            #[cfg_attr(feature = "std", inline(always))]
             || $call,
         )
     };
@@ -57,7 +57,7 @@ macro_rules! dispatch {
 macro_rules! dispatch_once {
     ($call:expr) => {
         $crate::numeric::simd::on_avx2_once(
-            #[inline(always)]
+            #[cfg_attr(feature = "std", inline(always))]
             || $call,
         )
     };
@@ -67,7 +67,7 @@ macro_rules! dispatch_once {
 macro_rules! dispatch_wide {
     ($call:expr) => {
         $crate::numeric::simd::on_avx512(
-            #[inline(always)]
+            #[cfg_attr(feature = "std", inline(always))]
             || $call,
         )
     };
