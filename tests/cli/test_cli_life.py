@@ -67,19 +67,19 @@ def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp
         text = guideload(
             "run", machine, TRACE, "-o", tmp_path / name, "--no-pictures", "--report", page
         ).stdout
-        box = page.read_text(encoding="utf-8").partition('<div class="')[2].partition("</div>")[0]
+        box = page.read_text(encoding="utf-8").partition('<div class="answer')[2].partition("</div>")[0]
         return " ".join(text.split()), box
 
     text, box = run(machine_file, "out")
     assert "Life and static safety" in text and "HGH25CA" in text
     assert 'least for application "normal"' in text
     # Warned: values of the product were not compared with the maker's page.
-    assert box.startswith('answer warned">') and "The static safety is reached." in box
+    assert box.startswith(' warned">') and "The static safety is reached." in box
     file = machine_file.with_name("thomson.toml")
     file.write_text(machine_file.read_text(encoding="utf-8") + '[life]\nrule = "rexroth"\n', encoding="utf-8")
     text, box = run(file, "other")
     assert "Life and static safety are not computed: carriage 1a carries a " in text
-    assert box.startswith('answer warned">') and "are not computed: carriage 1a" in box
+    assert box.startswith(' warned">') and "are not computed: carriage 1a" in box
 
 
 def test_check_shows_the_products(machine_file: Path) -> None:

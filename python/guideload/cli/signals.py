@@ -77,6 +77,11 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
         for number in former.keys() & NUMBERS:
             signal.signal(number, raiser.asked)
         return command(*arguments, **options)
+    except Exception as error:
+        if raiser.raised is None or _follows(error, raiser.raised):
+            raise
+        # Library code in C may lose an exception, and fail at what it then misses.
+        raise raiser.raised from error
     finally:
         raiser.is_running = False  # first: an exception in the lines below would leave the handlers
         if raiser.can_wait:
@@ -121,6 +126,13 @@ class _Raiser:
             signal.setitimer(signal.ITIMER_REAL, RETRY)
         else:
             sys.__unraisablehook__(lost)
+
+
+def _follows(error: BaseException | None, first: BaseException) -> bool:
+    """Whether an error was raised while `first` was handled."""
+    while error is not None and error is not first:
+        error = error.__cause__ or error.__context__
+    return error is first
 
 
 def _is_whole(frame: FrameType | None) -> bool:

@@ -16,7 +16,7 @@ from pydantic import BaseModel, Field, NonNegativeInt, PositiveInt, computed_fie
 
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.atomic import atomic_write
-from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shown
+from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shortened, shown
 from guideload.base.finite import finite_json
 from guideload.base.methods import Method
 from guideload.base.number_text import counted, percent, scientific
@@ -264,7 +264,8 @@ class StudyMetadata(BaseModel, frozen=True):
             KeyError,
             IndexError,
         ) as error:  # the last two: an unknown measure
-            raise ReadError(f"{path}: expected the metadata of a study, got {error}") from error
+            got = shortened(str(error))
+            raise ReadError(f"{path}: expected the metadata of a study, got {got}") from error
         return metadata
 
     def require_resumable(self, folder: Path) -> None:
