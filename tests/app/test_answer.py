@@ -143,7 +143,7 @@ class Slow(Solver):
     def answer(self, state: State, step: object) -> Refusal:
         self.begun += 1
         for n in range(self.steps):
-            step(f"part {n}")  # type: ignore[operator]
+            step(f"part {n}")
             time.sleep(0.02)
         self.finished.append(state.machine)
         return Refusal(state, ())

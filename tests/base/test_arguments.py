@@ -57,7 +57,7 @@ def test_numbers_of_numpy_are_numbers_and_a_number_fits_a_double() -> None:
         example(HUGE, [])
     assert not isinstance(refusal.value, ArgumentTypeError)
     with pytest.raises(ArgumentTypeError, match="count: expected a whole number or None, got 1.5"):
-        example(1, [], count=1.5)  # type: ignore[arg-type]
+        example(1, [], count=1.5)
 
 
 @pytest.mark.parametrize(
@@ -97,17 +97,17 @@ def test_a_huge_number_of_a_run_is_refused(name: str) -> None:
     machine, motion = Machine.from_toml(GANTRY), Motion.along_x([0.0, 1.0], [0.0, 1.0])
     value = [HUGE] if name == "times" else HUGE
     with pytest.raises(ArgumentError, match=f"^{name}: expected"):
-        simulate(machine, motion, method="rk45", **{name: value})  # type: ignore[arg-type]
+        simulate(machine, motion, method="rk45", **{name: value})
 
 
 def test_values_of_a_varied_machine_and_limits_of_moves() -> None:
     machine = Machine.from_toml(GANTRY)
     assert len(list(Parameters(machine, Motion.along_x([0.0, 1.0], [0.0, 0.0]))))
     with pytest.raises(ArgumentTypeError, match="values: expected an array of real numbers, got texts"):
-        VariedMachine(machine, ["body.mass"]).at("x")  # type: ignore[arg-type]
+        VariedMachine(machine, ["body.mass"]).at("x")
     moves = Moves.from_toml(EXAMPLES / "moves.toml")
     with pytest.raises(ArgumentError, match='name: expected one of speed, .*, got "nope"'):
-        moves.with_limit("nope", 2)  # type: ignore[arg-type]
+        moves.with_limit("nope", 2)
 
 
 def test_a_file_that_cannot_be_read_is_one_kind_of_error(tmp_path: Path) -> None:

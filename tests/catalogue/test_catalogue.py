@@ -29,7 +29,7 @@ def carriage_of(keys: dict[str, Any] | None = None, **product: Any) -> Any:
     values = {**PLAIN, "row_length": "60 mm", **product}
     if keys is not None:
         values["preload_classes"] = [{"name": "A", **keys}]
-    return machine(CARRIAGE, products=[values], free=["y", "z"]).carriages[0]  # type: ignore[arg-type]
+    return machine(CARRIAGE, products=[values], free=["y", "z"]).carriages[0]
 
 
 def test_the_packaged_examples_cite_their_source_and_mark_what_was_not_checked() -> None:
@@ -107,7 +107,7 @@ def test_a_file_tells_the_row(tmp_path: Path) -> None:
 def test_the_exponent_follows_from_the_type_unless_it_is_given() -> None:
     rating = {"value": 1.0, "base": 1e5}
     for keys, exponent in (({"type": "ball"}, 3.0), ({"type": "roller"}, 10 / 3)):
-        assert Product(**{**PLAIN, **keys, "dynamic": rating}).dynamic.exponent == exponent  # type: ignore[union-attr]
+        assert Product(**{**PLAIN, **keys, "dynamic": rating}).dynamic.exponent == exponent
     dry = Product(**{**PLAIN, "dynamic": {**rating, "exponent": 1.57}}).dynamic
     assert dry is not None and dry.exponent == 1.57
 
@@ -136,7 +136,7 @@ def test_a_preload_gives_the_law_of_two_rows() -> None:
 def test_keys_at_the_carriage_override_those_of_the_product() -> None:
     keys = {**CARRIAGE, "length": "85 mm", "stiffness_z": "50 N/um"}
     product = {**PLAIN, "row_length": "60 mm", "preload_classes": [{"name": "A", "stiffness": SIDES}]}
-    built = machine(keys, products=[product], free=["y", "z"]).carriages[0]  # type: ignore[arg-type]
+    built = machine(keys, products=[product], free=["y", "z"]).carriages[0]
     assert built.length == 0.085 and built.stiffness_z == 5e7
     assert built.laws[0].force(np.array([-1e-6])).tolist() == pytest.approx([-500.0])
     assert carriage_of({"stiffness": SIDES}).length == pytest.approx(0.06 / 3**0.5)

@@ -160,7 +160,7 @@ def test_a_name_reads_its_own_record_only(monkeypatch: pytest.MonkeyPatch) -> No
         return loads(text)
 
     loads = tomllib.loads
-    monkeypatch.setattr(packaged.tomllib, "loads", counted)  # type: ignore[attr-defined]
+    monkeypatch.setattr(packaged.tomllib, "loads", counted)
     assert packaged_product("HGH25CA").static == 52820.0
     assert len(read) == 1 and read[0].count("[[products]]") == 1
 
@@ -214,13 +214,13 @@ TABLE: dict[str, Any] = {"rail": "1", "damping_y": 1e4, "damping_z": 1e4}
 def named(product: str, preload_class: str | None = None, **keys: object) -> Machine:
     """A machine on two carriages of one rail, which name a product."""
     table = TABLE | {"product": product, "preload_class": preload_class} | keys
-    return machine(*(table | {"name": name, "x": x} for name, x in (("a", -0.2), ("b", 0.2))))  # type: ignore[arg-type]
+    return machine(*(table | {"name": name, "x": x} for name, x in (("a", -0.2), ("b", 0.2))))
 
 
 def alone(product: str, preload_class: str | None = None, products: Any = (), **keys: object) -> Carriage:
     """A carriage that names a product, on a machine that cannot rotate."""
     table = TABLE | {"name": "a", "x": 0.0, "product": product, "preload_class": preload_class} | keys
-    return machine(table, products=products, free=["y", "z"]).carriages[0]  # type: ignore[arg-type]
+    return machine(table, products=products, free=["y", "z"]).carriages[0]
 
 
 def test_a_machine_takes_law_length_and_width_from_a_packaged_product() -> None:

@@ -149,5 +149,5 @@ def test_one_printed_preload() -> None:
         ({"share_of_C": 0.05, "share_of_C0": 0.02}, "one preload"),
     ):
         with pytest.raises(ConfigError) as caught:
-            Product(**PLAIN, preload_classes=[{"name": "A", **keys}])  # type: ignore[arg-type]
+            Product(**PLAIN, preload_classes=[{"name": "A", **keys}])
         assert words in str(caught.value)

@@ -91,7 +91,7 @@ def test_a_study_takes_forces() -> None:
     motion = read_motion(
         Path("trace.csv"), machine, forces=Path("forces.csv"), forces_at="tool", forces_axes="point"
     )
-    assert isinstance(motion, Motion) and np.array_equal(study.motion.wrench, motion.wrench)  # type: ignore[arg-type]
+    assert isinstance(motion, Motion) and np.array_equal(study.motion.wrench, motion.wrench)
     assert Path("forces.csv") in study.inputs
     Path("study.toml").write_text(text + forces.replace("forces.csv", "none.csv") + vary, encoding="utf-8")
     assert "forces.file: expected a file that exists" in refused("study", "study.toml", "-o", "study")

@@ -165,7 +165,7 @@ def learn_keys() -> None:
 
     found = set[str]()
     for kind in ("machine", "catalogue", "study", "motion", "duty", "identify", "monitor"):
-        schema = file_schema(kind)  # type: ignore[arg-type]
+        schema = file_schema(kind)
         for one in (schema, *schema.get("$defs", {}).values()):
             found |= set(one.get("properties", {}))
     KEYS[:] = sorted(found)

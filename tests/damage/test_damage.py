@@ -87,7 +87,7 @@ class Attack:
         self.marker = marker
 
     def __reduce__(self) -> tuple[object, tuple[str]]:
-        return Path.touch, (self.marker,)  # type: ignore[return-value]
+        return Path.touch, (self.marker,)
 
 
 def attacks(marker: Path) -> dict[str, bytes]:

@@ -128,7 +128,7 @@ def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
     """The result is that of the push as a process force at L, and the push follows from the force of that result."""
     machine = build().model_copy(
         update={"drive": Drive(**RACK, helix_angle="15 deg"), "friction": Friction(seal=20.0)}
-    )  # type: ignore[operator]
+    )
     result = simulate(machine, motion(), rtol=1e-9)
     needed = drive_requirements(result)
     expected = np.abs(needed.force) * np.tan(np.radians(20.0)) / np.cos(np.radians(15.0))

@@ -69,8 +69,8 @@ def test_energy_of_the_drive_over_a_closed_cycle_is_friction_alone() -> None:
     assert needed.power is not None and needed.power.min() < -100.0
     work = float(np.sum(0.5 * np.diff(needed.time) * (needed.power[1:] + needed.power[:-1])))
     assert work == pytest.approx(4.0 * 5.0 * 2.0 * 0.4, rel=2e-2)  # vibration dissipates some
-    quick = np.abs(RISE.velocity[:, 0]) > 0.01  # type: ignore[index]
-    rubbing = needed.friction[quick] * RISE.velocity[quick, 0]  # type: ignore[index]
+    quick = np.abs(RISE.velocity[:, 0]) > 0.01
+    rubbing = needed.friction[quick] * RISE.velocity[quick, 0]
     assert (rubbing > 0.0).all()
 
 

@@ -244,7 +244,7 @@ def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path
     assert "<table>" in page and (command in ("check", "modes") or "<svg" in page or charts(page))
     if CHROMIUM is not None:
         drawn = re.findall(r'<path d="M[\d. L-]+" stroke="[^"]+" class="line"', opened(page, tmp_path))
-        assert len(drawn) == sum(len(one["lines"]) for one in charts(page))  # type: ignore[arg-type]
+        assert len(drawn) == sum(len(one["lines"]) for one in charts(page))
 
 
 def test_pictures_that_are_saved_already_make_the_same_page(result: Result, tmp_path: Path) -> None:

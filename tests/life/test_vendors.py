@@ -246,7 +246,7 @@ def test_effective_loads_of_preloaded_carriages() -> None:
         ("rexroth", 1000.0 * (500.0 / 2800.0 + 1.0) ** 1.5),
         ("thomson", 1000.0 + 1000.0 / 3.0),
     ):
-        rule_of = dynamic_load(rule, part, FOUR, 1000.0)  # type: ignore[arg-type]
+        rule_of = dynamic_load(rule, part, FOUR, 1000.0)
         assert rule_of(none) == pytest.approx(1000.0, rel=1e-14)  # the preload alone
         assert rule_of(load) == pytest.approx(at_500, rel=1e-14)
         assert rule_of(10.0 * load) == pytest.approx(5000.0, rel=1e-14)

@@ -89,7 +89,7 @@ def test_nonlinear_links_have_their_slope_at_rest() -> None:
         "clearance_y": 1e-5,
         "damping_in_contact": True,
     }
-    plain, bent = bouncing(), bouncing(**sided)  # type: ignore[arg-type]
+    plain, bent = bouncing(), bouncing(**sided)
     hertz = np.array([5.0, 31.0, 200.0])
     expected = frequency_response(plain, hertz, direction="y").displacement
     assert frequency_response(bent, hertz, direction="y").displacement == pytest.approx(expected, rel=1e-9)
@@ -123,7 +123,7 @@ def test_default_frequencies_show_each_resonance() -> None:
 )
 def test_impossible_questions_are_refused(options: dict[str, object], words: str) -> None:
     with pytest.raises(ArgumentError, match=words):
-        frequency_response(with_points(cart()), **options)  # type: ignore[arg-type]
+        frequency_response(with_points(cart()), **options)
     with pytest.raises(ArgumentError, match=r"expected \[\[points\]\]"):
         frequency_response(cart())
 

@@ -149,7 +149,7 @@ def test_source_texts_have_all_constants_and_fit_their_places(design: Design) ->
 )
 def test_settings_out_of_range_are_refused(change: dict[str, float], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
-        replace(SETTINGS, **change)  # type: ignore[arg-type]
+        replace(SETTINGS, **change)
 
 
 def test_machines_that_a_monitor_cannot_compute_are_refused(machine: Machine, motion: Motion) -> None:

@@ -34,7 +34,7 @@ def test_arrays_are_read_only_copies():
     with pytest.raises(ValueError, match="read-only"):
         motion.acceleration[0, 0] = 1.0
     with pytest.raises(dataclasses.FrozenInstanceError):
-        motion.source = "other"  # type: ignore[misc]
+        motion.source = "other"
 
 
 @pytest.mark.parametrize(

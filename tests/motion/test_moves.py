@@ -152,7 +152,7 @@ def test_durations_are_those_of_closed_forms() -> None:
         (0.5, "polynomial 5"): math.sqrt(10.0 / math.sqrt(3.0) * 0.5 / a),
     }
     for (distance, profile), expected in cases.items():
-        limits = Limits(profile, v, a, a, j if profile == "jerk limited" else math.inf)  # type: ignore[arg-type]
+        limits = Limits(profile, v, a, a, j if profile == "jerk limited" else math.inf)
         close = 2e-5 if profile == "polynomial 5" else 1e-14  # of straight lines
         assert duration(distance, limits) == pytest.approx(expected, rel=close)
 
@@ -261,12 +261,12 @@ def test_loads_of_curved_profiles_are_within_the_stated_deviation(profile: str) 
         curve = 2.0 * (0.6 / end) / (0.5 * end) * np.sin(2.0 * np.pi * s) ** 2 * np.where(s < 0.5, 1.0, -1.0)
     true = np.interp(motion.time, time, curve)
     peak = np.abs(curve).max()
-    assert np.abs(motion.acceleration[:, 0] - true).max() <= 2.0 * DEVIATION[profile] * peak  # type: ignore[index]
+    assert np.abs(motion.acceleration[:, 0] - true).max() <= 2.0 * DEVIATION[profile] * peak
     reference = Motion.along_x(np.append(time, end + 0.1), np.append(curve, 0.0))
     times = np.linspace(0.0, end + 0.1, 400)
     loads = [simulate(cart(), each, times=times).data["link_load"].values for each in (motion, reference)]
     moved = np.abs(loads[1] - loads[1][0]).max()
-    assert np.abs(loads[0] - loads[1]).max() <= 10.0 * DEVIATION[profile] * moved  # type: ignore[index]
+    assert np.abs(loads[0] - loads[1]).max() <= 10.0 * DEVIATION[profile] * moved
 
 
 def test_limits_of_all_moves_are_those_that_a_move_does_not_give() -> None:
@@ -284,7 +284,7 @@ def test_limits_of_all_moves_are_those_that_a_move_does_not_give() -> None:
 def test_a_limit_is_scaled_for_the_moves_that_have_it(name: str) -> None:
     """Deceleration as the acceleration goes with it, unless it is the one that is scaled."""
     before = moves({"distance": 1}, of_profile("trapezoid", distance=1, acceleration=4))
-    after = before.with_limit(name, 2.0)  # type: ignore[arg-type]
+    after = before.with_limit(name, 2.0)
     expected = {"speed": (2, 2), "acceleration": (5, 4), "jerk": (200, None)}
     for key, values in expected.items():
         scaled = tuple(value and value * (2 if key == name else 1) for value in values)
@@ -292,7 +292,7 @@ def test_a_limit_is_scaled_for_the_moves_that_have_it(name: str) -> None:
     assert [move.deceleration for move in after.complete] == (
         [10, 8] if name == "deceleration" else [None] * 2
     )
-    assert after.limit(name) == 2.0 * before.limit(name)  # type: ignore[arg-type]
+    assert after.limit(name) == 2.0 * before.limit(name)
 
 
 FORCE = "[[moves]]\ndistance = 1\ntime = 1\n\n[[moves.forces]]\n"

@@ -30,12 +30,12 @@ def test_planned_moves_end_with_their_last_acceleration(profile: str) -> None:
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_a_sampled_motion_without_speed(move: object, noise: float) -> None:
     """The speed is integrated; noise hides the ends of a ramp by no more than five times its rms."""
-    time = move.times(1000.0)  # type: ignore[attr-defined]
-    _, _, along = move.motion(time)  # type: ignore[attr-defined]
+    time = move.times(1000.0)
+    _, _, along = move.motion(time)
     along = along + noise * np.random.default_rng(1).normal(size=time.size)
-    corners = move.corners()[0]  # type: ignore[attr-defined]
+    corners = move.corners()[0]
     spans = move_spans(time, along[:, None])
-    late = 2e-3 + 8.0 * noise / move.jerk  # type: ignore[attr-defined]
+    late = 2e-3 + 8.0 * noise / move.jerk
     assert [one.start for one in spans] == pytest.approx([corners[1], corners[9]], abs=late)
     assert [one.end for one in spans] == pytest.approx([corners[8], corners[16]], abs=late)
 

@@ -64,7 +64,7 @@ def test_a_slower_speed_is_reached_and_the_ramps_follow(profile: str) -> None:
     (leg,) = Moves(moves=[{"distance": distance, "time": time, "speed": speed, "profile": profile}])._legs
     assert leg.pieces.speeds().max() == pytest.approx(speed, rel=1e-12)
     assert leg.pieces.time == pytest.approx(time, rel=1e-12)
-    limits = limits_of_time(distance, time, profile, speed)  # type: ignore[arg-type]
+    limits = limits_of_time(distance, time, profile, speed)
     assert leg.pieces.start.max() == pytest.approx(limits.acceleration, rel=1e-5)
 
 

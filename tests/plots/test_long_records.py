@@ -50,7 +50,7 @@ def test_the_worst_cycle_is_that_of_the_peak(long: Result) -> None:
 
 @pytest.mark.parametrize("draw", [plots.resultant, plots.moments])
 def test_overview_and_cycle_show_the_same_peak(long: Result, draw: object) -> None:
-    above, below = draw(long).figure.axes  # type: ignore[operator]
+    above, below = draw(long).figure.axes
     names = {f"carriage {name}" for name in long.quantities["carriage"]}
     areas = [part for part in above.collections if isinstance(part, PolyCollection)]
     assert len(areas) == len(names) == 4

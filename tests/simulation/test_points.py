@@ -68,7 +68,7 @@ def envelope_leaves(window: float) -> float:
 @pytest.mark.parametrize("build", [cart, cart_clear])
 def test_a_point_at_a_link_moves_by_its_deflection(build: object) -> None:
     """Elastic load of a link = law(direction . displacement of its point), at rest and in time."""
-    base = build()  # type: ignore[operator]
+    base = build()
     links = base.link_table()
     here = with_points(base, *map(tuple, links.points))
     result = simulate(here, cycle())

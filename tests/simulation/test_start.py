@@ -52,7 +52,7 @@ def test_what_counts_as_standstill():
     with pytest.raises(
         ArgumentError, match="start: expected one of auto, rest, quasi-static, got \"still\"|got 'still'"
     ):
-        simulate(machine, motion, start="still")  # type: ignore[arg-type]
+        simulate(machine, motion, start="still")
 
 
 def test_a_record_at_standstill_starts_at_rest_to_the_bit():

@@ -225,7 +225,7 @@ def test_what_cannot_be_sized_is_refused() -> None:
     with pytest.raises(RunError, match="is missed even without payload"):
         largest(machine, MOTION, "payload", conditions=LifeConditions(life="1e9 km"))
     with pytest.raises(ArgumentError, match="quantity"):
-        largest(machine, MOTION, "price")  # type: ignore[arg-type]
+        largest(machine, MOTION, "price")
     with pytest.raises(ArgumentError, match="speed: expected planned moves"):
         largest(machine, MOTION, "speed")
     trapezoid = Moves(moves=[Move(distance=1, speed=1, acceleration=1, profile="trapezoid")], rate=64)
@@ -243,8 +243,8 @@ def test_an_answer_that_nobody_can_build_is_told() -> None:
     conditions = LifeConditions(safety=1e-6)
     found = largest(machine, MOTION, "pace", conditions=conditions)
     told = limit_report(machine, found, conditions).warnings
-    speed = np.abs(found.motion.velocity).max()  # type: ignore[arg-type]
-    assert speed > 10.0 > np.abs(MOTION.velocity).max()  # type: ignore[arg-type]
+    speed = np.abs(found.motion.velocity).max()
+    assert speed > 10.0 > np.abs(MOTION.velocity).max()
     assert any(f"at this pace: the cart reaches {digits(speed)} m/s" in text for text in told)
     assert all("max_speed" in text and " mm" not in text for text in told if "at this pace" in text)
     assert not any("at this pace" in text for text in input_warnings(machine, MOTION))
@@ -297,7 +297,7 @@ def test_a_place_is_three_finite_numbers_of_its_quantity(given: Any) -> None:
     for quantity, name in (("payload", "at"), ("overhang", "direction")):
         expected = "(three finite numbers up to 1e\\+09|a list or None|an array of real numbers)"
         with pytest.raises(ArgumentError, match=f"^{name}: expected {expected}, got"):
-            largest(machine, MOTION, quantity, **{name: given})  # type: ignore[arg-type]
+            largest(machine, MOTION, quantity, **{name: given})
     with pytest.raises(ArgumentError, match='at: belongs to the quantity "payload" alone'):
         largest(machine, MOTION, "pace", at=(0, 0, 0))
     with pytest.raises(ArgumentError, match='direction: belongs to the quantity "overhang" alone'):

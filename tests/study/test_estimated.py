@@ -35,7 +35,7 @@ def cart(product: str = "HGW25CC", **keys: Any) -> Machine:
         for end, x in (("a", -0.5), ("b", 0.5))
     ]
     tables[0] |= keys
-    return machine(*tables, rails=rails)  # type: ignore[arg-type]
+    return machine(*tables, rails=rails)
 
 
 def study(built: Machine, *vary: dict[str, Any], **keys: Any) -> Study:

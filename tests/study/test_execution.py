@@ -62,7 +62,7 @@ def test_a_file_replaces_its_study_and_other_types_are_refused(monkeypatch: pyte
     assert [run_study(file).runs for file in list(of_file)] == [20, 20] and not of_file
     for other in (3, None, {"samples": 2}):
         with pytest.raises(TypeError, match="study: expected a Study, as from Study.from_toml"):
-            run_study(other)  # type: ignore[arg-type]
+            run_study(other)
 
 
 # ---- the same to the last bit

@@ -129,9 +129,9 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     """
     histories = Histories(result.machine, result.quantities)
     static = histories.resultants(histories.quasi_static)
-    loads = _Loads(
-        result.quantities["resultant"], static, "static with m a", "resultant_sd", "√(Fy² + Fz²)", "N"
-    )
+    peaks = np.stack([result.peak_columns[name] for name in ("time_of_peak_s", "peak_resultant_N")], axis=1)
+    values, name = result.quantities["resultant"], "√(Fy² + Fz²)"
+    loads = _Loads(values, static, "static with m a", "resultant_sd", name, "N", peaks)
     return _carriages(result, loads, "Resultant load of the carriages", ax)
 
 
@@ -183,7 +183,10 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
             _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
         label = f"static {load_with_unit(static)}"
         ax.axhline(static, color=INK, linewidth=0.8, linestyle=DASHED, label=label)
-        label = f"{_peak(part)} {load_with_unit(load[peak])} at {time[peak]:.2f} s"
+        largest = load[peak]
+        if part is None and "peak_force" in data:  # between the instants too
+            largest = np.copysign(data["peak_force"][index, component], largest)
+        label = f"{_peak(part)} {load_with_unit(float(largest))} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
         ax.set(xlabel="time [s]", ylabel=f"load F{axis} [N]")
         title = f"Carriage {carriage}, {axis}{'' if part is None else ', worst cycle'}"
@@ -201,6 +204,7 @@ class _Loads(NamedTuple):
     """Loads and static loads of the carriages, both (time, carriage) and >= 0.
 
     deviations: name in the result of the standard deviations of the loads; missing if the motion has no uncertainty.
+    peaks: (carriage, 2) times and values of the peaks between the instants too; None: those at the instants.
     """
 
     values: Array
@@ -209,6 +213,7 @@ class _Loads(NamedTuple):
     deviations: str
     name: str
     unit: str
+    peaks: Array | None = None
 
 
 def _carriages(result: Result, loads: _Loads, title: str, ax: Axes | None) -> Axes:
@@ -240,12 +245,14 @@ def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None)
         # Each line is thinner than the one before, so that equal loads of symmetric carriages are all visible.
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
         style = {"color": color, "linestyle": dash, "linewidth": width, "alpha": LINE_ALPHA}
-        label = f"{plain(str(name))}: {_peak(part)} {load_with_unit(load.max(), loads.unit)}"
+        at, peak = time[load.argmax()], load.max()
+        if part is None and loads.peaks is not None:
+            at, peak = loads.peaks[index]
+        label = f"{plain(str(name))}: {_peak(part)} {load_with_unit(peak, loads.unit)}"
         draw_history(ax, time, load, envelope, label=label, **style)
         if not envelope:
             ax.plot(time, static[:, index], color=INK, linewidth=0.8, linestyle=DASHED, zorder=2.5)
-        peak = int(load.argmax())
-        ax.plot(time[peak], load[peak], "o", color=color, markersize=4, clip_on=False, zorder=3)
+        ax.plot(at, peak, "o", color=color, markersize=4, clip_on=False, zorder=3)
         if deviations is not None:
             alpha = BAND_ALPHA / np.sqrt(len(carriages))  # bands of symmetric carriages cover each other
             _draw_band(ax, time, load, deviations[:, index], color, alpha)

@@ -23,7 +23,7 @@ def numbalsoda(solver: str) -> Callable[[Problem], At]:
         n, inner, solve = given.b.size, fill(given), getattr(package, solver)
 
         @numba.cfunc(package.lsoda_sig)
-        def right(t, x, out, data):  # type: ignore[no-untyped-def]
+        def right(t, x, out, data):
             inner(t, numba.carray(x, (n,)), numba.carray(out, (n,)))
 
         address, start, loads = right.address, np.zeros(n), loads_of(given)

@@ -73,7 +73,7 @@ class Scatter:
             return problem(self.machine_of(scene), self.motion)
         machine = replace(self, clearance=0.0).machine_of(scene)
         k = machine.link_table().stiffness
-        given = problem(machine, self.motion, Sided(k, k, self.clearance))  # type: ignore[arg-type]
+        given = problem(machine, self.motion, Sided(k, k, self.clearance))
         # The same with links of 1 N/m, whose stiffness stands in what their forces are multiplied with.
         return replace(given, law=self.law, by=given.by * k, onto=given.onto * k)
 

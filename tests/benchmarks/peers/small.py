@@ -239,7 +239,7 @@ def scipy_leg(method: str) -> Solve:
             def event(t: float, x: Array, guard: Guard = guard) -> float:
                 return float(guard.sign * (x[guard.axis] - guard.edge))
 
-            event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+            event.terminal, event.direction = True, -1.0
             events.append(event)
         options: dict[str, Any] = {}
         if method in ("Radau", "BDF", "LSODA"):
@@ -289,8 +289,8 @@ def sundials_leg(name: str) -> Solve:
             rooms(t, x, out)
 
         for event in (rooms, events):
-            event.terminal = [True] * len(leg.guards)  # type: ignore[attr-defined]
-            event.direction = [-1] * len(leg.guards)  # type: ignore[attr-defined]
+            event.terminal = [True] * len(leg.guards)
+            event.direction = [-1] * len(leg.guards)
         options: dict[str, Any] = {"rtol": RTOL, "atol": RTOL * leg.size, "max_num_steps": STEPS}
         if leg.guards:
             options |= {"eventsfn": events if residual else rooms, "num_events": len(leg.guards)}

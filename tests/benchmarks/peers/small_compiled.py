@@ -174,7 +174,7 @@ def _diffrax(diffrax: Any, jax: Any, solver: str, rate: Any, rooms: tuple[Any, .
             saveat=diffrax.SaveAt(ts=times, t1=True), stepsize_controller=control, max_steps=STEPS, event=event,
         )  # fmt: skip
 
-    return jax.jit(run)  # type: ignore[no-any-return]
+    return jax.jit(run)
 
 
 @cache
@@ -233,7 +233,7 @@ def diffrax_leg(given: Equations, solver: str) -> Solve:
 # ---- RK4 of fixed steps, by hand
 
 
-@numba.njit(fastmath=False)  # type: ignore[misc]
+@numba.njit(fastmath=False)
 def _rk4(
     a: Array,
     c: Array,
@@ -248,21 +248,21 @@ def _rk4(
 ) -> int:
     """Times and states after each step in `kept` (steps + 1, 1 + 2n); returns how many there are."""
 
-    def rate(s, x):  # type: ignore[no-untyped-def]
+    def rate(s, x):
         out = a @ x + c + rise * s
         if law[2] > 0.0:
             pull = max(law[1] + x[0], 0.0) ** law[0] - max(law[1] - x[0], 0.0) ** law[0]
             out[0], out[1] = x[1], c[1] + rise[1] * s - law[2] * pull
         return out
 
-    def step(s, x, h):  # type: ignore[no-untyped-def]
+    def step(s, x, h):
         one = rate(s, x)
         two = rate(s + h / 2, x + h / 2 * one)
         three = rate(s + h / 2, x + h / 2 * two)
         four = rate(s + h, x + h * three)
         return x + h / 6 * (one + 2 * two + 2 * three + four)
 
-    def room(x):  # type: ignore[no-untyped-def]
+    def room(x):
         least = 1.0
         for i in range(len(guards)):
             least = min(least, guards[i, 1] * (x[int(guards[i, 0])] - guards[i, 2]))
