@@ -7,7 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.machine.components import Body, point_inertia
+from guideload.machine.components import Body
+from guideload.machine.inertia import point_inertia
 
 
 def united(body: Body, others: Iterable[Body]) -> Body:

@@ -34,11 +34,11 @@ from guideload.base.ranges import (
     MASS,
     POSITION,
     ROLL,
-    SMALLEST_MOMENT,
     TILTING,
     TRAVEL,
 )
 from guideload.base.visible_text import HIDDEN, escaped
+from guideload.machine.inertia import PRINTED_DIGITS, central, require_physical
 from guideload.machine.laws import (
     Clearance,
     Compliance,
@@ -89,13 +89,6 @@ InertiaRow = Annotated[tuple[Inertia, Inertia, Inertia], _XYZ]
 Tensor = Annotated[tuple[InertiaRow, InertiaRow, InertiaRow], _ROWS]
 
 
-# Tolerance relative to the largest entry: CAD systems print six digits, so entries are rounded by up to 5e-6, and the
-# tensor of a flat plate is on the limit of the triangle rule.
-PRINTED_DIGITS = 1e-5
-# Tolerance relative to the largest entry: rounding where a tensor is shifted to another point.
-ROUNDING = 1e-12
-
-
 class Body(ConfigModel):
     """The moving rigid body."""
 
@@ -126,42 +119,12 @@ class Body(ConfigModel):
         tensor = 0.5 * (tensor + tensor.T)
         others = [info.data[key] for key in ("mass", "center_of_mass", "inertia_about") if key in info.data]
         if len(others) == 3:  # none of them was refused
-            _require_physical(_central(tensor, *others), rows, scale)
+            require_physical(central(tensor, *others), rows, scale)
         return cast(Tensor, tuple(map(tuple, tensor.tolist())))
 
     def central_inertia(self) -> Array:
         """Inertia tensor about the centre of mass, shape (3, 3) [kg m^2]: J_S = J_L + m skew(r_S)^2."""
-        return _central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
-
-
-def _central(inertia: Array, mass: float, center: tuple[float, float, float], about: str) -> Array:
-    return inertia if about == "center_of_mass" else inertia - point_inertia(mass, np.array(center))
-
-
-def point_inertia(mass: float, r: Array) -> Array:
-    """Inertia tensor (3, 3) [kg m^2] of a point mass at r (3,) [m] (Steiner)."""
-    return np.asarray(mass * (r @ r * np.eye(3) - np.outer(r, r)))
-
-
-def _require_physical(central: Array, rows: Tensor, scale: float) -> None:
-    """Raise ValueRefused unless each principal moment is positive and at most the sum of the other two."""
-    small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(central))
-    found = f"principal moments about the centre of mass are {small:g}, {middle:g}, {large:g} kg m^2"
-    way_out = "check inertia_about, the units and the signs (entries of the tensor: Jxy = -sum m x y)"
-    if small <= ROUNDING * scale:
-        raise ValueRefused(
-            "a positive definite tensor", rows, f"its {found}: the smallest is not above 0; {way_out}"
-        )
-    if small < SMALLEST_MOMENT:
-        least = f"principal moments of at least {SMALLEST_MOMENT:g} kg m^2"
-        raise ValueRefused(least, rows, f"its {found}; {way_out}")
-    excess = large - (small + middle)
-    if excess > PRINTED_DIGITS * scale:
-        raise ValueRefused(
-            "a tensor that a body can have (triangle rule: no principal moment above the sum of the others)",
-            rows,
-            f"its {found}: the largest is {excess:g} kg m^2 too large, {excess / large:.2%} of it; {way_out}",
-        )
+        return central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
 
 
 class Rail(ConfigModel):

@@ -89,7 +89,7 @@ impl Course {
 /// Integrals of `P^p |v|` and `|v|` over each interval between n instants, two of (n - 1,). bows: (n - 1, 6), see `group_load_bows`.
 #[pyfunction]
 #[pyo3(signature = (time, velocity, acceleration, loads, rule, exponent, bows=None))]
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments)] // each has a name in Python
 pub fn equivalent_load_integrals<'py>(
     py: Python<'py>,
     time: PyReadonlyArray1<'py, f64>,

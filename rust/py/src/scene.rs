@@ -232,7 +232,7 @@ impl PyScene {
     }
 
     /// Mean load of each group of links in each interval, less the mean of its loads at both ends (n - 1, groups, 6).
-    #[allow(clippy::too_many_arguments)]
+    #[allow(clippy::too_many_arguments)] // each has a name in Python
     fn group_load_bows<'py>(
         &self,
         py: Python<'py>,

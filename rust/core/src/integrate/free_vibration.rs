@@ -2,7 +2,8 @@
 
 use super::leap::has_intervals;
 use super::method::Method;
-use super::step_loop::{Runner, StepControl};
+use super::step_control::StepControl;
+use super::step_loop::Runner;
 use crate::contacts::SwitchedEquations;
 use crate::equations::{Equations, LEAP, LeapBounds, Linearized};
 use crate::excitation::{Excitation, Forcing};

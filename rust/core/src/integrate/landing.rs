@@ -1,7 +1,8 @@
 //! Steps that end at a contact change.
 
 use super::method::Method;
-use super::step_loop::{Interval, Runner, SHORTEST};
+use super::step_control::{Interval, SHORTEST};
+use super::step_loop::Runner;
 use crate::contacts::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::RunError;

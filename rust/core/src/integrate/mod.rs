@@ -27,6 +27,7 @@ mod run;
 mod side_by_side;
 mod start;
 mod step_cache;
+mod step_control;
 mod step_loop;
 mod tableau;
 

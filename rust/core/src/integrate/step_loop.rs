@@ -1,16 +1,16 @@
 //! The one loop of all methods: from sample to sample of the excitation.
 
 use super::budget::{BETWEEN, Budget};
-use super::control::{Control, Controller, ErrorNorm};
+use super::control::Control;
 use super::leap_plan::LeapPlan;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
+use super::step_control::{Interval, Plan, SHORTEST, StepControl};
 use crate::contacts::SwitchedEquations;
 use crate::equations::Equations;
-use crate::error::{OtherMethod, RunError};
+use crate::error::RunError;
 use crate::excitation::{Forcing, Instant, Ramp, Values};
-use crate::numeric::float::{ceil, floor};
-use crate::system::{State, finite, speed};
+use crate::system::{State, finite};
 
 /// State of a run in progress.
 pub(super) struct Runner<'a, M: Method, C> {
@@ -22,43 +22,6 @@ pub(super) struct Runner<'a, M: Method, C> {
     pub recorder: Recorder<'a>,
     pub summary: Summary,
     pub budget: Budget,
-}
-
-/// Choice and acceptance of the steps of a run.
-pub(super) struct StepControl {
-    pub control: Control,
-    /// None for fixed steps, and for a method without step error.
-    pub controller: Option<Controller>,
-    pub norm: ErrorNorm,
-    /// Whether the method has a step error.
-    pub has_error: bool,
-    /// Whether there are edges at which the equations are not analytic.
-    pub has_edges: bool,
-    /// Whether the step starts or ends at one of them.
-    pub at_edge: bool,
-    /// Way out if the run fails.
-    pub other: OtherMethod,
-    /// Whether the last interval was one step, if the method tries that first.
-    pub was_whole: bool,
-    /// Bound on the speed `|η'|`: the size of the first state and the impulse of the excitation so far, for fixed steps.
-    pub reach: f64,
-}
-
-/// One interval of the excitation, or several that lie on one straight line: from sample `first` to sample `until`.
-#[derive(Clone, Copy)]
-pub(super) struct Interval {
-    pub first: usize,
-    pub until: usize,
-    /// Time of the first sample, s.
-    pub start: f64,
-    /// s.
-    pub length: f64,
-}
-
-/// Equal steps planned for the rest of an interval: how many are left, and their length, s.
-struct Plan {
-    left: f64,
-    h: f64,
 }
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
@@ -325,81 +288,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     }
 }
 
-impl StepControl {
-    /// Whether a step to `next` with this estimated error is accepted.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn judge(
-        &mut self,
-        ramp: &Ramp,
-        next: &State,
-        error: &State,
-        interval: Interval,
-        done: f64,
-    ) -> Result<bool, RunError> {
-        let (time, h) = (interval.start + done, ramp.h);
-        // Without a step error no free motion grows, and a state that overflows stays infinite: one test at the end suffices.
-        let mut bounded = !self.has_error || finite(next);
-        if let Some(controller) = &mut self.controller {
-            let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
-            let no_margin = self.at_edge || interval.until > interval.first + 1;
-            let rounding = || if self.has_edges && bounded { ROUNDING * self.norm.of(next) } else { 0.0 };
-            if !controller.accept(h, error, no_margin, rounding) {
-                if h <= 2.0 * SHORTEST * interval.length {
-                    // Within so short a time from an edge the error falls hardly faster than the step.
-                    if self.has_edges && controller.is_negligible(error) {
-                        return Ok(true);
-                    }
-                    return Err(RunError::StepTooSmall {
-                        time,
-                        step: h,
-                        error: controller.error_ratio(),
-                        other: self.other,
-                    });
-                }
-                return Ok(false);
-            }
-        } else if self.has_error {
-            // Springs and dampers are passive, and their potential is lowest at rest, so |η'| grows no faster than ∫ |f| dt.
-            self.reach += ramp.impulse();
-            // Before it acts, a state is rounding only.
-            bounded &= speed(next) <= DIVERGENCE * self.reach || self.norm.of(next) <= STILL;
-        }
-        if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h, other: self.other }) }
-    }
-
-    /// Replans the `rest` of an interval of `length` s if the step size has changed.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn update_plan(&mut self, plan: &mut Plan, rest: f64, length: f64) {
-        let wanted = match (&mut self.controller, self.control) {
-            (Some(controller), _) => controller.split(rest),
-            (None, Control::Fixed { step }) if plan.left == 0.0 => ceil(rest / step * (1.0 - 1e-12)),
-            (None, Control::Fixed { .. }) => plan.left,
-            (None, Control::Adaptive { .. }) => 1.0,
-        };
-        if plan.left == 0.0 || wanted > plan.left || 1.25 * wanted <= plan.left {
-            (plan.left, plan.h) = (1.0, rest);
-            if wanted > 1.0 {
-                plan.left = f64::min(wanted, f64::max(1.0, floor(rest / length / SHORTEST)));
-                plan.h = rest / plan.left;
-            }
-        }
-    }
-}
-
 /// A fast path over no more intervals than this was not worth its tests: near edges under a noisy motion most of them fail. Then the next one
 /// is tried after a pause of so many intervals.
 const SHORT_GLIDE: usize = 4;
 const GLIDE_PAUSE: usize = 8;
-
-/// Largest speed of a stable run over the bound from the impulse of the excitation.
-const DIVERGENCE: f64 = 100.0;
-
-/// Estimated error of a step that is rounding of its states, over their size. After an edge steps are so short that their share of the
-/// tolerance may be less.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-/// Norm of a state over the load scale below which divergence is not tested. Rounding is some 1e-15 of the preloads.
-const STILL: f64 = 1e-6;
-
-/// Shortest step, as a fraction of the interval that it lies in.
-pub(super) const SHORTEST: f64 = 1e-9;
