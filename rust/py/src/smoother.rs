@@ -1,4 +1,4 @@
-//! The smoother's kernels over arrays.
+//! The smoother over arrays.
 
 use guideload::Watch;
 use guideload::smoother::{

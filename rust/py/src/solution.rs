@@ -13,7 +13,6 @@ use crate::convert::{self, CoreError, List, filled};
 use crate::interrupt::{compute, try_compute};
 use crate::links::group_loads;
 use crate::riders::Travels;
-use crate::scene::table;
 
 /// Excitation at the recorded instants: the given samples, or interpolated at output times.
 pub enum Inputs {
@@ -145,7 +144,10 @@ impl PySolution {
 
     /// The excitation at the recorded instants, (time, 9): acceleration, force, moment about L.
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        table(py, (0..self.states.len()).map(|k| self.inputs.at(k)))
+        filled(py, &[self.states.len(), 9], |out| {
+            out.as_chunks_mut::<9>().0.iter_mut().enumerate().for_each(|(k, out)| *out = self.inputs.at(k));
+            Ok(())
+        })
     }
 }
 

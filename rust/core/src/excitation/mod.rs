@@ -68,9 +68,7 @@ impl<'a> Excitation<'a> {
         if let Some(index) = first_not_finite(time) {
             return Err(ExcitationError::NotFinite { field: "time", index });
         }
-        if !dispatch!(every(time.windows(2), |pair| pair[0] < pair[1])) {
-            check_order(time)?;
-        }
+        check_order(time)?;
         if acceleration.len() != time.len() {
             return Err(ExcitationError::Length {
                 field: "acceleration",

@@ -6,6 +6,9 @@ const MOST: usize = 64;
 /// Roundings of the largest time by which the sum of lengths may move a time.
 const MOST_MOVED: f64 = 8.0;
 
+/// Roundings of the largest time up to which a length has too few digits to be compared.
+const NEAR_ROUNDING: f64 = 16.0;
+
 /// Lengths that agree to within the rounding of the times, and so count as one: their mean.
 struct Length {
     first: f64,
@@ -16,12 +19,18 @@ struct Length {
 /// The lengths of the intervals between uneven times (s), of which all that are equal but for the rounding of the times are the same number.
 ///
 /// So a record with gaps, or one whose intervals are divided, takes as long as a uniform one: what is prepared for a length serves for all
-/// intervals that have it. None where there are more than 64 lengths, or where a time would move by more than eight roundings.
+/// intervals that have it. None where there are more than 64 lengths,
+/// where a length is near the rounding of the times, where a time would move by more than eight roundings, or where memory is missing.
 pub fn repeated_lengths(time: &[f64]) -> Option<Vec<f64>> {
     let rounding = f64::EPSILON * f64::max(time.first()?.abs(), time.last()?.abs());
-    let (mut lengths, mut of, mut last) = (Vec::<Length>::new(), Vec::<u8>::with_capacity(time.len()), 0);
+    let (mut lengths, mut of, mut result, mut last) = (Vec::<Length>::new(), Vec::<u8>::new(), Vec::new(), 0);
+    of.try_reserve_exact(time.len()).ok()?;
+    result.try_reserve_exact(time.len()).ok()?;
     for pair in time.windows(2) {
         let length = pair[1] - pair[0];
+        if 0.0 < length && length <= NEAR_ROUNDING * rounding {
+            return None;
+        }
         // A jump is exactly zero.
         let is_near = |other: &Length| {
             (other.first - length).abs() <= 2.0 * rounding && (other.first == 0.0) == (length == 0.0)
@@ -44,11 +53,12 @@ pub fn repeated_lengths(time: &[f64]) -> Option<Vec<f64>> {
     let mut moved = 0.0_f64;
     for (pair, &index) in time.windows(2).zip(&of) {
         moved += means[usize::from(index)] - (pair[1] - pair[0]);
-        if moved.abs() > MOST_MOVED * rounding {
+        if moved.is_nan() || moved.abs() > MOST_MOVED * rounding {
             return None;
         }
+        result.push(means[usize::from(index)]);
     }
-    Some(of.into_iter().map(|index| means[usize::from(index)]).collect())
+    Some(result)
 }
 
 #[cfg(test)]

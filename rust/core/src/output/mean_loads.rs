@@ -29,8 +29,9 @@ impl ReferenceMotion<'_> {
     /// The mean of each load in each interval less the mean of its values at both ends, by Simpson's rule:
     /// `out[(k * loads + load) * 6 + row]`. Returns whether all values are finite.
     ///
-    /// The state in the middle is that of the quintic polynomial through position, velocity and acceleration at both ends, where that
-    /// differs little from the cubic one through position and velocity; else the mean of both states.
+    /// In the middle, the position is that of the quintic polynomial through position, velocity and acceleration at both ends, and the
+    /// velocity that of the cubic one through velocity and acceleration. Where the cubic polynomial through position and velocity gives
+    /// another position, the motion is not smooth, and both are means of the ends.
     ///
     /// # Panics
     /// If the lengths do not agree.

@@ -264,11 +264,22 @@ impl Record for Peaks<'_> {
             since -= excitation.interval(sample);
             sample += 1;
         }
-        // At a sample but for rounding: there is no piece in between.
-        let time = excitation.time(sample) + since;
-        if since <= 4.0 * f64::EPSILON * time.abs() && !self.between.jumps_at([Some((sample, since)), None]) {
-            since = 0.0;
+        // At a sample but for rounding: there is no piece in between. Over several intervals, the rounding is that of the times.
+        if sample + 1 < excitation.count() && !self.between.jumps_at([Some((sample, since)), None]) {
+            let interval = excitation.interval(sample);
+            let rounding = if sample == first {
+                4.0 * f64::EPSILON * interval
+            } else {
+                let last = excitation.time(excitation.count() - 1);
+                16.0 * f64::EPSILON * f64::max(excitation.time(0).abs(), last.abs())
+            };
+            if since <= rounding {
+                since = 0.0;
+            } else if interval - since <= rounding {
+                (sample, since) = (sample + 1, 0.0);
+            }
         }
+        let time = excitation.time(sample) + since;
         let input = if self.needs_input { excitation.input_at(time) } else { NO_INPUT };
         self.add(time, Some((sample, since)), state, &input);
     }

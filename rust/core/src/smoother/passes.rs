@@ -1,6 +1,6 @@
 //! The filter forwards and the smoother backwards, sample by sample; a closure of the caller receives each result.
 //!
-//! All functions are inlined into the kernels of `smooth` and `adapt`, which are compiled for the widest vectors.
+//! All functions are inlined into those of `smooth` and `adapt` that are compiled for the widest vectors.
 
 use core::marker::PhantomData;
 

@@ -1,4 +1,4 @@
-//! Aligned buffer: vectors of any width in plain memory, so that one kernel can write what another reads.
+//! Aligned buffer: vectors of any width in plain memory, so that one function can read with one width what another wrote with another.
 
 use pulp::Simd;
 

@@ -1,7 +1,8 @@
 //! Real and complex numbers, one scene in each lane.
 //!
 //! Every operation works on each lane separately and rounds as the same operation on one number does, so a result is the same to the last
-//! bit in any lane of any width. Callers must be `#[inline(always)]` up to a kernel, or they are compiled for the oldest processor.
+//! bit in any lane of any width. Callers must be `#[inline(always)]` up to the function that is compiled for the vectors of the processor, or
+//! they are compiled for the oldest processor.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
