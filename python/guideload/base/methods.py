@@ -1,6 +1,7 @@
 """The integration methods: what `auto`, the command line, bands, audit and charts know of each.
 
-A new method is a name and a row here, and in the core a file and its names in `named_method.rs` and `batch`.
+A new method is a name and a row here, and in the core a file, a line in `integrate/mod.rs` and a row in
+`integrate/named_method.rs`.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use guideload::LawParameter;
-use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target};
+use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target};
 use guideload::{Excitation, Free, Law, Link, carriage_ends};
 use nalgebra::{Matrix3, Vector3};
 
@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             [Statistic::Min, Statistic::Max].map(|statistic| Measure::Load(group, quantity, statistic))
         })
         .collect();
-    let batch = Batch::new(base, motion, &changes, &measures, Solver::Auto, 1e-6)?;
+    let batch = Batch::new(base, motion, &changes, &measures, None, 1e-6)?;
     let mut table = vec![0.0; samples * measures.len()];
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let clock = Instant::now();

@@ -1,8 +1,8 @@
 //! A batch from bytes: refused, or finite but for samples that are told as failed, and the same bits at any width.
 #![no_main]
 
-use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Solver, Target, Width};
-use guideload::{Excitation, LawParameter};
+use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Target, Width};
+use guideload::{Excitation, LawParameter, NamedMethod};
 use guideload_fuzz::Source;
 use libfuzzer_sys::fuzz_target;
 use nalgebra::Vector3;
@@ -44,8 +44,8 @@ fuzz_target!(|bytes: &[u8]| {
             Measure::from_names(quantity, source.below(2), statistic)
         })
         .collect();
-    let solver = [Solver::Auto, Solver::Exact, Solver::Exponential, Solver::Rk45, Solver::Implicit][source.below(5)];
-    let Ok(batch) = Batch::new(base, motion, &changes, &measures, solver, 1e-6) else { return };
+    let method = NamedMethod::ALL.get(source.below(1 + NamedMethod::ALL.len())).copied();
+    let Ok(batch) = Batch::new(base, motion, &changes, &measures, method, 1e-6) else { return };
     let count = 1 + source.below(5);
     let values: Vec<f64> = (0..count * batch.columns()).map(|_| source.number(1.0)).collect();
     let found = [Width::Widest, Width::One].map(|width| {

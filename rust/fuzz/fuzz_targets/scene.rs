@@ -26,7 +26,7 @@ fuzz_target!(|bytes: &[u8]| {
     else {
         return;
     };
-    let method = [NamedMethod::Exact, NamedMethod::Exponential, NamedMethod::Rk45, NamedMethod::Implicit][source.below(4)];
+    let method = NamedMethod::ALL[source.below(NamedMethod::ALL.len())];
     let control = Control::Adaptive { rtol: [1e-3, 1e-6, 1e-9, source.number(1e-6)][source.below(4)] };
     let start = [Start::AtRest, Start::QuasiStatic][source.below(2)];
     let mut states: Vec<State> = Vec::new();

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use guideload::batch::{Batch, Change, Measure, Motion, MotionDraws, Solver, Width};
-use guideload::{BatchError, SampleError, Start, Watch};
+use guideload::batch::{Batch, Change, Measure, Motion, MotionDraws, Width};
+use guideload::{BatchError, NamedMethod, SampleError, Start, Watch};
 use numpy::{PyArray4, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -12,6 +12,7 @@ use crate::bands::PyMotionDraws;
 use crate::convert::{self, Array2, CoreError, List, Samples, filled, numbers};
 use crate::interrupt::try_compute;
 use crate::life::{Rule, equivalent_load};
+use crate::scene::named_method;
 use crate::variation::{OwnedBase, PyVariedScene};
 
 /// A batch, with the data that it borrows.
@@ -23,7 +24,8 @@ pub struct PyBatch {
     exponent: f64,
     changes: Vec<Change>,
     measures: Vec<Measure>,
-    solver: Solver,
+    /// None: auto.
+    method: Option<NamedMethod>,
     rtol: f64,
     start: Start,
     /// Whether extremes are those at the samples, or those at any time.
@@ -75,7 +77,7 @@ impl PyBatch {
             exponent,
             changes: scene.changes.clone(),
             measures: measures.0.iter().map(measure).collect::<PyResult<_>>()?,
-            solver: solver(method)?,
+            method: if method == "auto" { None } else { Some(named_method(method)?) },
             rtol,
             start: convert::start(start)?,
             at_samples,
@@ -148,7 +150,7 @@ impl PyBatch {
             exponent: self.exponent,
         };
         let batch =
-            Batch::new(self.base.base(), motion, &self.changes, &self.measures, self.solver, self.rtol)?;
+            Batch::new(self.base.base(), motion, &self.changes, &self.measures, self.method, self.rtol)?;
         let batch = batch.with_start(self.start).with_watch(watch);
         let batch = if self.at_samples { batch.at_samples() } else { batch };
         Ok(then(match &self.draws {
@@ -170,13 +172,5 @@ fn table(values: &PyReadonlyArray2<'_, f64>) -> PyResult<(usize, Vec<f64>)> {
 fn measure((quantity, index, statistic): &(String, usize, String)) -> PyResult<Measure> {
     Measure::from_names(quantity, *index, statistic).ok_or_else(|| {
         PyValueError::new_err(format!("measures: there is no ({quantity:?}, {index}, {statistic:?})"))
-    })
-}
-
-fn solver(name: &str) -> PyResult<Solver> {
-    Solver::from_name(name).ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "method: expected auto, exact, exponential, rk45 or implicit, got {name:?}"
-        ))
     })
 }

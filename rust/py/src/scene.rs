@@ -30,7 +30,8 @@ pub struct PyScene(pub Arc<System>, pub Vec<Rider>);
 /// The method of that name.
 pub fn named_method(name: &str) -> PyResult<NamedMethod> {
     NamedMethod::from_name(name).ok_or_else(|| {
-        PyValueError::new_err(format!("method: expected exact, exponential, rk45 or implicit, got {name:?}"))
+        let known: Vec<_> = NamedMethod::ALL.iter().map(|method| method.name()).collect();
+        PyValueError::new_err(format!("method: expected one of {}, got {name:?}", known.join(", ")))
     })
 }
 

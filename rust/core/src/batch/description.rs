@@ -6,10 +6,9 @@ use super::measure::Measure;
 use super::motion_draws::MotionDraws;
 use super::requirements::{self, Requirements};
 use super::single::RunSettings;
-use super::solver::Solver;
 use super::travel::Motion;
 use super::windows::{Window, windows};
-use crate::integrate::{Control, Start};
+use crate::integrate::{Control, NamedMethod, Start};
 use crate::model::Dof;
 use crate::numeric::watch::Watch;
 use crate::variation::{Base, Change, Instance, Plan};
@@ -27,7 +26,7 @@ pub struct Batch<'a> {
     pub(super) windows: Vec<Window<'a>>,
     pub(super) lanes: Lanes<'a>,
     pub(super) typical_interval: f64,
-    pub(super) solver: Solver,
+    pub(super) method: Option<NamedMethod>,
     pub(super) rtol: f64,
     pub(super) watch: Watch<'a>,
     /// Draws of the motion, and the column of values with their numbers.
@@ -35,8 +34,11 @@ pub struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    /// A batch of `changes` of a `base` under a `motion`. `rtol`: error of the link loads relative to [`crate::load_scale`], for methods
-    /// with a step error.
+    /// A batch of `changes` of a `base` under a `motion`.
+    ///
+    /// `method` None: exact if the laws of a sample allow it; exponential with preloaded links; with clearance, sides or curves beside them
+    /// rk45, or implicit if rk45 would be unstable. `rtol`: error of the link loads relative to [`crate::load_scale`], for methods with a
+    /// step error.
     ///
     /// # Errors
     /// [`BatchError`] for a target that does not exist or is changed twice, for an argument out of range, and for a base that is not a valid
@@ -46,13 +48,13 @@ impl<'a> Batch<'a> {
         motion: Motion<'a>,
         changes: &[Change],
         measures: &[Measure],
-        solver: Solver,
+        method: Option<NamedMethod>,
         rtol: f64,
     ) -> Result<Self, BatchError> {
         let excitation = &motion.excitation;
         requirements::check(&base, measures)?;
         motion.check()?;
-        Control::Adaptive { rtol }.check(solver != Solver::Exact)?;
+        Control::Adaptive { rtol }.check(method != Some(NamedMethod::Exact))?;
         let drive_is_held = !base.free.contains(Dof::X);
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);
@@ -69,7 +71,7 @@ impl<'a> Batch<'a> {
             typical_interval: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
             base,
             motion,
-            solver,
+            method,
             rtol,
             watch: Watch::NEVER,
             draws: None,
@@ -136,7 +138,7 @@ impl<'a> Batch<'a> {
             drawn,
             windows: &self.windows,
             typical_interval: self.typical_interval,
-            solver: self.solver,
+            method: self.method,
             rtol: self.rtol,
             watch: self.watch,
         }

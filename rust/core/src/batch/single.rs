@@ -1,7 +1,6 @@
 //! Runs of single samples, for any scene.
 
 use super::reduce::{Memory, Reduce};
-use super::solver::Solver;
 use super::windows::Window;
 use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
@@ -20,7 +19,8 @@ pub(super) struct RunSettings<'a> {
     pub windows: &'a [Window<'a>],
     /// Median interval between samples, s.
     pub typical_interval: f64,
-    pub solver: Solver,
+    /// None: the method that suits each system.
+    pub method: Option<NamedMethod>,
     pub rtol: f64,
     pub watch: Watch<'a>,
 }
@@ -62,29 +62,26 @@ impl RunSettings<'_> {
         Ok((record.record, summary.end))
     }
 
-    /// The method for a system; resolves `Auto`.
+    /// The method for a system.
     pub(super) fn method_for(&self, system: &System) -> NamedMethod {
-        match self.solver {
-            Solver::Exact => NamedMethod::Exact,
-            Solver::Exponential => NamedMethod::Exponential,
-            Solver::Rk45 => NamedMethod::Rk45,
-            Solver::Implicit => NamedMethod::Implicit,
-            Solver::Auto if system.model_level() != ModelLevel::SmoothNonlinear => NamedMethod::Exact,
-            Solver::Auto => {
-                let values = eigenvalues(system);
-                let [fastest, turning] = values.map_or([f64::INFINITY; 2], |values| {
-                    values.iter().fold([0.0; 2], |[most, turning], value| {
-                        [f64::max(most, value.norm()), f64::max(turning, value.im.abs())]
-                    })
-                });
-                let (method, speed, most) = if system.first_segmented().is_none() {
-                    (NamedMethod::Exponential, turning, LONGEST * EXPONENTIAL_COST)
-                } else {
-                    (NamedMethod::Rk45, fastest, STABLE * RK45_COST)
-                };
-                if speed * self.typical_interval <= most { method } else { NamedMethod::Implicit }
-            }
+        if let Some(method) = self.method {
+            return method;
         }
+        if system.model_level() != ModelLevel::SmoothNonlinear {
+            return NamedMethod::Exact;
+        }
+        let values = eigenvalues(system);
+        let [fastest, turning] = values.map_or([f64::INFINITY; 2], |values| {
+            values.iter().fold([0.0; 2], |[most, turning], value| {
+                [f64::max(most, value.norm()), f64::max(turning, value.im.abs())]
+            })
+        });
+        let (method, speed, most) = if system.first_segmented().is_none() {
+            (NamedMethod::Exponential, turning, LONGEST * EXPONENTIAL_COST)
+        } else {
+            (NamedMethod::Rk45, fastest, STABLE * RK45_COST)
+        };
+        if speed * self.typical_interval <= most { method } else { NamedMethod::Implicit }
     }
 }
 

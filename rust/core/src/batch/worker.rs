@@ -8,9 +8,8 @@ use super::lanes::LaneMemory;
 use super::preloaded::{Beside, measure_side_by_side};
 use super::reduce::Memory;
 use super::single;
-use super::solver::Solver;
 use super::time_statistics::RunningStatistics;
-use crate::integrate::scenes_side_by_side;
+use crate::integrate::{NamedMethod, scenes_side_by_side};
 use crate::numeric::simd::{LANES, MAX_LANES};
 use crate::variation::{Instance, SampleError};
 
@@ -94,7 +93,7 @@ impl Worker {
         // Linear scenes run side by side. Those for which the lanes are not accurate enough are left to the others.
         let lost = vec![false; batch.requirements().contacts.len()];
         let in_lanes =
-            matches!(batch.solver, Solver::Auto | Solver::Exact) && batch.lanes.can_start(batch.start);
+            matches!(batch.method, None | Some(NamedMethod::Exact)) && batch.lanes.can_start(batch.start);
         if in_lanes {
             let (linear, mut rest): (Vec<usize>, Vec<usize>) =
                 valid.into_iter().partition(|&index| self.samples[index].is_linear());
@@ -116,7 +115,7 @@ impl Worker {
             }
             valid = rest;
         }
-        let side_by_side = matches!(batch.solver, Solver::Auto | Solver::Exponential);
+        let side_by_side = matches!(batch.method, None | Some(NamedMethod::Exponential));
         let (preloaded, rest): (Vec<usize>, Vec<usize>) =
             valid.into_iter().partition(|&index| side_by_side && self.samples[index].is_preloaded());
         for some in preloaded.chunks(scenes_side_by_side()) {

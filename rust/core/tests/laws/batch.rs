@@ -2,12 +2,12 @@
 
 use guideload::LawParameter;
 use guideload::batch::{
-    Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target, time_weights,
+    Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target, time_weights,
 };
 use guideload::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Free, Law, Link, ModelLevel, Output, Part, Radau, Rk45, SampleError,
-    SceneError, State, group_load, run,
+    Body, Control, Exact, Excitation, Free, Law, Link, ModelLevel, NamedMethod, Output, Part, Radau, Rk45,
+    SampleError, SceneError, State, group_load, run,
 };
 use nalgebra::Vector3;
 
@@ -184,14 +184,14 @@ fn by_hand(
     trace: &Trace,
     exponent: f64,
     measures: &[Measure],
-    solver: Solver,
+    method: Option<NamedMethod>,
 ) -> Vec<f64> {
     let (system, excitation) = (machine.system(), trace.excitation());
     let mut states: Vec<State> = Vec::new();
     let (control, output) = (Control::Adaptive { rtol: 1e-9 }, Output::Samples);
-    match solver {
-        Solver::Rk45 => run(&system, &Rk45, control, &excitation, output, &mut states),
-        Solver::Implicit => run(&system, &Radau, control, &excitation, output, &mut states),
+    match method {
+        Some(NamedMethod::Rk45) => run(&system, &Rk45, control, &excitation, output, &mut states),
+        Some(NamedMethod::Implicit) => run(&system, &Radau, control, &excitation, output, &mut states),
         _ => run(&system, &Exact::<4>, control, &excitation, output, &mut states),
     }
     .expect("a run that succeeds");
@@ -275,14 +275,14 @@ fn machine_of(base: &Machine, values: &[f64; 14]) -> Machine {
     machine
 }
 
-fn laws() -> [(Law, Solver); 5] {
+fn laws() -> [(Law, Option<NamedMethod>); 5] {
     let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
     [
-        (Law::linear(6e7).expect("a law"), Solver::Auto),
-        (Law::sided(6e7, 6e7, 5e-6).expect("a law"), Solver::Exact),
-        (Law::sided(6e7, 3e7, 0.0).expect("a law"), Solver::Auto),
-        (Law::curve(&curve).expect("a law"), Solver::Exact),
-        (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Solver::Implicit),
+        (Law::linear(6e7).expect("a law"), None),
+        (Law::sided(6e7, 6e7, 5e-6).expect("a law"), Some(NamedMethod::Exact)),
+        (Law::sided(6e7, 3e7, 0.0).expect("a law"), None),
+        (Law::curve(&curve).expect("a law"), Some(NamedMethod::Exact)),
+        (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Some(NamedMethod::Implicit)),
     ]
 }
 
@@ -290,7 +290,7 @@ fn laws() -> [(Law, Solver); 5] {
 fn a_row_equals_a_single_run() {
     let mut random = Random::new(41);
     let trace = Trace::new(&mut random, 120);
-    for (law, solver) in laws() {
+    for (law, method) in laws() {
         let (machine, groups) = cart_on(law);
         let measures = all_measures(groups.len());
         let values = draws(&mut random, 2);
@@ -304,7 +304,7 @@ fn a_row_equals_a_single_run() {
                 trace.motion(exponent),
                 &changes,
                 &measures,
-                solver,
+                method,
                 1e-9,
             )
             .expect("a batch")
@@ -324,9 +324,9 @@ fn a_row_equals_a_single_run() {
                     machine_of(&machine, &values)
                 };
                 let scaled = trace.scaled(values[12], values[13]);
-                let want = by_hand(&sample, &groups, &scaled, exponent, &measures, solver);
+                let want = by_hand(&sample, &groups, &scaled, exponent, &measures, method);
                 // Step sizes depend on estimated errors, which change with rounding.
-                let tolerance = if solver == Solver::Implicit { 1e-8 } else { 1e-12 };
+                let tolerance = if method == Some(NamedMethod::Implicit) { 1e-8 } else { 1e-12 };
                 for ((measure, got), want) in measures.iter().zip(row).zip(&want) {
                     let scale = match measure {
                         Measure::Load(_, Quantity::Mx | Quantity::My | Quantity::Mz, _) => 1000.0,
@@ -363,13 +363,13 @@ fn rows_do_not_depend_on_threads_or_other_rows() {
     let mut random = Random::new(5);
     let uneven = Trace::new(&mut random, 12);
     let ticking = Trace::ticking(&mut random, 700).constant(30, 650);
-    let preloaded = (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Solver::Exponential);
-    for (law, solver) in [laws()[0], laws()[1], laws()[4], preloaded] {
-        let trace = if solver == Solver::Exponential { &ticking } else { &uneven };
+    let preloaded = (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Some(NamedMethod::Exponential));
+    for (law, method) in [laws()[0], laws()[1], laws()[4], preloaded] {
+        let trace = if method == Some(NamedMethod::Exponential) { &ticking } else { &uneven };
         let (machine, groups) = cart_on(law);
         let measures = all_measures(groups.len());
         let batch =
-            Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &measures, solver, 1e-6)
+            Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &measures, method, 1e-6)
                 .expect("a batch");
         let values = draws(&mut random, 100);
         let bits = |values: &[[f64; 14]], threads: usize| -> Vec<u64> {
@@ -406,9 +406,8 @@ fn samples_without_a_result_have_a_reason_and_do_not_affect_others() {
     }
     changes.push(change(Target::Gravity(1), 0.0, &[(4, -9.80665)]));
     let measures = [Measure::Load(1, Quantity::Fy, Statistic::Max), Measure::ContactLost(3)];
-    let batch =
-        Batch::new(base(&machine, &groups), trace.motion(3.0), &changes, &measures, Solver::Auto, 1e-6)
-            .expect("a batch");
+    let batch = Batch::new(base(&machine, &groups), trace.motion(3.0), &changes, &measures, None, 1e-6)
+        .expect("a batch");
     let good = [1250.0, 4e-6, 1.0, 1.0, 1.0];
     let rows = [
         good,
@@ -451,9 +450,8 @@ fn an_unsupported_sample_names_the_motion() {
         .map(|link| change(Target::Law { link, parameter: LawParameter::Stiffness }, 0.0, &[(link % 2, 6e7)]))
         .collect();
     let measures = [Measure::Load(0, Quantity::Fy, Statistic::Rms)];
-    let batch =
-        Batch::new(base(&machine, &groups), trace.motion(3.0), &changes, &measures, Solver::Auto, 1e-6)
-            .expect("a batch");
+    let batch = Batch::new(base(&machine, &groups), trace.motion(3.0), &changes, &measures, None, 1e-6)
+        .expect("a batch");
     let mut table = [0.0; 2];
     let failures = batch.run(2, &[1.0, 0.0, 1.0, 1.0], 1, &mut table).expect("tables that fit");
     assert!(
@@ -468,9 +466,8 @@ fn histories_are_those_of_a_single_run() {
     let mut random = Random::new(23);
     let trace = Trace::new(&mut random, 40);
     let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
-    let batch =
-        Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &[], Solver::Auto, 1e-6)
-            .expect("a batch");
+    let batch = Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &[], None, 1e-6)
+        .expect("a batch");
     let mut values = draws(&mut random, 3);
     values[1][0] = 0.0;
     let width = 40 * groups.len() * 6;
@@ -509,8 +506,7 @@ fn the_drive_force_with_free_x_and_the_mean_load_at_standstill_are_nan() {
     ];
     for speed in [None, Some(&[0.0; 3][..])] {
         let motion = Motion { excitation, speed, exponent: 3.0 };
-        let batch =
-            Batch::new(base(&machine, &groups), motion, &[], &measures, Solver::Auto, 1e-6).expect("a batch");
+        let batch = Batch::new(base(&machine, &groups), motion, &[], &measures, None, 1e-6).expect("a batch");
         let mut row = [0.0; 5];
         assert_eq!(batch.run(1, &[], 1, &mut row), Ok(vec![]));
         assert!(row[0].is_nan() && row[1].is_nan());
@@ -533,7 +529,7 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
         .map(|link| change(Target::Law { link, parameter: LawParameter::Clearance }, 0.0, &[(0, 1.0)]))
         .collect();
     let measures = [Measure::ContactLost(0), PEAK];
-    let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, Solver::Auto, 1e-6)
+    let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, None, 1e-6)
         .expect("a batch")
         .at_samples();
     let mut table = [0.0; 4];
@@ -564,7 +560,7 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
         let motion = trace.motion(3.0);
         let count = motion.excitation.count();
         let base = base(&machine, &groups);
-        let batch = Batch::new(base, motion, &yardstick(16), &measures, Solver::Auto, rtol);
+        let batch = Batch::new(base, motion, &yardstick(16), &measures, None, rtol);
         let batch = batch.expect("a batch").at_samples();
         let mut values = draws(&mut random, 11);
         values[5][12] = 1e306;
@@ -596,8 +592,9 @@ fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
     let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
     let measures = all_measures(groups.len());
     let base = base(&machine, &groups);
-    let batch = Batch::new(base, trace.motion(3.0), &yardstick(16), &measures, Solver::Exponential, 1e-3)
-        .expect("a batch");
+    let batch =
+        Batch::new(base, trace.motion(3.0), &yardstick(16), &measures, Some(NamedMethod::Exponential), 1e-3)
+            .expect("a batch");
     let mut values = draws(&mut random, 8);
     let run = |values: &[[f64; 14]]| {
         let mut table = vec![0.0; values.len() * measures.len()];

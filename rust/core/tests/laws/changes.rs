@@ -1,7 +1,7 @@
 //! Changes: a parameter of a law, a scene with the values of a sample, and refused values.
 
 use guideload::LawParameter;
-use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Solver, Target};
+use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Target};
 use guideload::{BatchError, Body, ChangeError, Law, Link, SampleError, SceneError, System};
 use nalgebra::Vector3;
 
@@ -130,7 +130,7 @@ fn invalid_batches_are_refused_by_name() {
     let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
     let trace = Trace::new(&mut Random::new(3), 5);
     let new = |changes: &[Change], measures: &[Measure], exponent: f64, rtol: f64| {
-        Batch::new(base(&machine, &groups), trace.motion(exponent), changes, measures, Solver::Auto, rtol)
+        Batch::new(base(&machine, &groups), trace.motion(exponent), changes, measures, None, rtol)
             .map(|_| ())
             .expect_err("refused")
     };
@@ -155,7 +155,7 @@ fn invalid_batches_are_refused_by_name() {
         trace.motion(3.0),
         &yardstick(16),
         &[Measure::ContactLost(0)],
-        Solver::Auto,
+        None,
         1e-6,
     )
     .expect("a batch");

@@ -1,9 +1,7 @@
 //! Linear scenes side by side give the same loads as single runs, in lanes of any width and beside any other scenes.
 
 use guideload::LawParameter;
-use guideload::batch::{
-    Base, Batch, Change, Group, Measure, Motion, Quantity, Solver, Statistic, Target, Width,
-};
+use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target, Width};
 use guideload::{Dof, Exact, Excitation, Free, Part, group_load};
 use guideload::{evaluate, reaction};
 use nalgebra::Vector3;
@@ -78,7 +76,7 @@ impl Study {
             groups: &self.groups,
             payloads: &[],
         };
-        Batch::new(base, motion, &self.changes, measures, Solver::Auto, 1e-6).expect("sound")
+        Batch::new(base, motion, &self.changes, measures, None, 1e-6).expect("sound")
     }
 
     fn table(&self, batch: Batch, width: Width, threads: usize) -> Vec<f64> {

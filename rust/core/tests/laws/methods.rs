@@ -318,8 +318,7 @@ fn a_record_stops_a_run() {
     let motion = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("a motion");
     let (system, preloaded) = (cart().system(), preloaded().system());
-    let methods = [NamedMethod::Exact, NamedMethod::Exponential, NamedMethod::Rk45, NamedMethod::Implicit];
-    for method in methods {
+    for &method in NamedMethod::ALL {
         let mut record = Until { instants: 0, most: 2000 };
         let system = if method == NamedMethod::Exponential { &preloaded } else { &system };
         let stopped = method.run(system, ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut record);

@@ -1,7 +1,7 @@
 //! Offsets of the feet of links: mounting errors and rails of unequal height.
 
-use guideload::batch::{Batch, Group, Measure, Motion, Quantity, Solver, Statistic, Target};
-use guideload::{Dof, Exact, Excitation, Free, Law, Link, Radau, Rk45, SceneError, System};
+use guideload::batch::{Batch, Group, Measure, Motion, Quantity, Statistic, Target};
+use guideload::{Dof, Exact, Excitation, Free, Law, Link, NamedMethod, Radau, Rk45, SceneError, System};
 use nalgebra::Vector6;
 
 use crate::batch::{base, cart_on, change};
@@ -121,12 +121,16 @@ fn methods_agree_on_machines_with_mounting_errors() {
 fn a_batch_varies_offsets_as_single_machines_have_them() {
     let motion = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion[..1200]).expect("an excitation");
-    for (law, solver) in [(laws()[0], Solver::Exact), (laws()[0], Solver::Rk45), (laws()[1], Solver::Exact)] {
+    for (law, method) in [
+        (laws()[0], Some(NamedMethod::Exact)),
+        (laws()[0], Some(NamedMethod::Rk45)),
+        (laws()[1], Some(NamedMethod::Exact)),
+    ] {
         let (machine, groups) = cart_on(law);
         let changes: Vec<_> = (0..8).map(|link| change(Target::Offset(link), 1e-6, &[(0, 1.0)])).collect();
         let measures = [Measure::Load(0, Quantity::Fy, Statistic::Max), Measure::Drive(Statistic::Max)];
         let motion = Motion { excitation, speed: None, exponent: 3.0 };
-        let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, solver, 1e-9);
+        let batch = Batch::new(base(&machine, &groups), motion, &changes, &measures, method, 1e-9);
         let (values, mut rows) = ([0.0, -1e-6, 7e-6], [0.0; 6]);
         let failed = batch.expect("a batch").at_samples().run(3, &values, 1, &mut rows).expect("rows");
         assert!(failed.is_empty());

@@ -1,10 +1,10 @@
 //! Extremes are those of the loads at all times, though most instants are left out, or passed over unevaluated, and few parts between them
 //! are searched.
 
-use guideload::batch::{Batch, Group, Measure, Motion, Quantity, Solver, Statistic};
+use guideload::batch::{Batch, Group, Measure, Motion, Quantity, Statistic};
 use guideload::{
-    Control, Exact, Excitation, Exponential, Extremes, Law, Method, Output, Part, Peaks, Rk45, RunError,
-    State, Summary, Wrench, evaluate, group_load, reaction, run,
+    Control, Exact, Excitation, Exponential, Extremes, Law, Method, NamedMethod, Output, Part, Peaks, Rk45,
+    RunError, State, Summary, Wrench, evaluate, group_load, reaction, run,
 };
 
 use crate::batch::{base, cart_on, draws, yardstick};
@@ -198,7 +198,7 @@ fn extremes_of_a_study_do_not_depend_on_what_else_is_asked() {
             .collect();
         let table = |measures: &[Measure]| {
             let base = base(&machine, &groups);
-            let batch = Batch::new(base, motion, &changes, measures, Solver::Auto, 1e-6).expect("sound");
+            let batch = Batch::new(base, motion, &changes, measures, None, 1e-6).expect("sound");
             let mut table = vec![0.0; 3 * measures.len()];
             assert_eq!(batch.run(3, &values, 1, &mut table).expect("sizes"), []);
             table
@@ -218,12 +218,12 @@ fn studies_find_the_extremes_at_any_time() {
     samples.extend(noise(&mut random, 60));
     samples.extend(vec![[0.0; 3]; 90]);
     let (play, preloaded) = (Law::sided(6e7, 6e7, 5e-6), Law::preloaded(6e7, 300.0, 1.5));
-    for (law, solver) in [
-        (Law::linear(6e7), Solver::Auto),
-        (Law::linear(6e7), Solver::Rk45),
-        (play, Solver::Auto),
-        (preloaded, Solver::Auto),
-        (preloaded, Solver::Implicit),
+    for (law, method) in [
+        (Law::linear(6e7), None),
+        (Law::linear(6e7), Some(NamedMethod::Rk45)),
+        (play, None),
+        (preloaded, None),
+        (preloaded, Some(NamedMethod::Implicit)),
     ] {
         let (machine, mut groups) = cart_on(law.expect("a law"));
         for (group, rule) in groups.iter_mut().zip(rules()) {
@@ -231,8 +231,8 @@ fn studies_find_the_extremes_at_any_time() {
         }
         let mut measures = extremes_of_components(groups.len());
         measures.extend((0..groups.len()).map(Measure::PeakLoad));
-        let tolerance = if solver == Solver::Auto && law != preloaded { 1e-11 } else { 1e-6 };
-        let study = Study { machine, groups, measures, solver, values: draws(&mut random, 4) };
+        let tolerance = if method.is_none() && law != preloaded { 1e-11 } else { 1e-6 };
+        let study = Study { machine, groups, measures, method, values: draws(&mut random, 4) };
         let [higher, all] = study.compare(1e-3, &samples, tolerance);
         assert!(higher > all / 10, "{higher} of {all} are higher between the samples");
     }
@@ -249,7 +249,7 @@ fn extremes_under_noise_are_not_below_those_of_dense_samples() {
         let mut samples = noise(&mut random, 150);
         samples.extend(vec![[0.0; 3]; 40]);
         let measures = extremes_of_components(groups.len());
-        let study = Study { machine, groups, measures, solver: Solver::Auto, values: draws(&mut random, 8) };
+        let study = Study { machine, groups, measures, method: None, values: draws(&mut random, 8) };
         study.compare(8e-4, &samples, 1e-10);
     }
 }
@@ -270,7 +270,7 @@ struct Study {
     machine: Machine,
     groups: Vec<Group>,
     measures: Vec<Measure>,
-    solver: Solver,
+    method: Option<NamedMethod>,
     values: Vec<[f64; 14]>,
 }
 
@@ -303,7 +303,7 @@ impl Study {
         let motion = Motion { excitation, speed: None, exponent: 3.0 };
         let base = base(&self.machine, &self.groups);
         let batch =
-            Batch::new(base, motion, &yardstick(16), &self.measures, self.solver, 1e-7).expect("sound");
+            Batch::new(base, motion, &yardstick(16), &self.measures, self.method, 1e-7).expect("sound");
         let batch = if at_samples { batch.at_samples() } else { batch };
         let mut table = vec![0.0; self.values.len() * self.measures.len()];
         let failures =

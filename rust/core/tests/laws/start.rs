@@ -1,6 +1,6 @@
 //! The state in which a run starts.
 
-use guideload::batch::{Base, Batch, Group, Measure, Motion, Solver};
+use guideload::batch::{Base, Batch, Group, Measure, Motion};
 use guideload::{
     Body, Control, Dof, Exact, Excitation, Free, Law, Link, Method, NamedMethod, Output, Radau, Rk45,
     RunError, Start, State, position, run_from, velocity,
@@ -145,7 +145,7 @@ fn batches_start_as_single_runs_do() {
             names.iter().flat_map(|name| Measure::from_names("resultant", 0, name)).collect();
         let motion = Motion { excitation, speed: None, exponent: 3.0 };
         for start in [Start::AtRest, Start::QuasiStatic] {
-            let batch = Batch::new(base, motion, &[], &measures, Solver::Auto, 1e-6).expect("a batch");
+            let batch = Batch::new(base, motion, &[], &measures, None, 1e-6).expect("a batch");
             let mut out = [0.0; 4];
             let failures = batch.with_start(start).at_samples().run(1, &[], 1, &mut out).expect("a run");
             assert!(failures.is_empty());
