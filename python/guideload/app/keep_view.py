@@ -34,6 +34,7 @@ class KeepView(Part):
 
     async def _write(self, answer: Answer) -> None:
         """The HTML report of the run, in a thread: its pictures take a second."""
+        self.done.text = ""  # of an earlier report
         path = self.session.folder.path(str(self.name.value or REPORT))
         if path.suffix != ".html":
             raise guideload.GuideloadError(f"{path.name}: expected a name that ends with .html")

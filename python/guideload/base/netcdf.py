@@ -91,7 +91,7 @@ def _check(path: Path) -> None:
         return
     if size != end + LENGTH or not tail.startswith(MARK):
         raise ValueError(f"a file of {size} bytes that states {end}: it is cut off or damaged; copy it again")
-    if tail != _mark(zlib.crc32(path.read_bytes()[:end])):
+    if tail != _mark(zlib.crc32(memoryview(path.read_bytes())[:end])):
         raise ValueError("a file whose checksum is wrong: it is damaged; copy it again, or repeat the run")
 
 

@@ -137,7 +137,7 @@ def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> Conf
     return ConfigError(sorted(problems, key=lambda problem: problem.row or 0), file, error.others)
 
 
-def missing_files(folder: Path, names: Mapping[KeyPath, str | None]) -> list[Problem]:
+def missing_files(folder: Path, names: Mapping[KeyPath, str] | Mapping[KeyPath, str | None]) -> list[Problem]:
     """The problems of the files that do not exist, by their keys; None stands for no file."""
     missing = {key: name for key, name in names.items() if name is not None and not (folder / name).is_file()}
     return [

@@ -102,10 +102,9 @@ def quantity(value: object, unit: str) -> float:
         match = NUMBER.fullmatch(value)
         if match is None:
             comma = re.fullmatch(r"\s*([+-]?\d+),(\d+\s*[^\d\s.,][^.,]*)", value)
-            example = f"{comma[1]}.{comma[2].strip()}" if comma else f"1.5 {unit}"
-            raise ValueRefused(
-                expected, value, f'write a number with a decimal point, then its unit: "{example}"'
-            )
+            example = f"{comma[1]}.{comma[2].strip()}" if comma else f"1.5 {unit}".removesuffix(" 1")
+            its_unit = "" if unit == "1" else ", then its unit"
+            raise ValueRefused(expected, value, f'write a number with a decimal point{its_unit}: "{example}"')
         number, written = match.groups()
         if not written and unit != "1":
             either = " or ".join(f'"{number} {one}"' for one in (ON_DRAWINGS.get(unit), unit) if one)

@@ -26,7 +26,7 @@ ENDINGS = (".csv", ".parquet")
 @options.machine_argument
 @click.argument("trace_file", metavar="TRACE.PARQUET", type=options.InputFile)
 @click.option(
-    "-o", "--output", type=options.OutputFile, help="Table to write, a row per block: .csv or .parquet."
+    "-o", "--output", type=options.FilePath, help="Table to write, a row per block: .csv or .parquet."
 )
 @click.option("--rows", type=click.IntRange(min=1), help="Rows of a block.  [default: 65536]")
 @options.method_option

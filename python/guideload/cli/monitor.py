@@ -69,7 +69,7 @@ monitor.add_command(watch)
     "-o",
     "--output",
     "outputs",
-    type=options.OutputFile,
+    type=options.FilePath,
     required=True,
     multiple=True,
     help="File to write: .rs (Rust), .h (C) or .toml (for `guideload monitor watch`); repeatable.",
@@ -131,10 +131,11 @@ def _write(design: Design, output: Path, machine_file: Path, overwrite: bool) ->
     from guideload.monitor.description import monitor_text
     from guideload.monitor.source import c_source, rust_source
 
-    if output.suffix == ".toml":
+    ending = output.suffix.lower()
+    if ending == ".toml":
         smoother = (design.order, design.time_constant)
         text = monitor_text(design.settings, *smoother, machine_file, output.parent, design.title)
     else:
-        text = rust_source(design) if output.suffix == ".rs" else c_source(design)
+        text = rust_source(design) if ending == ".rs" else c_source(design)
     with file_draft(output, overwrite) as draft:
         draft.write_text(text, encoding="utf-8")

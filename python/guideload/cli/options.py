@@ -18,7 +18,7 @@ from guideload.cli.outputs import PICTURE_ENDINGS
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 
 InputFile = click.Path(path_type=Path)
-OutputFile = click.Path(path_type=Path, dir_okay=False)
+FilePath = click.Path(path_type=Path, dir_okay=False)
 FileKind = Literal[
     "machine", "study", "catalogue", "motion", "duty", "monitor", "identify"
 ]  # of files with a schema
@@ -108,7 +108,7 @@ trace_file_argument = click.argument("trace_file", metavar="TRACE", type=InputFi
 picture_option = click.option(
     "-o",
     "--output",
-    type=OutputFile,
+    type=FilePath,
     help=f"Picture to write ({', '.join(ending[1:] for ending in PICTURE_ENDINGS)}).",
 )
 overwrite_picture_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
@@ -119,7 +119,7 @@ no_pictures_option = click.option("--no-pictures", is_flag=True, help="Write the
 folder_option = partial(click.option, "-o", "--output", type=Folder, help="Folder to write.")
 report_option = click.option(
     "--report",
-    type=OutputFile,
+    type=FilePath,
     help="HTML report to write: one file that opens in any browser and prints on A4.",
 )
 free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")

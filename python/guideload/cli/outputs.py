@@ -127,7 +127,7 @@ def atomic_output(
     It is created at once, so that a path that cannot be written is refused before the computation starts.
     Files of an earlier run in `output` are replaced or removed; other files stay. The other arguments and the
     InputError are those of `require_free`. Raises RunError while another process writes into `output`, and
-    ClickException for an OSError in the block.
+    ClickException for an OSError of the writing in the block.
     """
 
     def check() -> None:
@@ -146,6 +146,9 @@ def atomic_output(
                 _write_manifest(draft / below)
             stack.close()
         except OSError as error:
+            file = error.filename
+            if isinstance(file, str) and not {draft, output} & {Path(file), *Path(file).parents}:
+                raise  # of a file that the block reads
             raise click.ClickException(f"{output}: cannot be written: {error.strerror or error}") from error
 
 

@@ -16,13 +16,21 @@ if TYPE_CHECKING:
     from guideload.machine.response import FrequencyResponse
 
 
-class Direction(options.Vector):
+class Direction(click.ParamType[str | tuple[float, ...]]):
     """x, y, z, or three numbers separated by commas."""
 
     name = "direction"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return super().convert(value, param, ctx) if "," in str(value) else value
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | tuple[float, ...]:
+        if isinstance(value, tuple) or value in ("x", "y", "z"):
+            return value
+        try:
+            x, y, z = map(float, str(value).split(","))
+        except ValueError:
+            self.fail(f"expected x, y, z or three numbers such as 1,0,0.5, got {value!r}", param, ctx)
+        return x, y, z
 
 
 @click.command()
@@ -33,12 +41,12 @@ class Direction(options.Vector):
 )
 @click.option(
     "--direction",
-    type=Direction("1"),
+    type=Direction(),
     default="x",
     show_default=True,
     help="Direction of the force or acceleration.",
 )
-@click.option("--csv", "table", type=options.OutputFile, help="Table to write (.csv).")
+@click.option("--csv", "table", type=options.FilePath, help="Table to write (.csv).")
 @options.overwrite_picture_option
 def response(
     machine_file: Path, force_at: str | None, direction: Any, table: Path | None, overwrite: bool

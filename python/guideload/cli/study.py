@@ -203,6 +203,8 @@ def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | 
                     from guideload.plots.study import save_study
 
                     failure = picture_failure(lambda: save_study(result, folder))
+    except InputError:
+        raise  # of the folder: it has to be mended first
     except click.ClickException as error:
         stored = "the samples are stored: --resume writes the report"
         raise click.ClickException(f"{error.message}; {stored}") from error

@@ -35,7 +35,7 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
 @click.argument("monitor_file", metavar="MONITOR.TOML", type=options.InputFile)
 @click.option(
     "--follow",
-    type=options.OutputFile,
+    type=options.FilePath,
     help="File that grows, in place of standard input; it is read from its start.",
 )
 @click.option(

@@ -15,7 +15,7 @@ from guideload.base.config import ConfigModel, in_range, number
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
 from guideload.base.number_text import joined
 from guideload.base.ranges import DEFLECTION, FORCE
-from guideload.base.toml import located, read_toml
+from guideload.base.toml import located, missing_files, read_toml
 from guideload.identification.measured import Measured
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import Excitation, ModelAt, parse_place
@@ -227,12 +227,7 @@ class IdentifyFile(ConfigModel):
 
     def require_files(self, folder: Path) -> None:
         """Raises ConfigError for files that do not exist."""
-        problems = [
-            problem_at(key, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
-            for key, name in self.files().items()
-            if not (folder / name).is_file()
-        ]
-        if problems:
+        if problems := missing_files(folder, self.files()):
             raise ConfigError(problems)
 
     def require_parameters(self, machine: Machine, folder: Path) -> None:

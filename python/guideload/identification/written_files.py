@@ -59,7 +59,12 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
         edits.append(edit)
         if path[:2] == ("body", "inertia") and path[2] != path[3]:
             mirrored = _edit((*path[:2], path[3], path[2]), value, unit, "", places, text)
-            edits += [mirrored] if mirrored else []
+            if mirrored is None:
+                raise RunError(
+                    f"{parameter.path}: the machine file has no place for the mirrored value: write "
+                    f"body.inertia[{path[3]}][{path[2]}] as a number into it"
+                )
+            edits.append(mirrored)
     for one in (one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key):
         number, keys = one.parameter, tuple(one.parameter.key.split("."))
         comment = _comment(found, number.name, one, number.unit)

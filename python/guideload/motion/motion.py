@@ -266,7 +266,7 @@ class Motion:
         histories = {name: getattr(motion, name) for name in HISTORIES}
         united = {name: values[index] for name, values in histories.items() if values is not None}
         united["wrench"] = united.get("wrench", 0.0) + np.where(late[:, None], after[index], before[index])
-        return replace(motion, time=stamps, **united)
+        return replace(motion, time=stamps, uncertainty=_own_uncertainty(motion), **united)
 
 
 def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
@@ -316,16 +316,21 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
         lasting = np.where(h > 0.0, h, 1.0)
         slope = np.where(h > 0.0, v + share * (2.0 * a + 3.0 * b * share) / lasting, v)
         histories["velocity"] = with_last(slope, motion.velocity)
-    uncertainty = motion.uncertainty
-    if uncertainty is not None and uncertainty.time is None:
-        uncertainty = replace(uncertainty, time=motion.time)
     return replace(
         motion,
         time=with_last(time, motion.time),
         bandwidth=motion.usable_bandwidth,  # the new stamps show nothing more
-        uncertainty=uncertainty,
+        uncertainty=_own_uncertainty(motion),
         **histories,
     )
+
+
+def _own_uncertainty(motion: Motion) -> Uncertainty | None:
+    """The uncertainty of a motion with stamps of its own, so that it stays as the motion gets others."""
+    uncertainty = motion.uncertainty
+    if uncertainty is None or uncertainty.time is not None:
+        return uncertainty
+    return replace(uncertainty, time=motion.time)
 
 
 def _between(history: Array, first: NDArray[np.int64], shares: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.base.arguments import checked
+from guideload.base.arrays import check_finite
 from guideload.motion.standstill import move_spans
 
 if TYPE_CHECKING:
@@ -34,13 +35,16 @@ def extremes(values: Array, starts: Indices) -> tuple[Indices, Indices]:
 
     Parameters
     ----------
-    values : ndarray, shape (n,)
+    values : ndarray, shape (n,); finite
     starts : ndarray of int, shape (group,); indices of the first sample of each group, the first one 0
 
     Returns
     -------
     smallest, largest : ndarray of int, shape (group,)
+
+    Raises TraceError for a value that is not finite.
     """
+    check_finite("values", values)
     sizes = np.diff(starts, append=values.size)
     found = []
     for extreme in (np.minimum, np.maximum):

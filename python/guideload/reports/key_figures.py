@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -25,13 +24,14 @@ from guideload.base.number_text import (
 )
 from guideload.drive.requirements import DriveRequirements, drive_requirements
 from guideload.life.life import Life, life_of
+from guideload.machine.machine import Machine
+from guideload.reports.drive import RPM
 from guideload.simulation.result import Result
 from guideload.sizing.requirements import margins_of
 
 Level = Literal["good", "near", "bad", "open"]
 LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
 NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
-RPM = 60.0 / (2.0 * math.pi)  # per rad/s
 F_W = "largest dynamic factor of a carriage: peak over quasi-static peak"
 
 
@@ -53,15 +53,15 @@ class KeyFigure:
 class KeyFigures:
     """The key figures of a run.
 
-    margins   figure over requirement of each criterion, as in `Margins.ratios`
-    life      of the carriages, or why there is none
-    left_out  names of the carriages without product, of which nothing is judged
+    margins     figure over requirement of each criterion, as in `Margins.ratios`
+    life        of the carriages, or why there is none
+    not_judged  why the life of a carriage is not judged, though other things are; empty if all is judged or nothing
     """
 
     figures: tuple[KeyFigure, ...]
     margins: dict[str, float]
     life: Life | str
-    left_out: tuple[str, ...]
+    not_judged: str
 
     @property
     def verdict(self) -> tuple[Level, str]:
@@ -69,12 +69,8 @@ class KeyFigures:
         worst = max(self.figures, key=lambda one: LEVELS.index(one.level))
         if worst.level == "bad":
             return "bad", f"Does not hold. {worst.name}: {worst.reason}"
-        if self.left_out:
-            kind = "carriage" if len(self.left_out) == 1 else "carriages"
-            return (
-                "near",
-                f"Not all is judged: no product with ratings is named at {kind} {joined(self.left_out)}",
-            )
+        if self.not_judged:
+            return "near", f"Not all is judged: {self.not_judged}"
         if worst.level == "near":
             return "near", f"Holds with little margin. {worst.name}: {worst.reason}"
         if worst.level == "open":
@@ -92,7 +88,7 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
     """Largest load, life, static safety, dynamic factor, drive force and settling of a run, judged.
 
     audited: with what takes longer than the run itself, the dynamic factor and the peak between the samples.
-    Raises ArgumentError if the result reports no instant, and LifeError for a motion without velocity.
+    Raises ArgumentError if the result reports no instant, and for friction and a motion without velocity.
     """
     life, drive = _life(result), drive_requirements(result)
     margins = margins_of(life, drive).ratios if isinstance(life, Life) else drive.margins
@@ -103,8 +99,18 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
         *_drive_figures(drive, margins),
         *_settling(result),
     )
-    left_out = life.left_out if isinstance(life, Life) else ()
-    return KeyFigures(figures, dict(margins), life, left_out)
+    return KeyFigures(figures, dict(margins), life, _not_judged(result.machine, life, margins))
+
+
+def _not_judged(machine: Machine, life: Life | str, margins: dict[str, float]) -> str:
+    bare = [one.name for one in machine.carriages if one.product is None]
+    if isinstance(life, str) and len(bare) < len(machine.carriages):
+        return life
+    if not bare or not margins:
+        return ""
+    return (
+        f"no product with ratings is named at {'carriage' if len(bare) == 1 else 'carriages'} {joined(bare)}"
+    )
 
 
 def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, str]:

@@ -129,6 +129,7 @@ class CarriageQuantities:
         return values, derivatives
 
     def _means(self) -> Iterator[tuple[Criteria, float, Array]]:
+        """Criteria, mean load [N] of straight lines between the instants, and its derivatives (p,)."""
         motion, machine, all_loads = self.run.motion, self.run.machine, self.run.carriage_loads()
         if motion.velocity is None:
             raise LifeError("the motion has no velocity, and the mean load is a mean over distance")

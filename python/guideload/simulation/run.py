@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +20,13 @@ from guideload.simulation.instants import STEP, excitation_with_enough_instants,
 from guideload.simulation.start import StartState
 
 AXES = ("x", "y", "z")
+# Histories of L and its drive, by their names among the quantities.
+OF_SOLUTION = {
+    "reaction": Solution.reaction,
+    "displacement": Solution.position,
+    "velocity": Solution.velocity,
+    "acceleration": Solution.acceleration,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +100,7 @@ class Run:
     @cached_property
     def has_long_steps(self) -> bool:
         """Whether exact steps of a machine with contacts last longer than a sixth of a period."""
-        if self.method != "exact" or self.machine.model_level == "linear":
+        if self.method != "exact" or self.machine.model_level == "linear" or self.travel is not None:
             return False
         longest = float(np.diff(self.sample_times).max(initial=0.0))
         return longest * fastest_vibration(self.machine) > STEP
@@ -144,20 +151,10 @@ class Run:
         )
         return solution.link_loads("total")
 
-    @property
-    def _of_solution(self) -> dict[str, Callable[[], Array]]:
-        solution = self.solution
-        return {
-            "reaction": solution.reaction,
-            "displacement": solution.position,
-            "velocity": solution.velocity,
-            "acceleration": solution.acceleration,
-        }
-
     def history(self, name: str) -> Array | None:
         """A history of the cart, its drive or of L, by its name among the quantities; None if it is unknown."""
-        if name in self._of_solution:
-            return self._of_solution[name]()
+        if method := OF_SOLUTION.get(name):
+            return method(self.solution)
         if name == "cart_acceleration":
             return self.motion.acceleration if self.times is None else self.solution.inputs()[:, :3]
         if name == "time":

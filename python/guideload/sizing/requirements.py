@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.catalogue.conditions import LifeConditions
-from guideload.drive.requirements import DriveRequirements, drive_requirements, is_elastic
+from guideload.drive.requirements import DriveRequirements, drive_requirements
 from guideload.life.life import Life
 
 
@@ -55,6 +55,5 @@ def margins_of(life: Life, needed: DriveRequirements | None = None) -> Margins:
         reached = float(np.abs(history).max())
         if limits and reached > 0.0:
             ratios[name] = min(limits) / reached
-    if not is_elastic(life.record.result.machine):
-        ratios |= (needed or drive_requirements(life.record.result)).margins
+    ratios |= (needed or drive_requirements(life.record.result)).margins
     return Margins(ratios)

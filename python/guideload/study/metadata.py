@@ -256,7 +256,12 @@ class StudyMetadata(BaseModel, frozen=True):
             )
         try:
             metadata = cls.model_validate(values)
-            if list(metadata.columns) != values.get("columns"):
+            of_all_carriages = {
+                (load, i, statistic)
+                for load, _, statistic in metadata.measures
+                for i in range(1 if load == "drive" else len(metadata.carriages))
+            }
+            if list(metadata.columns) != values.get("columns") or set(metadata.measures) != of_all_carriages:
                 raise ValueError("measures that do not belong to its columns")
         except (
             ValueError,

@@ -79,7 +79,8 @@ def scaled_columns(table: Table, scales: Mapping[str, float], of: str, given: Re
     stamps, note = time_stamps(table, column, given, len(table.numbers))
     note = f"time of {of}{note.removeprefix('time')}"
     if FROM_FIRST not in note and (column is None or given.get("rate") is not None):
-        note = f"{note}, {FROM_FIRST}"
+        clock, *others = note.split("; ")
+        note = "; ".join((f"{clock}, {FROM_FIRST}", *others))
     if column is not None:
         _require_numbers(table, column, stamps)
     if (back := np.flatnonzero(np.diff(stamps) < 0.0) + 1).size:

@@ -101,6 +101,7 @@ def status(
                 "life_used": totals["life_used"][index],
             }
         )
+    counts = {**totals, "malformed": malformed}
     return {
         "machine": monitor.machine.name,
         "time_s": period_now * period if period_now >= 0 else None,
@@ -109,7 +110,7 @@ def status(
         "is_settling": monitor.is_settling,
         "samples_per_s": per_second,
         "carriages": carriages,
-        "input": {name: totals.get(name, malformed) for name in InputState.model_fields},
+        "input": {name: counts[name] for name in InputState.model_fields},
     }
 
 
@@ -189,7 +190,8 @@ class WatchState(_State):
         except ValidationError as error:
             first = error.errors()[0]
             place = ".".join(map(str, first["loc"]))
-            raise ReadError(f"{path}: expected the state of a watch ({place}: {first['msg']})") from None
+            problem = f"{place}: {first['msg']}" if place else first["msg"].removeprefix("Value error, ")
+            raise ReadError(f"{path}: expected the state of a watch ({problem})") from None
 
     def write(self, folder: Path) -> None:
         """Write the state. That it cannot be written ends no watch: the next one comes soon."""

@@ -164,6 +164,8 @@ def _read_dates(
     wrong |= (month < 1) | (month > 12) | (day < 1) | (days.astype("M8[M]") != months)
     wrong |= (year < YEARS[0]) | (year > YEARS[1]) | (hour > 23) | (minute > 59) | (second > 59)
     wrong |= has_half & ((hour < 1) | (hour > 12))
+    zone_hour, zone_minute = number("zone_hour"), number("zone_minute")
+    wrong |= (zone_hour > 23) | (zone_minute > 59)
     if (bad := np.flatnonzero(wrong & ~empty)).size:
         raise TraceError(
             f'column {name}: expected a time stamp, got "{column[bad[0]]}" in {table.rows(bad[:1])}; '
@@ -171,7 +173,7 @@ def _read_dates(
             "01/31/2024 2:05:06.789 PM or 14:05:06.789, all rows alike"
         )
     hour = np.where(has_half, hour % 12 + 12 * is_spelled("half", "p", "P"), hour)
-    east = np.where(is_spelled("sign", "-"), -1, 1) * (60 * number("zone_hour") + number("zone_minute"))
+    east = np.where(is_spelled("sign", "-"), -1, 1) * (60 * zone_hour + zone_minute)
     seconds = 60 * (60 * hour + minute - east) + second
     fraction = pc.utf8_rpad(pc.struct_field(parts, "fraction").fill_null(""), 9, "0").cast(pa.int64())
     nanoseconds = DAY * days.astype(np.int64) + 10**9 * seconds + np.asarray(fraction)
