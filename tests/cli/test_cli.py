@@ -268,7 +268,7 @@ def test_a_real_trace_with_bad_rows_is_refused(shared_data: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "needed", "heavy"),
     [
-        ("--help", "click", "numpy pydantic xarray pandas scipy matplotlib pyarrow rich"),
+        ("-h", "click", "numpy pydantic xarray pandas scipy matplotlib pyarrow rich"),
         ("run {machine} {trace} -o out --no-pictures", "numpy", "matplotlib dask xarray pandas"),
         ("run {machine} {trace} -o out --report out.html", "matplotlib", "dask xarray pandas"),
         ("encoder {trace}", "numpy", "matplotlib"),

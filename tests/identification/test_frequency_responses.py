@@ -80,6 +80,8 @@ def test_the_machine_is_found_again(calibration: float) -> None:
     model = model_of(cart())
     data = responses(model, np.random.default_rng(1), 0.02, calibration)
     found = fit(model, [data], starts=4)
+    slopes = np.vstack([found.jacobian, np.diag(found.objective.weights)])
+    assert found.covariance == pytest.approx(np.linalg.inv(slopes.T @ slopes), rel=1e-6, abs=1e-12)
     sigma = np.sqrt(np.diag(found.covariance))
     assert np.all(abs(found.minimum.x[:6] - TRUTH) < 4.0 * sigma[:6]) and sigma[:6].max() < 0.03
     if calibration:

@@ -195,3 +195,17 @@ def test_a_machine_that_is_written_is_read_again(kind: str | int, tmp_path: Path
         machine = with_everything() if kind == "everything" else Machine.from_text(file_template(kind))
     machine.to_toml(tmp_path / "machine.toml")
     assert Machine.from_toml(tmp_path / "machine.toml") == machine
+
+
+def test_points_of_a_file_are_written_into_the_machine_file(tmp_path: Path) -> None:
+    (tmp_path / "rail.csv").write_text("x [m],dy [um],dz [um]\n-5,0,3\n0,1,2\n5,0,3\n", encoding="utf-8")
+    text = file_template("two-rails").replace(
+        'name = "left"', 'name = "left"\nstraightness_file = "rail.csv"', 1
+    )
+    (tmp_path / "first.toml").write_text(text, encoding="utf-8")
+    machine = Machine.from_toml(tmp_path / "first.toml")
+    machine.to_toml(tmp_path / "second.toml")
+    again = Machine.from_toml(tmp_path / "second.toml")
+    assert again.rails[0].straightness == machine.rails[0].straightness is not None
+    rails = (machine.rails[0].model_copy(update={"straightness_file": None}), *machine.rails[1:])
+    assert again == machine.model_copy(update={"rails": rails})

@@ -131,6 +131,9 @@ def test_impossible_questions_are_refused(options: dict[str, object], words: str
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert "expected [[points]]" in refused("response", MACHINE)
+    for direction in ("1,0", "a,0,0", "w"):
+        message = refused("response", MACHINE, "--direction", direction)
+        assert f"expected x, y, z or three numbers such as 1,0,0.5, got '{direction}'" in message
     point = '\n[[points]]\nname = "tool"\nat = ["100 mm", "-800 mm", "200 mm"]\n'
     Path("machine.toml").write_text(Path(MACHINE).read_text(encoding="utf-8") + point, encoding="utf-8")
     options = ["--force-at", "tool", "--direction", "0,1,0", "-o", "out.png", "--csv", "out.csv"]

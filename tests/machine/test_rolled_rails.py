@@ -118,6 +118,10 @@ def test_life_peaks_and_studies_use_the_axes_of_the_carriage() -> None:
     assert lives[1] == pytest.approx(lives[0], rel=1e-9)
     causes = [[one.factor_life for one in life_of(result).carriages] for result in (upright, rolled)]
     assert causes[1] == pytest.approx(causes[0], rel=1e-9)
+    peaks = [peak_loads(upright.machine, motion(0.0)), peak_loads(rolled.machine, motion(roll))]
+    for name in ("smallest", "largest"):
+        one, other = (getattr(each, name) for each in peaks)
+        assert other == pytest.approx(one, rel=1e-9, abs=1e-9 * np.abs(one).max())
     entry = {"path": "carriages.*.stiffness_y", "distribution": "uniform", "plus_minus": "20 %"}
     tables = [
         run_study(

@@ -36,8 +36,6 @@ from guideload.simulation.stability_function import (
     stability_function,
 )
 
-Array = NDArray[np.float64]
-
 # ---- the stability functions, from the definitions of the methods
 
 DORMAND_PRINCE = """

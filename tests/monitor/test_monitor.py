@@ -178,3 +178,5 @@ def test_the_command_writes_the_constants(tmp_path: Path) -> None:
     assert "guideload_machine" in (tmp_path / "monitor.h").read_text()
     assert "exists" in refused(*given, tmp_path / "monitor.h")
     assert ".rs, .h, .toml" in one_line(refused(*given, tmp_path / "monitor.txt"))
+    guideload(*given, tmp_path / "monitor.RS")
+    assert "pub const" in (tmp_path / "monitor.RS").read_text()

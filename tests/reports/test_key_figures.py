@@ -5,7 +5,9 @@ import pytest
 from moves import GENTLE
 
 import guideload
+from guideload.machine.machine import DOFS
 from guideload.reports import KeyFigures, key_figures
+from guideload.reports.key_figures import _judged
 
 MOTION = lives.moved(GENTLE)
 
@@ -27,6 +29,35 @@ def test_a_life_is_judged_by_its_margin(margin: float, level: str) -> None:
     assert found.verdict[0] == level
 
 
+@pytest.mark.parametrize(("margin", "level"), [(1.0, "near"), (1.2, "good")])
+def test_a_margin_that_is_just_reached_is_reached(margin: float, level: str) -> None:
+    assert _judged({"life": margin}, "life", "the life to be reached")[0] == level
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+@pytest.mark.parametrize("products", [4, 1, 0])
+def test_nothing_holds_of_which_a_part_is_not_judged(products: int, velocity: bool) -> None:
+    """Without velocity there is no life; without product, no capacity. The drive force alone is not enough."""
+    machine = lives.cart(life={"rule": "sum"}, drive={"linear_motor": True, "max_force": "1 MN"})
+    carriages = [
+        one if i < products else one.model_copy(update={"product": None})
+        for i, one in enumerate(machine.carriages)
+    ]
+    motion = MOTION if velocity else guideload.Motion(MOTION.time, MOTION.acceleration)
+    result = guideload.simulate(machine.model_copy(update={"carriages": tuple(carriages)}), motion)
+    level, words = key_figures(result).verdict
+    holds = products == 4 and velocity
+    assert level == ("good" if holds else "near") and words.startswith("Holds" if holds else "Not all is")
+
+
+def test_the_force_of_an_elastic_drive_is_judged() -> None:
+    screw = {"name": "screw", "point": (0, 0, 0), "direction": (1, 0, 0), "stiffness": 2e7, "damping": 4e3}
+    elastic = {"links": [screw], "free": DOFS}
+    machine = lives.cart(life={"rule": "sum"}, drive={"linear_motor": True, "max_force": "10 N"}, **elastic)
+    level, words = key_figures(guideload.simulate(machine, MOTION)).verdict
+    assert level == "bad" and "Drive force" in words
+
+
 def test_the_worst_figure_gives_the_verdict() -> None:
     found = required(life="1 km", safety=1e3)
     level, words = found.verdict
@@ -41,7 +72,6 @@ def test_carriages_without_product_are_not_judged() -> None:
     first, *others = machine.carriages
     bare = first.model_copy(update={"product": None})
     found = key_figures(guideload.simulate(machine.model_copy(update={"carriages": (bare, *others)}), MOTION))
-    assert found.left_out == (first.name,)
     assert found.verdict == (
         "near",
         f"Not all is judged: no product with ratings is named at carriage {first.name}",

@@ -8,7 +8,6 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from precise_contacts import precise_contacts
 from precise_derivatives import assert_near, central_differences, differences, histories_of
 from reference import random_motion, two_carriages
@@ -18,7 +17,6 @@ from guideload.base.errors import ArgumentError
 from guideload.motion.motion import with_instants
 from guideload.sensitivity import VariedMachine, rank_influences
 
-Array = NDArray[Any]
 # Relative to the largest entry of each history; 2e-11 are found. A change is located to 1e-13 of the deflections, and
 # during the delay the derivatives follow the segment before it.
 DIGITS_ASKED = 1e-9

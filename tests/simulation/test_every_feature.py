@@ -99,6 +99,8 @@ CASES: dict[str, Callable[[], Case]] = {
     "push of a rack": lambda: Case(having(ref.cart(), drive=RACK)),
     "elastic drive": lambda: Case(having(ref.cart(), links=[SCREW], free=ref.DOFS)),
     "under way": lambda: under_way(ref.cart()),
+    "under way, from rest": lambda: Case(ref.cart(), under_way(ref.cart()).motion, {"start": "rest"}),
+    "gravity along travel": lambda: Case(having(ref.cart(), gravity=(-9.8, 0.0, 0.0))),
     "under way, preload": lambda: under_way(ref.preloaded()),
     "a measured trace": lambda: Case(*ref.example()),
 }
@@ -134,7 +136,7 @@ def test_parts_are_sums(name: str) -> None:
     data, machine = case.result.quantities, case.machine
     for load in ("force", "moment", "link_load"):
         parts = data[f"{load}_elastic"] + data[f"{load}_damping"]
-        assert np.abs(data[load] - parts).max() <= 1e-13 * np.abs(data[load]).max()
+        assert np.abs(data[load] - parts).max() <= 1e-14 * np.abs(data[load]).max()
     if name != "rolled rails":  # there, rails have axes of their own
         for i in range(len(machine.rails)):
             sums = data["force"][:, machine.rail_of_carriage == i].sum(axis=1)
@@ -148,13 +150,15 @@ def test_another_method_and_given_instants_give_the_same(name: str) -> None:
         case.result.quantities,
         tolerance(case) * np.abs(case.result.quantities["link_load"]).max(),
     )
-    last = np.searchsorted(data["time"], np.unique(data["time"])[3:-3:97], side="right") - 1
+    changes = [time for payload in case.machine.payloads for span in payload.times for time in span]
+    instants = np.union1d(np.unique(data["time"])[3:-3:97], changes)
+    last = np.searchsorted(data["time"], instants, side="right") - 1
     times = data["time"][last]
-    for settings in ({"method": "implicit", "rtol": 1e-9}, {}):
+    for method in ("implicit", "rk45", None):
+        settings = {"method": method, "rtol": 1e-9} if method else {}
         found = simulate(case.machine, case.motion, times=times, **case.settings | settings)
         at_instants = found.quantities["link_load"]
-        if "foot_load" not in data or not settings:
-            assert np.abs(at_instants - data["link_load"][last]).max() <= allowed
+        assert np.abs(at_instants - data["link_load"][last]).max() <= allowed
         assert found.audit.force_balance.holds
 
 
@@ -166,9 +170,10 @@ def test_peaks_are_those_at_any_time(name: str) -> None:
     columns, most = case.result.peak_columns, case.result.quantities["resultant"].max(axis=0)
     size = np.maximum(found.largest, -found.smallest)
     for column, of in ((6, "peak_resultant_N"), (1, "peak_Fy_N"), (5, "peak_Mz_Nm")):
-        np.testing.assert_allclose(size[:, column], columns[of], rtol=1e-12)
+        np.testing.assert_allclose(size[:, column], columns[of], rtol=1e-13)
     np.testing.assert_allclose(found.time_of_largest[:, 6], columns["time_of_peak_s"], rtol=1e-9)
-    assert (size[:, 6] >= most).all() and (size[:, 6] <= 1.003 * most).all()
+    above = 1e-3 if name == "rider" else 3e-3
+    assert (size[:, 6] >= most).all() and (size[:, 6] <= (1.0 + above) * most).all()
 
 
 @every_case
@@ -196,4 +201,6 @@ def test_a_study_has_the_peaks_of_single_runs(name: str) -> None:
         heavier = having(case.machine, body=having(case.machine.body, mass=one))
         peaks = peak_loads(heavier, case.motion, **case.settings).largest[:, 6]
         names = [f"peak_resultant_N[{carriage.name}]" for carriage in case.machine.carriages]
-        assert [found.of_all_runs(name)[i] for name in names] == pytest.approx(peaks, rel=tolerance(case))
+        assert [found.of_all_runs(name)[i] for name in names] == pytest.approx(
+            peaks, rel=1e-2 * tolerance(case)
+        )

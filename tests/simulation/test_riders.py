@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reference import cart, cart_stiff
+from reference import cart, cart_clear, cart_stiff
 from rider_reference import Riding
 from scipy.integrate import solve_ivp
 
@@ -162,6 +162,13 @@ def test_union_of_stamps_keeps_jumps_and_travel():
         0.5 * 4 * 0.1**2 + 0.4 * 0.15 - 0.5 * 4 * 0.15**2, abs=1e-12
     )
     assert a.quantities["rider_velocity"][-1, 0] == pytest.approx(-0.2, abs=1e-12)
+
+
+def test_a_moving_rider_on_contacts_has_no_exact_solution_at_any_rate():
+    machine = cart_clear().model_copy(update={"riders": (SLIDE,)})
+    coarse = Motion.along_x([0.0, 0.2, 0.4, 0.6], [0.0, 2.0, -2.0, 0.0])
+    with pytest.raises(ArgumentError, match="a rider moves"):
+        simulate(machine, coarse, "exact", riders={"slide": swing(0.02, 15.0)})
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,11 @@ def test_damaged_metadata_is_refused_and_named(tmp_path: Path) -> None:
         damaged += [json.dumps(values | {key: values[key][:size]}) for size in range(len(values[key]))]
     swapped = [values["measures"][-1], *values["measures"][1:]]
     damaged += [json.dumps(values | {"measures": swapped}), json.dumps(values | {"runs": -1})]
+    last = max(carriage for _, carriage, _ in values["measures"])
+    others = [i for i, (_, carriage, _) in enumerate(values["measures"]) if carriage != last]
+    damaged.append(
+        json.dumps(values | {key: [values[key][i] for i in others] for key in ("columns", "measures")})
+    )
     damaged.append(f'{{"content": "samples of a guideload study", "x": {"[" * 100_000}{"]" * 100_000}}}')
     for content in damaged:
         (folder / FILE).write_text(content, encoding="utf-8")

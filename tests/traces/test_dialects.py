@@ -17,7 +17,6 @@ from guideload.traces.reading import Trace, read_trace
 COUNT = 120
 TIME = np.round(np.arange(COUNT) * 0.004, 3)
 PLACE = np.round(30.0 * (1.0 - np.cos(12.0 * TIME)), 4)  # mm
-NOTE = ["run"] * COUNT
 
 
 def text_of(
@@ -94,7 +93,7 @@ def written(draw):
 
 @given(
     written(),
-    st.sampled_from([pair for pair in SIGNS if len(pair[0].strip(" ")) == len(pair[0])]),
+    st.sampled_from([*SIGNS, (",", ",")]),
     st.sampled_from(["\n", "\r\n", "\r"]),
     st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]),
     st.sampled_from(["m", "mm", "um"]),
@@ -106,6 +105,10 @@ def test_any_encoding_is_read_to_the_numbers_that_were_written(
 ):
     time, place = trace
     sep, decimal = signs
+    if sep == decimal:
+        quoted = True
+    elif " " in sep:
+        quoted, above = False, "" if " " in above else above
     rows = [above] * bool(above) + [sep.join(("t_s", f"x_{unit}", "u_V"))]
     for cells in zip(time, place, time, strict=True):
         texts = [cell.replace(".", decimal) for cell in cells]

@@ -11,7 +11,17 @@ from machines import machine
 from reference import cart
 from trace_files import refuses, write_trace
 
-from guideload import ArgumentError, ConfigError, Forces, Motion, PointOfInterest, read_forces, simulate
+from guideload import (
+    ArgumentError,
+    ConfigError,
+    Forces,
+    Motion,
+    PointOfInterest,
+    motion_from_trace,
+    read_forces,
+    read_trace,
+    simulate,
+)
 
 TIME = np.linspace(0.0, 0.5, 51)
 STILL = Motion.along_x([0.0, 1.0], [0.0, 0.0])
@@ -41,6 +51,18 @@ def test_a_file_gives_the_same_as_the_columns(tmp_path: Path) -> None:
     read, memory = read_forces(write_trace(tmp_path, columns)), read_forces(columns)
     assert np.array_equal(read.force, memory.force) and np.array_equal(read.moment, memory.moment)
     assert np.array_equal(read.time, TIME) and "Fx [N], Mz [N m]" in read.notes[0]
+
+
+def test_a_force_that_begins_with_a_jump_loads_a_measured_motion() -> None:
+    """On the stamps of the record, which has an uncertainty of its acceleration."""
+    time = 1e-3 * np.arange(1001)
+    motion = motion_from_trace(read_trace({"t [s]": time, "x [mm]": 100.0 * (1.0 - np.cos(6.0 * time))}))
+    steps = {"t [s]": [0.1, 0.1, 0.3, 0.3], "Fy [N]": [0.0, 100.0, 100.0, 0.0]}
+    forced = motion.with_forces(read_forces(steps), TOOL)
+    assert forced.time.size == motion.time.size + 2 and forced.wrench is not None
+    assert np.array_equal(forced.wrench[99:104, 1], [0.0, 0.0, 100.0, 100.0, 100.0])
+    assert motion.uncertainty is not None and forced.uncertainty is not None
+    assert forced.uncertainty.time is not None and np.array_equal(forced.uncertainty.time, motion.time)
 
 
 def test_a_turned_frame_turns_the_force() -> None:

@@ -209,7 +209,7 @@ def test_the_state_is_read_as_it_was_written_and_refused_if_damaged(tmp_path: Pa
     damaged("points.3.2: .*number", "points", 3, value=[0.1, 1.0, "2", 3.0, 4.0])
     damaged("ended: .*boolean", "ended", value=1)
     (tmp_path / WatchState.FILE).write_text("{")
-    with pytest.raises(ReadError, match="expected the state of a watch"):
+    with pytest.raises(ReadError, match=r"expected the state of a watch \(Invalid JSON"):
         WatchState.read(tmp_path)
     with pytest.raises(ReadError, match="expected the folder of a watch"):
         WatchState.read(tmp_path / "elsewhere")
