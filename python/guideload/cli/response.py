@@ -25,7 +25,7 @@ class Direction(click.ParamType[str | tuple[float, ...]]):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> str | tuple[float, ...]:
         if isinstance(value, tuple) or value in ("x", "y", "z"):
-            return value
+            return cast("str | tuple[float, ...]", value)
         try:
             x, y, z = map(float, str(value).split(","))
         except ValueError:

@@ -129,7 +129,7 @@ class Machine(FileModel):
         import tomli_w
 
         # The products of a catalogue are among the products, and the points of a file are those of its rail.
-        from_files = {"catalogue": True, "rails": {"__all__": {"straightness_file"}}}
+        from_files: IncEx = {"catalogue": True, "rails": {"__all__": {"straightness_file"}}}
         values = self.model_dump(mode="json", exclude_defaults=True, exclude_none=True, exclude=from_files)
         with atomic_write(Path(file)) as draft:
             draft.write_bytes(tomli_w.dumps(values).encode())

@@ -11,7 +11,7 @@ use super::system::VariedSystem;
 use super::tangents::{LinearRun, Prepared, components, tangent_states};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
-use crate::integrate::{Control, Exact, Output, Start, run_from};
+use crate::integrate::{Control, NamedMethod, Output, Start};
 use crate::numeric::simd::dispatch_wide;
 use crate::numeric::watch::{Watch, check_memory};
 use crate::output::Watched;
@@ -60,7 +60,7 @@ impl History {
         }
         let mut record = Watched { record: Recorded::default(), watch };
         let control = Control::Adaptive { rtol: 1e-6 };
-        run_from(system, &Exact::<8>, control, start, excitation, Output::Samples, &mut record)?;
+        NamedMethod::Exact.run(system, control, start, excitation, Output::Samples, &mut record)?;
         if system.model_level() == ModelLevel::Linear {
             let (states, tangents) = (record.record.states, OnceLock::new());
             return Ok(Self { states, contacts: None, smooth: None, quasi_static, tangents });

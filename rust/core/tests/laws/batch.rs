@@ -192,7 +192,7 @@ fn by_hand(
     match method {
         Some(NamedMethod::Rk45) => run(&system, &Rk45, control, &excitation, output, &mut states),
         Some(NamedMethod::Implicit) => run(&system, &Radau, control, &excitation, output, &mut states),
-        _ => run(&system, &Exact::<4>, control, &excitation, output, &mut states),
+        _ => run(&system, &Exact::<16>, control, &excitation, output, &mut states),
     }
     .expect("a run that succeeds");
     let loads_of = |group: usize| -> Vec<[f64; 6]> {
@@ -477,7 +477,7 @@ fn histories_are_those_of_a_single_run() {
     assert!(out[width..2 * width].iter().all(|x| x.is_nan()));
     let machine = machine_of(&machine, &values[2]);
     let scaled = trace.scaled(values[2][12], values[2][13]);
-    let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &scaled.excitation());
+    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &scaled.excitation());
     let system = machine.system();
     for (g, group) in groups.iter().enumerate() {
         let load = group_load(&system, group.links.clone(), group.center, Part::Total);
@@ -540,7 +540,7 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
         let system = machine.system();
         let model_level = if clearance == 0.0 { ModelLevel::Linear } else { ModelLevel::PiecewiseLinear };
         assert_eq!(system.model_level(), model_level);
-        let (states, _) = machine.states(&Exact::<1>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
         let load = group_load(&system, 0..4, groups[0].center, Part::Total);
         let peak = states.iter().map(|state| load.at(state, &[0.0; 9])[1]).fold(f64::MIN, f64::max);
         close(table[2 * row + 1], peak, 1e-12, 1e4);

@@ -78,7 +78,7 @@ impl Machine {
 
     /// Link loads at the samples by the exact method, instant after instant, N.
     pub fn exact_loads(&self, excitation: &Excitation) -> Vec<f64> {
-        let (states, _) = self.states(&Exact::<4>, ADAPTIVE, excitation);
+        let (states, _) = self.states(&Exact::<16>, ADAPTIVE, excitation);
         self.loads_of(&states)
     }
 

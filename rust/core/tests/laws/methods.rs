@@ -171,7 +171,7 @@ fn work_is_bounded() {
     for excitation in [clean, noisy] {
         let control = Control::Adaptive { rtol: 1e-6 };
         let least = straights(&excitation);
-        let (_, exact) = cart().states(&Exact::<1>, control, &excitation);
+        let (_, exact) = cart().states(&Exact::<16>, control, &excitation);
         assert_eq!((exact.steps, exact.rejected), (1999, 0));
         // One or more steps for each straight stretch, at most one per interval between samples, with and without noise.
         let (_, radau) = cart().states(&Radau, control, &excitation);
@@ -191,13 +191,13 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
     for machine in [cart(), paper(), cart_stiff()] {
         let at_samples: Vec<f64> = (0..130).map(|k| excitation.time(k)).collect();
         // Roundings of a knot's time move the state by its rate times 1e-17 s; the rest of the step is the same.
-        same(&machine, &Exact::<1>, ADAPTIVE, &excitation, &at_samples, 1e-11);
+        same(&machine, &Exact::<16>, ADAPTIVE, &excitation, &at_samples, 1e-11);
         same(&machine, &Radau, Control::Adaptive { rtol: 1e-8 }, &excitation, &at_samples, 1e-11);
         same(&machine, &Rk45, Control::Adaptive { rtol: 1e-8 }, &excitation, &at_samples, 1e-11);
 
         let between: Vec<f64> = (0..500).map(|k| 0.129 * (f64::from(k) + 0.5) / 500.0).collect();
         let output = Output::Times(&between);
-        let exact = machine.loads_of(&machine.run(&Exact::<1>, ADAPTIVE, &excitation, output).0);
+        let exact = machine.loads_of(&machine.run(&Exact::<16>, ADAPTIVE, &excitation, output).0);
         // The exact state there is that of a trace with samples at these times.
         for (k, &t) in between.iter().enumerate().step_by(50) {
             let mut time = at_samples.clone();

@@ -98,7 +98,7 @@ fn loads_balance_the_weight_and_rest_lasts_for_every_law_and_method() {
         let mut runs =
             vec![machine.states(&Rk45, ADAPTIVE, &still).0, machine.states(&Radau, ADAPTIVE, &still).0];
         if law.is_piecewise_linear() {
-            runs.push(machine.states(&Exact::<4>, ADAPTIVE, &still).0);
+            runs.push(machine.states(&Exact::<16>, ADAPTIVE, &still).0);
         }
         for states in runs {
             alike(&machine.loads_of(&states), &loads_at_rest(&machine).repeat(states.len()), 1e-6);
@@ -148,7 +148,7 @@ fn single(machine: &Machine, groups: &[Group], excitation: &Excitation) -> [f64;
     let system = machine.system();
     let load = guideload::group_load(&system, 0..4, groups[0].center, guideload::Part::Total);
     let drive = guideload::reaction(&system);
-    let (states, _) = machine.states(&Exact::<4>, ADAPTIVE, excitation);
+    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, excitation);
     let mut most = [f64::NEG_INFINITY; 2];
     for (k, state) in states.iter().enumerate() {
         let input = excitation.input(k);

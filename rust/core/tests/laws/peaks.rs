@@ -130,7 +130,7 @@ fn peaks_are_the_extremes_at_all_times() {
     for machine in [cart(), cart().with_damping(0.1), play, idle, on(Law::curve(&curve))] {
         // The drive force depends on the acceleration at every sample, so none is left out.
         for with_drive in [false, true] {
-            let outcomes = compare(&machine, &Exact::<4>, ADAPTIVE, &samples, with_drive, 0.0);
+            let outcomes = compare(&machine, &Exact::<16>, ADAPTIVE, &samples, with_drive, 0.0);
             let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
             with_leaps += usize::from(peaks.steps < history.steps);
             assert!(!with_drive || peaks.steps == history.steps);

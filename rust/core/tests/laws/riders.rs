@@ -243,7 +243,7 @@ fn what_riders_cannot_do_is_refused() {
     let excitation = Excitation::uniform(0.0, STEP, &drive).expect("samples");
     let riders = [motion];
     let ridden = excitation.with_riders(&riders).expect("riders");
-    let (_, outcome) = machine.run(&Exact::<1>, TIGHT, &ridden, Output::Samples);
+    let (_, outcome) = machine.run(&Exact::<16>, TIGHT, &ridden, Output::Samples);
     assert_eq!(outcome, Err(RunError::NotExactRiders));
     let (_, outcome) = machine.run(&Exponential::<16>, TIGHT, &ridden, Output::Samples);
     assert_eq!(outcome, Err(RunError::NotExponentialRiders));

@@ -58,7 +58,7 @@ fn a_constant_excitation_does_not_move_a_body_that_starts_quasi_statically() {
             states(&machine, &Radau, Start::QuasiStatic, &excitation),
         ];
         if !smooth {
-            runs.push(states(&machine, &Exact::<2>, Start::QuasiStatic, &excitation));
+            runs.push(states(&machine, &Exact::<16>, Start::QuasiStatic, &excitation));
         }
         // The force on the body balances: the guides carry weight, inertia and external load in all free degrees of freedom.
         let system = machine.system();
@@ -94,7 +94,7 @@ fn a_run_continues_from_the_state_of_another() {
             if smooth {
                 states(&machine, &Radau, start, excitation)
             } else {
-                states(&machine, &Exact::<2>, start, excitation)
+                states(&machine, &Exact::<16>, start, excitation)
             }
         };
         let whole = run(Start::AtRest, &excitation(0, 61));
@@ -116,7 +116,7 @@ fn a_zero_first_sample_changes_no_bit() {
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
     for machine in [cart(), curved(), clear()] {
         let [rest, still] = [Start::AtRest, Start::QuasiStatic]
-            .map(|start| states(&machine, &Exact::<2>, start, &excitation));
+            .map(|start| states(&machine, &Exact::<16>, start, &excitation));
         assert_eq!(rest, still);
     }
 }
@@ -151,7 +151,7 @@ fn batches_start_as_single_runs_do() {
             assert!(failures.is_empty());
             let system = machine.system();
             let group = guideload::group_load(&system, 0..4, Vector3::zeros(), guideload::Part::Total);
-            let sizes: Vec<f64> = states(&machine, &Exact::<2>, start, &excitation)
+            let sizes: Vec<f64> = states(&machine, &Exact::<16>, start, &excitation)
                 .iter()
                 .map(|state| at(&group, state))
                 .map(|load| load[1].hypot(load[2]))
@@ -208,7 +208,7 @@ fn a_grip_conserves_momentum_and_a_release_velocity() {
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
     let (e, f) = (empty.system(), full.system());
     let moved =
-        |machine: &Machine| *states(machine, &Exact::<2>, Start::AtRest, &excitation).last().expect("states");
+        |machine: &Machine| *states(machine, &Exact::<16>, Start::AtRest, &excitation).last().expect("states");
     for (from, end, to, grips) in [(&e, moved(&empty), &f, true), (&f, moved(&full), &e, false)] {
         let kept = &e;
         let Start::State { position: there, velocity: after } = Start::after_change(from, &end, kept, to)

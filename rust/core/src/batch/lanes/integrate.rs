@@ -16,7 +16,7 @@ use crate::batch::requirements::Requirements;
 use crate::numeric::watch::Watch;
 
 /// Runs one scene per lane through a motion.
-pub(super) struct LaneIntegrator<'a, const N: usize> {
+pub(super) struct LaneIntegrator<'a> {
     pub modal: &'a ModalScenes,
     pub timeline: &'a Timeline,
     /// Deviations of the motion of each scene, if they are drawn.
@@ -30,17 +30,9 @@ pub(super) struct LaneIntegrator<'a, const N: usize> {
     pub watch: Watch<'a>,
 }
 
-impl<const N: usize> LaneIntegrator<'_, N> {
+impl LaneIntegrator<'_> {
     #[inline(always)]
     pub(super) fn run<S: Simd>(self, simd: S) {
-        match self.deviations {
-            Some(_) => self.run_with::<S, true>(simd),
-            None => self.run_with::<S, false>(simd),
-        }
-    }
-
-    #[inline(always)]
-    fn run_with<S: Simd, const DRAWN: bool>(self, simd: S) {
         let Self { modal, timeline, deviations, requirements, first, only_extremes, memory, watch } = self;
         let rows = modal.rows.next_multiple_of(TILE);
         if first == 0 {
@@ -50,9 +42,10 @@ impl<const N: usize> LaneIntegrator<'_, N> {
             }
             memory.known.clear::<S>(rows * 2);
         }
-        memory.end.clear::<S>(2 * N).copy_from_slice(modal.start.vectors::<S>());
-        memory.states.clear::<S>(2 * N * BLOCK);
-        memory.before.clear::<S>(2 * N);
+        let start = modal.start.vectors::<S>();
+        memory.end.clear::<S>(start.len()).copy_from_slice(start);
+        memory.states.clear::<S>(start.len() * BLOCK);
+        memory.before.clear::<S>(start.len());
         memory.values.clear::<S>(rows * BLOCK);
         memory.extremes.clear::<S>(rows * 2);
         memory.last.clear::<S>(rows);
@@ -60,8 +53,9 @@ impl<const N: usize> LaneIntegrator<'_, N> {
         memory.waiting.clear();
         memory.evaluated.clear();
         memory.evaluated.resize(rows / TILE, true);
-        memory.drawn.clear::<S>(if DRAWN { drawn::SIZE } else { 0 });
-        vectorize!(simd, set_steps(simd, &timeline.lengths, modal, &mut memory.steps));
+        memory.drawn.clear::<S>(if deviations.is_some() { drawn::SIZE } else { 0 });
+        set_steps(simd, &timeline.lengths, modal, &mut memory.steps);
+        let steps = BlockSteps::of(start.len() / 2, deviations.is_some());
         let mut plan = BoundPlan::default();
         for block in 0..timeline.blocks() {
             if watch.stops_at(block) {
@@ -71,19 +65,9 @@ impl<const N: usize> LaneIntegrator<'_, N> {
                 vectorize!(simd, set_block(simd, deviations, timeline, block, &mut memory.drawn));
             }
             memory.before.vectors_mut::<S>().copy_from_slice(memory.end.vectors::<S>());
-            if let Some(kind) = timeline.kind(block) {
-                vectorize!(simd, advance::<S, N, DRAWN>(simd, kind, timeline, block, memory));
-            } else {
-                for sample in 0..BLOCK {
-                    vectorize!(
-                        simd,
-                        advance_once::<S, N, DRAWN>(simd, modal, timeline, block, sample, memory)
-                    );
-                }
-            }
+            (steps.advance)(simd, modal, timeline, block, memory);
             let is_bounded = only_extremes && block > 0 && plan.bounds_next();
-            let all =
-                vectorize!(simd, evaluate::<S, DRAWN>(simd, modal, timeline, block, is_bounded, memory));
+            let all = (steps.evaluate)(simd, modal, timeline, block, is_bounded, memory);
             if is_bounded {
                 plan.note(all);
             }
@@ -94,9 +78,66 @@ impl<const N: usize> LaneIntegrator<'_, N> {
     }
 }
 
+/// What is compiled for each number of modes, and for drawn motions. The rest of the loop is not: closures in a generic function are compiled
+/// for each of its parameters, whether they depend on them or not.
+struct BlockSteps<S: Simd> {
+    advance: fn(S, &ModalScenes, &Timeline, usize, &mut Memory),
+    evaluate: fn(S, &ModalScenes, &Timeline, usize, bool, &mut Memory) -> bool,
+}
+
+impl<S: Simd> BlockSteps<S> {
+    fn of(modes: usize, is_drawn: bool) -> Self {
+        match modes {
+            1 => Self::with::<1>(is_drawn),
+            2 => Self::with::<2>(is_drawn),
+            3 => Self::with::<3>(is_drawn),
+            4 => Self::with::<4>(is_drawn),
+            5 => Self::with::<5>(is_drawn),
+            _ => Self::with::<6>(is_drawn),
+        }
+    }
+
+    fn with<const N: usize>(is_drawn: bool) -> Self {
+        if is_drawn {
+            Self { advance: advance::<S, N, true>, evaluate: evaluate_block::<S, true> }
+        } else {
+            Self { advance: advance::<S, N, false>, evaluate: evaluate_block::<S, false> }
+        }
+    }
+}
+
+/// [`evaluate`] in a function of its own.
+fn evaluate_block<S: Simd, const DRAWN: bool>(
+    simd: S,
+    modal: &ModalScenes,
+    timeline: &Timeline,
+    block: usize,
+    is_bounded: bool,
+    memory: &mut Memory,
+) -> bool {
+    vectorize!(simd, evaluate::<S, DRAWN>(simd, modal, timeline, block, is_bounded, memory))
+}
+
+/// Advances from sample to sample of a block.
+fn advance<S: Simd, const N: usize, const DRAWN: bool>(
+    simd: S,
+    modal: &ModalScenes,
+    timeline: &Timeline,
+    block: usize,
+    memory: &mut Memory,
+) {
+    if let Some(kind) = timeline.kind(block) {
+        vectorize!(simd, advance_evenly::<S, N, DRAWN>(simd, kind, timeline, block, memory));
+    } else {
+        for sample in 0..BLOCK {
+            vectorize!(simd, advance_once::<S, N, DRAWN>(simd, modal, timeline, block, sample, memory));
+        }
+    }
+}
+
 /// Advances from sample to sample of a block with one interval length.
 #[inline(always)]
-fn advance<S: Simd, const N: usize, const DRAWN: bool>(
+fn advance_evenly<S: Simd, const N: usize, const DRAWN: bool>(
     simd: S,
     kind: usize,
     timeline: &Timeline,
@@ -161,7 +202,7 @@ fn advance_once<S: Simd, const N: usize, const DRAWN: bool>(
         Some(kinds) => kinds[at] as usize,
         None => {
             let lengths = core::slice::from_ref(&timeline.intervals[at]);
-            vectorize!(simd, set_steps(simd, lengths, modal, &mut *steps));
+            set_steps(simd, lengths, modal, &mut *steps);
             0
         }
     };

@@ -166,7 +166,7 @@ impl<'a> Lanes<'a> {
     }
 }
 
-/// [`Lanes::run`] as a kernel.
+/// [`Lanes::run`] with the vectors of a processor.
 struct Run<'a, 'b> {
     lanes: &'a Lanes<'b>,
     windows: &'a [Window<'b>],
@@ -181,20 +181,6 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.lanes.parts[0].0.dofs.len() {
-            1 => self.run::<S, 1>(simd),
-            2 => self.run::<S, 2>(simd),
-            3 => self.run::<S, 3>(simd),
-            4 => self.run::<S, 4>(simd),
-            5 => self.run::<S, 5>(simd),
-            _ => self.run::<S, 6>(simd),
-        }
-    }
-}
-
-impl Run<'_, '_> {
-    #[inline(always)]
-    fn run<S: Simd, const N: usize>(self, simd: S) {
         let Self { lanes, windows, scenes, deviations, memory, watch } = self;
         let LaneMemory { modal, memory } = memory;
         // Unused lanes repeat the last scene.
@@ -216,7 +202,7 @@ impl Run<'_, '_> {
                 to: modal,
             };
             vectorize_once!(simd, setup.compute(simd));
-            let integrator = LaneIntegrator::<N> {
+            let integrator = LaneIntegrator {
                 modal,
                 timeline,
                 deviations,

@@ -4,12 +4,17 @@ use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::modal::ModalScenes;
-use super::vector::{Complex, Real};
+use super::vector::{Complex, Real, vectorize};
 
 /// Computes the steps over some lengths of time, s: for each mode `E = exp(λ h) - 1`, then, for each component of the excitation and each
 /// mode, the effect of a change of it, `(g/λ) E / (λ h)`. A step is `v <- v + E v + (g/λ) E / (λ h) du`.
-#[inline(always)]
 pub(super) fn set_steps<S: Simd>(simd: S, lengths: &[f64], modal: &ModalScenes, to: &mut AlignedBuffer) {
+    vectorize!(simd, steps(simd, lengths, modal, to));
+}
+
+/// See [`set_steps`].
+#[inline(always)]
+fn steps<S: Simd>(simd: S, lengths: &[f64], modal: &ModalScenes, to: &mut AlignedBuffer) {
     let eigenvalues = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
     let n = eigenvalues.len();
     let drives = modal.drive.vectors::<S>().as_chunks::<2>().0;
