@@ -129,8 +129,12 @@ class Machine(FileModel):
         import tomli_w
 
         # The products of a catalogue are among the products, and the points of a file are those of its rail.
-        from_files: IncEx = {"catalogue": True, "rails": {"__all__": {"straightness_file"}}}
-        values = self.model_dump(mode="json", exclude_defaults=True, exclude_none=True, exclude=from_files)
+        values = self.model_dump(
+            mode="json",
+            exclude_defaults=True,
+            exclude_none=True,
+            exclude={"catalogue": True, "rails": {"__all__": {"straightness_file"}}},
+        )
         with atomic_write(Path(file)) as draft:
             draft.write_bytes(tomli_w.dumps(values).encode())
 
