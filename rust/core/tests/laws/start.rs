@@ -207,8 +207,9 @@ fn a_grip_conserves_momentum_and_a_release_velocity() {
     let acceleration = noise(&mut random, 40);
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
     let (e, f) = (empty.system(), full.system());
-    let moved =
-        |machine: &Machine| *states(machine, &Exact::<16>, Start::AtRest, &excitation).last().expect("states");
+    let moved = |machine: &Machine| {
+        *states(machine, &Exact::<16>, Start::AtRest, &excitation).last().expect("states")
+    };
     for (from, end, to, grips) in [(&e, moved(&empty), &f, true), (&f, moved(&full), &e, false)] {
         let kept = &e;
         let Start::State { position: there, velocity: after } = Start::after_change(from, &end, kept, to)
