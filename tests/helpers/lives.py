@@ -36,7 +36,7 @@ def cart(**changes: Any) -> Machine:
 
 
 def on_lines(life: Life) -> list[float]:
-    """The lives [m] of the carriages under loads that are linear between the instants, as in studies."""
+    """The lives [m] of the carriages under loads on lines between the instants, which have derivatives."""
     return [
         float(one.life_under(mean_load(*integrals(life.record.travel, loads, one.rule, p), p)))
         for one in life.carriages

@@ -13,7 +13,7 @@ from reference import cart, core_batch
 from guideload import simulate
 from guideload._core import Batch, largest_equivalent_load
 from guideload.life.equivalent_load import EquivalentLoad, PreloadEffect
-from guideload.life.mean_load import Travel, integrals, mean_load
+from guideload.life.mean_load import Travel, integrals, load_bows, mean_load
 from guideload.machine.machine import Machine
 
 MOTION = moved(GENTLE, 500.0)
@@ -65,12 +65,13 @@ def test_loads_of_samples_are_those_of_single_runs(
     for row, (mass, scale) in zip(table, FACTORS, strict=True):
         heavier = machine.body.model_copy(update={"mass": mass * machine.body.mass})
         motion = MOTION.along_x(MOTION.time, scale * MOTION.acceleration[:, 0])
-        loads = simulate(
-            machine.model_copy(update={"body": heavier}), motion, times=motion.time
-        ).carriage_loads
+        result = simulate(machine.model_copy(update={"body": heavier}), motion, times=motion.time)
+        loads, bows = result.carriage_loads, load_bows(result)
         for i, rule in enumerate(assigned):
-            mean = mean_load(*integrals(travel, loads[:, i], rule, exponent), exponent)
+            mean = mean_load(*integrals(travel, loads[:, i], rule, exponent, bows[:, i]), exponent)
             _, largest, _ = largest_equivalent_load(loads[:, i].copy(), assigned[i % 2].of_core)
             # Step sizes on smooth laws depend on estimated errors, which change with rounding.
             rel = 1e-8 if laws is PRELOADED else 1e-12
-            assert row[2 * i : 2 * i + 2] == pytest.approx([mean, largest], rel=rel)
+            assert row[2 * i + 1] == pytest.approx(largest, rel=rel)
+            # Means of loads are exact in a study with linear links, those of a run by Simpson's rule.
+            assert row[2 * i] == pytest.approx(mean, rel=rel if laws else 1e-6)

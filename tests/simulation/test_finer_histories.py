@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import reference as ref
 
-from guideload import LongRun, Machine, Motion, life_of, peak_loads, simulate
+from guideload import LongRun, Machine, Motion, Study, life_of, peak_loads, run_study, simulate
 from guideload.drive import drive_requirements
 from guideload.life.mean_load import load_bows
 from guideload.plots import load_density
@@ -183,3 +183,26 @@ def test_a_record_in_blocks_has_them_too() -> None:
     run.add(motion)
     whole = life_of(simulate(machine, motion))
     np.testing.assert_allclose(run.mean_loads, [each.mean_load for each in whole.carriages], rtol=1e-12)
+
+
+@pytest.mark.parametrize("rate", [100, 1000])
+@pytest.mark.parametrize(
+    ("laws", "error"),
+    [
+        ({}, 1e-7),
+        ({"preload_y": 3e3, "preload_z": 3e3, "rolling": "ball"}, 1e-7),
+        ({"clearance_z": 5e-6}, 1e-5),  # where contact changes the load bends inside the interval
+    ],
+)
+def test_the_mean_load_of_a_study_is_that_of_the_motion(
+    laws: dict[str, object], error: float, rate: int
+) -> None:
+    machine = lives.cart()
+    machine = machine.model_copy(
+        update={"carriages": [one.model_copy(update=laws) for one in machine.carriages]}
+    )
+    found = run_study(
+        Study(machine=machine, motion=sampled(rate), cases={"body.mass": [machine.body.mass]}, rtol=1e-9)
+    )
+    for one in life_of(simulate(machine, sampled(20_000), rtol=1e-9)).carriages:
+        assert found.column(f"mean_load_N[{one.name}]")[0] == pytest.approx(one.mean_load, rel=error)

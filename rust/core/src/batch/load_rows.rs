@@ -1,5 +1,6 @@
 //! Load rows: the loads of a sample at the instants of a block.
 
+use super::lines::ModalAcceleration;
 use super::requirements::{LoadRow, Requirements};
 use crate::excitation::Excitation;
 use crate::model::Law;
@@ -17,11 +18,11 @@ pub(super) type Values = [f64; BLOCK];
 /// States and excitation at the instants of a block.
 #[derive(Debug)]
 pub(super) struct StateBlock {
-    states: [State; BLOCK],
+    pub states: [State; BLOCK],
     /// The same, entry by entry.
-    entries: [Values; 12],
+    pub entries: [Values; 12],
     /// Set if they are needed.
-    inputs: [Values; 9],
+    pub inputs: [Values; 9],
 }
 
 impl StateBlock {
@@ -60,6 +61,8 @@ pub(super) struct LoadRows<'a> {
     loads: Vec<(Wrench<'a>, [Option<usize>; 6])>,
     /// Nonlinear links that are monitored for contact, with the index of their group.
     monitored: Vec<(&'a LinkRow, usize)>,
+    /// If mean loads are needed.
+    pub modes: Option<ModalAcceleration<'a>>,
 }
 
 impl<'a> LoadRows<'a> {
@@ -87,13 +90,14 @@ impl<'a> LoadRows<'a> {
             let rows = groups[group].links.iter().map(|&link| &system.rows()[link]);
             monitored.extend(rows.filter(|row| !row.link.law().is_linear()).map(|row| (row, index)));
         }
-        Self { loads, monitored }
+        let modes = requirements.travel.is_some().then(|| ModalAcceleration::new(system, sample.factors()));
+        Self { loads, monitored, modes }
     }
 
     /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&self, block: &StateBlock, values: &mut [Values], lost: &mut [bool]) {
-        let StateBlock { states, entries, inputs } = block;
+        let entries = &block.entries;
         for &(row, group) in &self.monitored {
             if !lost[group] {
                 let mut at = [row.rest; BLOCK];
@@ -103,6 +107,13 @@ impl<'a> LoadRows<'a> {
                 lost[group] = is_lost(row.link.law(), &at);
             }
         }
+        self.set_rows(block, values);
+    }
+
+    /// Evaluates all rows at a block.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn set_rows(&self, block: &StateBlock, values: &mut [Values]) {
+        let StateBlock { states, entries, inputs } = block;
         let mut components = [[0.0; BLOCK]; 8];
         for (load, rows) in &self.loads {
             let mut needed = [false; 6];

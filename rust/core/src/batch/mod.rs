@@ -11,6 +11,7 @@ mod drawn;
 mod equivalent;
 mod error;
 mod lanes;
+mod lines;
 mod load_extremes;
 mod load_rows;
 mod measure;

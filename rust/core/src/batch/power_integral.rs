@@ -3,24 +3,17 @@
 use super::equivalent::EquivalentRows;
 use super::load_rows::{BLOCK, Values};
 use super::travel::{NEARLY_CONSTANT, Travel};
-use crate::life::{COMPONENTS, Rule};
+use crate::life::Rule;
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
 
-/// Components of a load, and the groups of its rule, at the last instant before a block.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Ends {
-    components: [f64; COMPONENTS],
-    groups: [f64; 2],
-}
-
-/// Groups of the rule at the instants of a block.
+/// Groups of the rule at the starts (0) or ends (1) of the intervals of a block.
 #[cfg_attr(feature = "std", inline(always))]
-fn groups(equivalent: &EquivalentRows, rows: &[Values]) -> [Values; 2] {
+fn groups(equivalent: &EquivalentRows, lines: &[[Values; 2]], end: usize) -> [Values; 2] {
     let mut groups = [[0.0; BLOCK]; 2];
     for (sums, terms) in groups.iter_mut().zip(&equivalent.groups) {
         for &(row, size, sign) in terms {
-            let values = &rows[row];
+            let values = &lines[row][end];
             for i in 0..BLOCK {
                 sums[i] = fma(values[i].abs(), size, fma(values[i], sign, sums[i]));
             }
@@ -35,48 +28,31 @@ fn combined([first, second]: [f64; 2], minor: f64) -> f64 {
     fma(minor, smaller, larger)
 }
 
-/// The values one instant before.
-#[cfg_attr(feature = "std", inline(always))]
-fn earlier(values: &Values, before: f64) -> Values {
-    let mut out = [before; BLOCK];
-    out[1..].copy_from_slice(&values[..BLOCK - 1]);
-    out
-}
-
 /// Integral of the power of the equivalent load over the intervals that end in a block, the first instant of which has the index `before`.
+/// `lines`: the values of each row at the starts and ends of these intervals.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn power_integral(
     equivalent: &EquivalentRows,
     rule: &Rule<f64>,
     travel: &Travel,
-    rows: &[Values],
+    lines: &[[Values; 2]],
     before: usize,
-    ends: &mut Ends,
 ) -> f64 {
-    let components = |i: usize| equivalent.components(|row| rows[row][i]);
-    let groups = groups(equivalent, rows);
-    if before == 0 {
-        *ends = Ends { components: components(0), groups: groups.map(|group| group[0]) };
-    }
-    let Ends { components: last, groups: of_last } = *ends;
-    *ends = Ends { components: components(BLOCK - 1), groups: groups.map(|group| group[BLOCK - 1]) };
     if !travel.moves(before, BLOCK) {
         return 0.0;
     }
     let minor = equivalent.rule.minor;
     // Intervals on which the load is not linear.
     let mut bends = [false; BLOCK];
-    for (row, last) in equivalent.rows.iter().zip(last) {
-        if let Some(row) = *row {
-            let earlier = earlier(&rows[row], last);
-            for i in 0..BLOCK {
-                bends[i] |= earlier[i] * rows[row][i] < 0.0;
-            }
+    for &row in equivalent.rows.iter().flatten() {
+        let [then, now] = &lines[row];
+        for i in 0..BLOCK {
+            bends[i] |= then[i] * now[i] < 0.0;
         }
     }
     let mut sums = [0.0; BLOCK];
     let mut changes = [0.0; BLOCK];
-    let earlier = [earlier(&groups[0], of_last[0]), earlier(&groups[1], of_last[1])];
+    let (earlier, groups) = (groups(equivalent, lines, 0), groups(equivalent, lines, 1));
     for i in 0..BLOCK {
         let (now, then) = ([groups[0][i], groups[1][i]], [earlier[0][i], earlier[1][i]]);
         bends[i] |= minor != 1.0 && (now[0] - now[1]) * (then[0] - then[1]) < 0.0;
@@ -88,8 +64,8 @@ pub(super) fn power_integral(
     let mut powers = series(travel, before, &sums, &changes);
     for i in 0..BLOCK {
         if bends[i] {
-            let first = if i == 0 { last } else { components(i - 1) };
-            powers[i] = equivalent.power(rule, travel, before + i, [&first, &components(i)]);
+            let [then, now] = [0, 1].map(|end| equivalent.components(|row| lines[row][end][i]));
+            powers[i] = equivalent.power(rule, travel, before + i, [&then, &now]);
         }
     }
     let mut partial = [0.0; LANES];

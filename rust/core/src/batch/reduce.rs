@@ -1,7 +1,8 @@
 //! Measures from the states of a run: the extremes of loads, and block by block what needs their values at all samples. No history is stored.
 
+use super::lines::Lines;
 use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
-use super::power_integral::{Ends, power_integral};
+use super::power_integral::power_integral;
 use super::requirements::{Requirements, Signal};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
@@ -23,8 +24,7 @@ pub(super) struct Memory {
     rows: Vec<Values>,
     block: StateBlock,
     statistics: Vec<RunningStatistics>,
-    /// The last instant before the block, of each equivalent load.
-    ends: Vec<Ends>,
+    lines: Lines,
     lost: Vec<bool>,
     /// Rule of each equivalent load.
     rules: Vec<Rule<f64>>,
@@ -37,7 +37,7 @@ impl Memory {
             rows: Vec::new(),
             block: StateBlock::new(),
             statistics: Vec::new(),
-            ends: Vec::new(),
+            lines: Lines::new(),
             lost: Vec::new(),
             rules: Vec::new(),
         }
@@ -49,8 +49,6 @@ impl Memory {
         self.extremes.extend_from_slice(requirements.extremes.begin());
         self.statistics.clear();
         self.statistics.resize(requirements.signals.len(), RunningStatistics::NONE);
-        self.ends.clear();
-        self.ends.resize(requirements.equivalents.len(), Ends::default());
         self.lost.clear();
         self.lost.resize(requirements.contacts.len(), false);
         self.rules.clear();
@@ -81,7 +79,7 @@ pub(super) struct Reduce<'a> {
     rows: &'a mut [Values],
     block: &'a mut StateBlock,
     statistics: &'a mut [RunningStatistics],
-    ends: &'a mut [Ends],
+    lines: &'a mut Lines,
     lost: &'a mut [bool],
     rules: &'a [Rule<f64>],
     /// Samples of the window before the block, and in it.
@@ -99,12 +97,13 @@ impl<'a> Reduce<'a> {
         memory: &'a mut Memory,
     ) -> Self {
         let (requirements, excitation) = (&window.requirements, scaled.excitation);
-        let Memory { extremes, rows, block, statistics, ends, lost, rules } = memory;
+        let Memory { extremes, rows, block, statistics, lines, lost, rules } = memory;
         rows.resize(requirements.rows.len(), [0.0; BLOCK]);
+        lines.resize(requirements.rows.len());
         let peaks = Peaks::after(system, scaled, loads, extremes);
         let loads = requirements.needs_blocks.then(|| LoadRows::new(system, requirements, sample, groups));
         let (before, filled) = (0, 0);
-        Self { window, excitation, peaks, loads, rows, block, statistics, ends, lost, rules, before, filled }
+        Self { window, excitation, peaks, loads, rows, block, statistics, lines, lost, rules, before, filled }
     }
 
     /// Adds a sample to the block.
@@ -130,16 +129,19 @@ impl<'a> Reduce<'a> {
     /// Updates the statistics with the block.
     #[cfg_attr(feature = "std", inline(always))]
     fn update(&mut self) {
-        let Self { window, excitation, loads, rows, block, statistics, ends, lost, rules, .. } = self;
+        let Self { window, excitation, loads, rows, block, statistics, lines, lost, rules, .. } = self;
         let (before, filled) = (self.before, self.filled);
         let Window { requirements, first: offset, .. } = *window;
         // The last instant is repeated past the end; these copies do not count.
         block.complete(filled);
-        if requirements.needs_drive() {
+        if requirements.needs_drive() || requirements.travel.is_some() {
             block.set_inputs(excitation, before, filled);
         }
         if let Some(loads) = loads {
             loads.evaluate(block, rows, lost);
+            if let Some(modes) = &loads.modes {
+                lines.set((loads, modes), (block, rows), excitation, before);
+            }
         }
         for (wanted, statistics) in requirements.signals.iter().zip(statistics.iter_mut()) {
             let mut values = [0.0; BLOCK];
@@ -159,9 +161,8 @@ impl<'a> Reduce<'a> {
                             equivalent,
                             &rules[index],
                             travel,
-                            rows,
+                            &lines.ends,
                             before,
-                            &mut ends[index],
                         ));
                     }
                     continue;

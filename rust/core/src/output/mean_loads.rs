@@ -57,29 +57,43 @@ impl ReferenceMotion<'_> {
         for (k, &now) in self.time.iter().enumerate() {
             let [position, velocity, acceleration] =
                 [self.position, self.velocity, self.acceleration].map(|of| momenta * Vector6::from(of[k]));
-            let (mut state, mut middle) = ([0.0; 12], [0.0; 12]);
-            let (length, mut bow, mut difference) = (now - earlier, 0.0, 0.0);
-            let last = states[k.saturating_sub(1)];
             for mode in 0..6 {
-                state[mode] = frequency[mode] * (position[mode] - rest[mode]);
-                state[6 + mode] = velocity[mode];
-                let (start, end) = (before[mode], acceleration[mode]);
-                let (gained, expected) = (state[6 + mode] - last[6 + mode], 0.5 * length * (start + end));
-                let scale = frequency[mode] * length / 32.0;
-                let beyond = scale * (expected - 5.0 * gained);
-                middle[mode] = beyond;
-                middle[6 + mode] = 0.125 * length * (start - end);
-                bow += beyond * beyond;
-                difference += (scale * (gained - expected)) * (scale * (gained - expected));
+                states[k][mode] = frequency[mode] * (position[mode] - rest[mode]);
+                states[k][6 + mode] = velocity[mode];
             }
-            states[k] = state;
+            let acceleration = acceleration.into();
             if k > 0 {
-                let share = if difference <= SMOOTH * SMOOTH * bow { 1.0 } else { 0.0 };
-                for (i, to) in middles[k - 1].iter_mut().enumerate() {
-                    *to = 0.5 * (last[i] + state[i]) + share * middle[i];
-                }
+                let ends = [&states[k - 1], &states[k]];
+                middles[k - 1] = middle(&frequency, now - earlier, ends, [&before, &acceleration]);
             }
-            (before, earlier) = (acceleration.into(), now);
+            (before, earlier) = (acceleration, now);
         }
     }
+}
+
+/// The state in the middle of an interval of `length` s, from the states and the accelerations of the modes at both ends: see
+/// [`ReferenceMotion::load_bows`].
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn middle(
+    frequency: &[f64; 6],
+    length: f64,
+    [last, state]: [&State; 2],
+    [before, after]: [&[f64; 6]; 2],
+) -> State {
+    let (mut beyond, mut bow, mut difference) = ([0.0; 12], 0.0, 0.0);
+    for mode in 0..6 {
+        let (start, end) = (before[mode], after[mode]);
+        let (gained, expected) = (state[6 + mode] - last[6 + mode], 0.5 * length * (start + end));
+        let scale = frequency[mode] * length / 32.0;
+        beyond[mode] = scale * (expected - 5.0 * gained);
+        beyond[6 + mode] = 0.125 * length * (start - end);
+        bow += beyond[mode] * beyond[mode];
+        difference += (scale * (gained - expected)) * (scale * (gained - expected));
+    }
+    let share = if difference <= SMOOTH * SMOOTH * bow { 1.0 } else { 0.0 };
+    let mut middle = [0.0; 12];
+    for i in 0..12 {
+        middle[i] = 0.5 * (last[i] + state[i]) + share * beyond[i];
+    }
+    middle
 }

@@ -27,6 +27,8 @@ pub use loads::{
 };
 #[cfg(feature = "std")]
 pub use mean_loads::ReferenceMotion;
+#[cfg(feature = "studies")]
+pub(crate) use mean_loads::middle;
 pub use peaks::Peaks;
 #[cfg(feature = "std")]
 pub use record::Watched;

@@ -11,7 +11,10 @@ use guideload::{
 };
 use nalgebra::Vector3;
 
-use crate::common::{ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle, mean_and_largest, rules};
+use crate::common::{
+    ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle, exact_bows, mean_and_largest,
+    polynomial_bows, rules,
+};
 
 /// `cart` with other laws, and its carriages.
 pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
@@ -235,12 +238,20 @@ fn by_hand(
         }
         Measure::MeanLoad(group) | Measure::PeakLoad(group) => {
             let rules = [groups[group].mean_rule, groups[group].peak_rule];
+            let load = group_load(&system, groups[group].links.clone(), groups[group].center, Part::Total);
+            let in_lanes = method.is_none() && machine.links.iter().all(|link| link.law().is_linear());
+            let bows = if in_lanes {
+                exact_bows(&system, &excitation, &load, &states)
+            } else {
+                polynomial_bows(&system, &excitation, &load, &states)
+            };
             let [mean, largest] = mean_and_largest(
                 rules,
                 &excitation,
                 [&trace.speed[..], &trace.along_x],
                 exponent,
                 &loads[group],
+                &bows,
             );
             if matches!(measure, Measure::MeanLoad(_)) { mean } else { largest }
         }

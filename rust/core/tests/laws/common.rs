@@ -2,8 +2,9 @@
 
 use guideload::evaluate;
 use guideload::{
-    Axial, Body, Control, Exact, Excitation, Free, Link, Method, Output, Part, RunError, Scene, State,
-    Summary, System, Wrench, carriage_links, group_load, link_load, run,
+    Axial, Body, Control, Exact, Excitation, Free, Link, Method, Output, Part, ReferenceMotion, RunError,
+    Scene, State, Summary, System, Wrench, acceleration, carriage_links, group_load, link_load, position,
+    run, velocity,
 };
 use guideload::{EquivalentLoad, Interval, Preload};
 use nalgebra::{Matrix3, Vector3};
@@ -266,15 +267,93 @@ pub fn rules() -> [EquivalentLoad; 6] {
     ]
 }
 
+/// Nodes and weights of Gauss and Legendre on the interval from -1 to 1, of one sign.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.183_434_642_495_649_8, 0.362_683_783_378_362],
+    [0.525_532_409_916_329, 0.313_706_645_877_887_3],
+    [0.796_666_477_413_626_7, 0.222_381_034_453_374_5],
+    [0.960_289_856_497_536_2, 0.101_228_536_290_376_3],
+];
+
+/// By how much the mean of a load in each interval between samples differs from that of its values at both ends, on the exact solution.
+pub fn exact_bows(
+    system: &System,
+    excitation: &Excitation,
+    load: &Wrench,
+    states: &[State],
+) -> Vec<[f64; 6]> {
+    let parts = |k: usize| 1 + (2e3 * excitation.interval(k)).ceil() as usize;
+    let intervals = 0..states.len() - 1;
+    let mut times = Vec::new();
+    for k in intervals.clone().filter(|&k| excitation.interval(k) > 0.0) {
+        let half = 0.5 * excitation.interval(k) / parts(k) as f64;
+        for part in 0..parts(k) {
+            let middle = excitation.time(k) + (2 * part + 1) as f64 * half;
+            times.extend(GAUSS.iter().rev().map(|[node, _]| middle - half * node));
+            times.extend(GAUSS.iter().map(|[node, _]| middle + half * node));
+        }
+    }
+    let mut between: Vec<State> = Vec::new();
+    run(system, &Exact::<16>, ADAPTIVE, excitation, Output::Times(&times), &mut between).expect("a run");
+    let mut between = between.iter();
+    let at = |state: &State| load.at(state, &[0.0; 9]);
+    let bow = |k: usize| {
+        let (first, last) = (at(&states[k]), at(&states[k + 1]));
+        let mut bow: [f64; 6] = std::array::from_fn(|i| -0.5 * (first[i] + last[i]));
+        if excitation.interval(k) == 0.0 {
+            return [0.0; 6];
+        }
+        for _ in 0..parts(k) {
+            for [_, weight] in GAUSS.iter().rev().chain(&GAUSS) {
+                let value = at(between.next().expect("a state at each time"));
+                for i in 0..6 {
+                    bow[i] += 0.5 * weight / parts(k) as f64 * value[i];
+                }
+            }
+        }
+        bow
+    };
+    intervals.map(bow).collect()
+}
+
+/// The same by the polynomials of [`ReferenceMotion`], for any scene.
+pub fn polynomial_bows(
+    system: &System,
+    excitation: &Excitation,
+    load: &Wrench,
+    states: &[State],
+) -> Vec<[f64; 6]> {
+    let of = |quantity: &Wrench| -> Vec<[f64; 6]> {
+        states.iter().enumerate().map(|(k, state)| quantity.at(state, &excitation.input(k))).collect()
+    };
+    let time: Vec<f64> = (0..states.len()).map(|k| excitation.time(k)).collect();
+    let (position, velocity, acceleration) =
+        (of(&position(system)), of(&velocity(system)), of(&acceleration(system)));
+    let motion = ReferenceMotion {
+        time: &time,
+        position: &position,
+        velocity: &velocity,
+        acceleration: &acceleration,
+    };
+    let mut bows = vec![0.0; 6 * (states.len() - 1)];
+    assert!(motion.load_bows(system, &[load.clone()], &mut bows));
+    bows.as_chunks::<6>().0.to_vec()
+}
+
 /// Mean load over the distance, interval by interval, and largest load at the samples; the mean is NaN for a motion that does not move.
+/// `bows`: by how much the mean of each load in each interval differs from that of its ends.
 pub fn mean_and_largest(
     [mean, largest]: [EquivalentLoad; 2],
     excitation: &Excitation,
     [velocity, acceleration]: [&[f64]; 2],
     exponent: f64,
     loads: &[[f64; 6]],
+    bows: &[[f64; 6]],
 ) -> [f64; 2] {
     let components = |k: usize| -> [f64; 5] { std::array::from_fn(|component| loads[k][1 + component]) };
+    let line = |k: usize, interval: usize| -> [f64; 5] {
+        std::array::from_fn(|component| loads[k][1 + component] + bows[interval][1 + component])
+    };
     let (mut power, mut path) = (0.0, 0.0);
     for k in 1..loads.len() {
         let travel = Interval {
@@ -282,7 +361,7 @@ pub fn mean_and_largest(
             velocity: [velocity[k - 1], velocity[k]],
             acceleration: [acceleration[k - 1], acceleration[k]],
         };
-        let found = mean.integrals(exponent, &travel, [&components(k - 1), &components(k)]);
+        let found = mean.integrals(exponent, &travel, [&line(k - 1, k - 1), &line(k, k - 1)]);
         (power, path) = (power + found.power, path + found.path);
     }
     let peak = (0..loads.len()).map(|k| largest.of(&components(k))).fold(0.0, f64::max);

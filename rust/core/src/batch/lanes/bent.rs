@@ -78,7 +78,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let more = more.select(zero.constant(1.0), zero);
         for (place, &Bent { sample, lane }) in some.iter().enumerate() {
             sums[lane] += if one_by_one[place] || more.lane(place) > 0.0 {
-                let end = |end: usize| self.equivalent.components(|row| self.ends(row, sample, lane)[end]);
+                let end = |end: usize| self.equivalent.components(|row| self.ends_in(row, sample, lane)[end]);
                 self.equivalent.power(&self.equivalent.rule, self.travel, start + sample, [&end(0), &end(1)])
             } else {
                 sum.lane(place)
@@ -105,7 +105,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             for (&(row, size, sign), component) in terms.iter().zip(&mut components[group]) {
                 let mut ends = [[0.0; LANES]; 2];
                 for (place, bent) in some.iter().enumerate() {
-                    [ends[0][place], ends[1][place]] = self.ends(row, bent.sample, bent.lane);
+                    [ends[0][place], ends[1][place]] = self.ends_in(row, bent.sample, bent.lane);
                 }
                 let [then, now] = [self.vector(&ends[0]), self.vector(&ends[1])];
                 *component = [then, now];

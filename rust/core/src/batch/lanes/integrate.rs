@@ -5,6 +5,7 @@ use pulp::Simd;
 use super::aligned_buffer::AlignedBuffer;
 use super::drawn::{self, CHANGES, Deviations, set_block};
 use super::loads::{BoundPlan, evaluate};
+use super::means::{set_means, tiles_with_means};
 use super::memory::{Memory, STATISTICS};
 use super::modal::{ModalScenes, TILE};
 use super::search::Search;
@@ -49,6 +50,9 @@ impl LaneIntegrator<'_> {
         memory.values.clear::<S>(rows * BLOCK);
         memory.extremes.clear::<S>(rows * 2);
         memory.last.clear::<S>(rows);
+        memory.has_means = tiles_with_means(requirements, rows / TILE);
+        memory.mean_states.clear::<S>(start.len() * BLOCK);
+        memory.means.clear::<S>(rows * BLOCK);
         // A run that was stopped leaves some.
         memory.waiting.clear();
         memory.evaluated.clear();
@@ -71,6 +75,9 @@ impl LaneIntegrator<'_> {
             if is_bounded {
                 plan.note(all);
             }
+            if requirements.travel.as_ref().is_some_and(|travel| travel.moves(block * BLOCK, BLOCK)) {
+                (steps.set_means)(simd, modal, timeline, block, memory);
+            }
             vectorize!(simd, reduce(simd, requirements, modal, timeline, block, first, memory));
         }
         let Memory { waiting, found, .. } = memory;
@@ -83,6 +90,7 @@ impl LaneIntegrator<'_> {
 struct BlockSteps<S: Simd> {
     advance: fn(S, &ModalScenes, &Timeline, usize, &mut Memory),
     evaluate: fn(S, &ModalScenes, &Timeline, usize, bool, &mut Memory) -> bool,
+    set_means: fn(S, &ModalScenes, &Timeline, usize, &mut Memory),
 }
 
 impl<S: Simd> BlockSteps<S> {
@@ -99,9 +107,17 @@ impl<S: Simd> BlockSteps<S> {
 
     fn with<const N: usize>(is_drawn: bool) -> Self {
         if is_drawn {
-            Self { advance: advance::<S, N, true>, evaluate: evaluate_block::<S, true> }
+            Self {
+                advance: advance::<S, N, true>,
+                evaluate: evaluate_block::<S, true>,
+                set_means: set_block_means::<S, true>,
+            }
         } else {
-            Self { advance: advance::<S, N, false>, evaluate: evaluate_block::<S, false> }
+            Self {
+                advance: advance::<S, N, false>,
+                evaluate: evaluate_block::<S, false>,
+                set_means: set_block_means::<S, false>,
+            }
         }
     }
 }
@@ -116,6 +132,17 @@ fn evaluate_block<S: Simd, const DRAWN: bool>(
     memory: &mut Memory,
 ) -> bool {
     vectorize!(simd, evaluate::<S, DRAWN>(simd, modal, timeline, block, is_bounded, memory))
+}
+
+/// [`set_means`] in a function of its own.
+fn set_block_means<S: Simd, const DRAWN: bool>(
+    simd: S,
+    modal: &ModalScenes,
+    timeline: &Timeline,
+    block: usize,
+    memory: &mut Memory,
+) {
+    vectorize!(simd, set_means::<S, DRAWN>(simd, modal, timeline, block, memory));
 }
 
 /// Advances from sample to sample of a block.

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
-use super::drawn;
+use super::drawn::{self, CHANGES};
 use super::matrix::MAX_MODES;
 use super::memory::Memory;
 use super::modal::{ModalScenes, TILE, width};
@@ -11,7 +11,7 @@ use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};
 
 /// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
-const SAMPLES: usize = 4;
+pub(super) const SAMPLES: usize = 4;
 
 /// Evaluates the rows of loads in a block: their values, and the smallest and the largest one. `is_bounded`: whether tiles without a new
 /// extreme are passed over, by bounds. Whether all tiles were evaluated.
@@ -75,25 +75,7 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
             }
         }
         for part in 0..BLOCK / SAMPLES {
-            let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
-            for (component, feed) in head[1..].iter().enumerate() {
-                for sample in 0..SAMPLES {
-                    let input = inputs.at(simd, part * SAMPLES + sample, component);
-                    for row in 0..TILE {
-                        sums[row][sample] = Real::new(simd, feed[row]).mul_add(input, sums[row][sample]);
-                    }
-                }
-            }
-            // Not unrolled: 16 sums and 4 + 4 loaded numbers fill the registers.
-            for (coefficients, states) in tile.iter().zip(states) {
-                let states = &states.as_chunks::<SAMPLES>().0[part];
-                for row in 0..TILE {
-                    for sample in 0..SAMPLES {
-                        sums[row][sample] = Real::new(simd, coefficients[row])
-                            .mul_add(Real::new(simd, states[sample]), sums[row][sample]);
-                    }
-                }
-            }
+            let sums = row_sums(simd, head, tile, states, part, &inputs);
             for row in 0..TILE {
                 let [a, b, c, d] = sums[row];
                 let (mut low, mut high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
@@ -107,6 +89,38 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
         }
     }
     all
+}
+
+/// The rows of a tile at some of the samples of a block.
+#[inline(always)]
+pub(super) fn row_sums<S: Simd>(
+    simd: S,
+    head: &[[S::f64s; TILE]],
+    tile: &[[S::f64s; TILE]],
+    states: &[[S::f64s; BLOCK]],
+    part: usize,
+    inputs: &impl BlockInputs,
+) -> [[Real<S>; SAMPLES]; TILE] {
+    let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
+    for (component, feed) in head[1..].iter().enumerate() {
+        for sample in 0..SAMPLES {
+            let input = inputs.at(simd, part * SAMPLES + sample, component);
+            for row in 0..TILE {
+                sums[row][sample] = Real::new(simd, feed[row]).mul_add(input, sums[row][sample]);
+            }
+        }
+    }
+    // Not unrolled: 16 sums and 4 + 4 loaded numbers fill the registers.
+    for (coefficients, states) in tile.iter().zip(states) {
+        let states = &states.as_chunks::<SAMPLES>().0[part];
+        for row in 0..TILE {
+            for sample in 0..SAMPLES {
+                sums[row][sample] = Real::new(simd, coefficients[row])
+                    .mul_add(Real::new(simd, states[sample]), sums[row][sample]);
+            }
+        }
+    }
+    sums
 }
 
 /// Which blocks are bounded before they are evaluated. Bounds take about as long as the evaluation of a tile. Where a block needs all of its
@@ -147,14 +161,19 @@ const ROUNDING: f64 = 1e-13;
 
 /// The excitation at the samples of a block. (No closure, whose body would not have the instructions of the caller.)
 #[derive(Clone, Copy)]
-struct Inputs<'a, const DRAWN: bool> {
-    drawn: &'a AlignedBuffer,
-    timeline: &'a Timeline,
-    block: usize,
-    components: usize,
+pub(super) struct Inputs<'a, const DRAWN: bool> {
+    pub drawn: &'a AlignedBuffer,
+    pub timeline: &'a Timeline,
+    pub block: usize,
+    pub components: usize,
 }
 
-impl<const DRAWN: bool> Inputs<'_, DRAWN> {
+/// Values of the components of the excitation for the samples of a block.
+pub(super) trait BlockInputs {
+    fn at<S: Simd>(&self, simd: S, sample: usize, component: usize) -> Real<S>;
+}
+
+impl<const DRAWN: bool> BlockInputs for Inputs<'_, DRAWN> {
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S, sample: usize, component: usize) -> Real<S> {
         if DRAWN && component == 0 {
@@ -162,6 +181,19 @@ impl<const DRAWN: bool> Inputs<'_, DRAWN> {
         } else {
             let at = self.block * BLOCK + sample;
             Real::splat(simd, self.timeline.values[at * self.components + component])
+        }
+    }
+}
+
+impl<const DRAWN: bool> Inputs<'_, DRAWN> {
+    /// The change from the sample before.
+    #[inline(always)]
+    pub(super) fn change<S: Simd>(&self, simd: S, sample: usize, component: usize) -> Real<S> {
+        if DRAWN && component == 0 {
+            Real::new(simd, self.drawn.vectors::<S>()[CHANGES + sample])
+        } else {
+            let at = self.block * BLOCK + sample;
+            Real::splat(simd, self.timeline.changes[at * self.components + component])
         }
     }
 

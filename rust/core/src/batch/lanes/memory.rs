@@ -24,6 +24,11 @@ pub(super) struct Memory {
     pub known: AlignedBuffer,
     /// Last values of the rows before the block.
     pub last: AlignedBuffer,
+    /// Means of v and of the rows over the intervals before the samples of a block; see `means`.
+    pub mean_states: AlignedBuffer,
+    pub means: AlignedBuffer,
+    /// Whether a tile of rows has means.
+    pub has_means: Vec<bool>,
     /// Whether a tile of rows was evaluated at the block.
     pub evaluated: Vec<bool>,
     pub steps: AlignedBuffer,

@@ -19,6 +19,7 @@ mod integrate;
 mod jacobi;
 mod loads;
 mod matrix;
+mod means;
 mod memory;
 mod modal;
 mod power_integral;

@@ -18,6 +18,8 @@ pub(super) struct PowerIntegral<'a, S: Simd> {
     /// Values of each row in the block, and the last value of each before it.
     pub values: &'a [[S::f64s; BLOCK]],
     pub last: &'a [S::f64s],
+    /// Means of each row over the intervals that end in the block.
+    pub means: &'a [[S::f64s; BLOCK]],
 }
 
 /// P of the groups A and B, without the effect of a preload.
@@ -66,6 +68,19 @@ pub(super) fn equivalent_load<S: Simd>(
     combined(equivalent, groups)
 }
 
+/// `c |x| + d |y|`.
+#[inline(always)]
+fn weighed<S: Simd>([x, y]: [Real<S>; 2], [c, d]: [Real<S>; 2]) -> Real<S> {
+    y.abs().mul_add(d, x.abs() * c)
+}
+
+/// The ends of a line with this mean that rises as from one value to another.
+#[inline(always)]
+fn line<S: Simd>(then: Real<S>, now: Real<S>, mean: Real<S>) -> [Real<S>; 2] {
+    let half = (now - then) * mean.constant(0.5);
+    [mean - half, mean + half]
+}
+
 impl<S: Simd> PowerIntegral<'_, S> {
     /// The integral over the intervals that end in the block, whose first sample has the index `start`.
     #[inline(always)]
@@ -95,18 +110,21 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let [first, second] = terms.map(|(row, _)| &self.values[row]);
         let [first_size, second_size] = terms.map(|(_, size)| size);
         let [first_size, second_size] = [Real::splat(simd, first_size), Real::splat(simd, second_size)];
-        let mut then = [Real::new(simd, self.last[terms[0].0]), Real::new(simd, self.last[terms[1].0])];
-        let mut before = then[1].abs().mul_add(second_size, then[0].abs() * first_size);
+        let [first_means, second_means] = terms.map(|(row, _)| &self.means[row]);
+        let mut before = [Real::new(simd, self.last[terms[0].0]), Real::new(simd, self.last[terms[1].0])];
+        let sizes = [first_size, second_size];
         let weights = self.weights(start);
         let (mut sums, mut worst) = ([zero; 2], zero);
         for k in 0..BLOCK {
             let now = [Real::new(simd, first[k]), Real::new(simd, second[k])];
-            let load = now[1].abs().mul_add(second_size, now[0].abs() * first_size);
-            let crossing = (then[0] * now[0]).min(then[1] * now[1]);
-            let (term, bend) = self.term(&weights, k, [before, load], crossing);
+            let [x, x_now] = line(before[0], now[0], Real::new(simd, first_means[k]));
+            let [y, y_now] = line(before[1], now[1], Real::new(simd, second_means[k]));
+            let crossing = (x * x_now).min(y * y_now);
+            let (term, bend) =
+                self.term(&weights, k, [weighed([x, y], sizes), weighed([x_now, y_now], sizes)], crossing);
             sums[k % 2] = bend.less_than(zero).select(zero, term) + sums[k % 2];
             worst = worst.min(bend);
-            (then, before) = (now, load);
+            before = now;
         }
         (sums[0] + sums[1], worst)
     }
@@ -135,8 +153,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let mut groups = [[zero; 2]; 2];
         for (group, terms) in self.equivalent.groups.iter().enumerate().take(2) {
             for &(row, size, sign) in terms {
-                let then = Real::new(self.simd, *self.before(row, k));
-                let now = Real::new(self.simd, self.values[row][k]);
+                let [then, now] = self.ends(row, k);
                 groups[0][group] = added(groups[0][group], then, size, sign);
                 groups[1][group] = added(groups[1][group], now, size, sign);
                 crossing = crossing.min(then * now);
@@ -228,16 +245,26 @@ impl<S: Simd> PowerIntegral<'_, S> {
 
     /// The values of a row one sample before one of the block.
     #[inline(always)]
-    pub(super) fn before(&self, row: usize, k: usize) -> &S::f64s {
+    fn before(&self, row: usize, k: usize) -> &S::f64s {
         if k == 0 { &self.last[row] } else { &self.values[row][k - 1] }
     }
 
-    /// The value of a row in one lane, at both ends of the interval before a sample of the block.
+    /// The values of a row at both ends of the interval before a sample of the block, of a line with the mean that the row has there.
     #[inline(always)]
-    pub(super) fn ends(&self, row: usize, k: usize, lane: usize) -> [f64; 2] {
-        [self.before(row, k), &self.values[row][k]].map(|lanes| {
+    fn ends(&self, row: usize, k: usize) -> [Real<S>; 2] {
+        let number = |lanes: &S::f64s| Real::new(self.simd, *lanes);
+        line(number(self.before(row, k)), number(&self.values[row][k]), number(&self.means[row][k]))
+    }
+
+    /// [`Self::ends`] in one lane.
+    #[inline(always)]
+    pub(super) fn ends_in(&self, row: usize, k: usize, lane: usize) -> [f64; 2] {
+        let number = |lanes: &S::f64s| -> f64 {
             let numbers: &[f64] = bytemuck::cast_slice(core::slice::from_ref(lanes));
             numbers[lane]
-        })
+        };
+        let [then, now] = [number(self.before(row, k)), number(&self.values[row][k])];
+        let (mean, half) = (number(&self.means[row][k]), 0.5 * (now - then));
+        [mean - half, mean + half]
     }
 }

@@ -84,13 +84,15 @@ pub(super) fn reduce<S: Simd>(
     first: usize,
     memory: &mut Memory,
 ) {
-    let Memory { states, before, values, extremes, known, last, evaluated, drawn, found, waiting, .. } =
-        memory;
+    let Memory {
+        states, before, values, extremes, known, last, evaluated, drawn, found, waiting, means, ..
+    } = memory;
     if evaluated.iter().all(|evaluated| !evaluated) {
         return;
     }
     let starts = modal.starts.vectors::<S>();
     let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
+    let means = means.vectors::<S>().as_chunks::<BLOCK>().0;
     let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
     let known = known.vectors_mut::<S>().as_chunks_mut::<2>().0;
     let start = block * BLOCK;
@@ -148,7 +150,7 @@ pub(super) fn reduce<S: Simd>(
             Signal::Power(index) => {
                 if let Some(travel) = &requirements.travel {
                     let equivalent = &requirements.equivalents[index];
-                    let integral = PowerIntegral { simd, equivalent, travel, values, last };
+                    let integral = PowerIntegral { simd, equivalent, travel, values, last, means };
                     found.add(integral.over_block(start));
                     *place = found.lanes();
                 }
