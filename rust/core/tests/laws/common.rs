@@ -336,7 +336,7 @@ pub fn polynomial_bows(
         acceleration: &acceleration,
     };
     let mut bows = vec![0.0; 6 * (states.len() - 1)];
-    assert!(motion.load_bows(system, &[load.clone()], &mut bows));
+    assert!(motion.load_bows(system, std::slice::from_ref(load), &mut bows));
     bows.as_chunks::<6>().0.to_vec()
 }
 
