@@ -1,6 +1,5 @@
 //! Load rows: the loads of a sample at the instants of a block.
 
-use super::lines::ModalAcceleration;
 use super::requirements::{LoadRow, Requirements};
 use crate::excitation::Excitation;
 use crate::model::Law;
@@ -61,8 +60,6 @@ pub(super) struct LoadRows<'a> {
     loads: Vec<(Wrench<'a>, [Option<usize>; 6])>,
     /// Nonlinear links that are monitored for contact, with the index of their group.
     monitored: Vec<(&'a LinkRow, usize)>,
-    /// If mean loads are needed.
-    pub modes: Option<ModalAcceleration<'a>>,
 }
 
 impl<'a> LoadRows<'a> {
@@ -90,8 +87,7 @@ impl<'a> LoadRows<'a> {
             let rows = groups[group].links.iter().map(|&link| &system.rows()[link]);
             monitored.extend(rows.filter(|row| !row.link.law().is_linear()).map(|row| (row, index)));
         }
-        let modes = requirements.travel.is_some().then(|| ModalAcceleration::new(system, sample.factors()));
-        Self { loads, monitored, modes }
+        Self { loads, monitored }
     }
 
     /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.

@@ -1,6 +1,6 @@
 //! Measures from the states of a run: the extremes of loads, and block by block what needs their values at all samples. No history is stored.
 
-use super::lines::Lines;
+use super::lines::{Lines, ModalAcceleration};
 use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
 use super::power_integral::power_integral;
 use super::requirements::{Requirements, Signal};
@@ -76,6 +76,8 @@ pub(super) struct Reduce<'a> {
     peaks: Peaks<'a>,
     /// Where the measures need more than extremes.
     loads: Option<LoadRows<'a>>,
+    /// If mean loads are needed.
+    modes: Option<ModalAcceleration<'a>>,
     rows: &'a mut [Values],
     block: &'a mut StateBlock,
     statistics: &'a mut [RunningStatistics],
@@ -102,8 +104,23 @@ impl<'a> Reduce<'a> {
         lines.resize(requirements.rows.len());
         let peaks = Peaks::after(system, scaled, loads, extremes);
         let loads = requirements.needs_blocks.then(|| LoadRows::new(system, requirements, sample, groups));
+        let modes = requirements.travel.is_some().then(|| ModalAcceleration::new(system, sample.factors()));
         let (before, filled) = (0, 0);
-        Self { window, excitation, peaks, loads, rows, block, statistics, lines, lost, rules, before, filled }
+        Self {
+            window,
+            excitation,
+            peaks,
+            loads,
+            modes,
+            rows,
+            block,
+            statistics,
+            lines,
+            lost,
+            rules,
+            before,
+            filled,
+        }
     }
 
     /// Adds a sample to the block.
@@ -129,7 +146,7 @@ impl<'a> Reduce<'a> {
     /// Updates the statistics with the block.
     #[cfg_attr(feature = "std", inline(always))]
     fn update(&mut self) {
-        let Self { window, excitation, loads, rows, block, statistics, lines, lost, rules, .. } = self;
+        let Self { window, excitation, loads, modes, rows, block, statistics, lines, lost, rules, .. } = self;
         let (before, filled) = (self.before, self.filled);
         let Window { requirements, first: offset, .. } = *window;
         // The last instant is repeated past the end; these copies do not count.
@@ -139,7 +156,7 @@ impl<'a> Reduce<'a> {
         }
         if let Some(loads) = loads {
             loads.evaluate(block, rows, lost);
-            if let Some(modes) = &loads.modes {
+            if let Some(modes) = modes {
                 lines.set((loads, modes), (block, rows), excitation, before);
             }
         }
