@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.number_text import joined
 from guideload.base.ranges import FREQUENCY
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import displacement
@@ -139,7 +138,7 @@ def _direction(given: str | Sequence[float]) -> Array:
     largest = np.abs(vector).max(initial=0.0)
     if vector.shape != (3,) or not 0.0 < largest < np.inf:
         raise ArgumentError(
-            f"direction: expected {joined(AXES)} or a vector other than zero, got {given!r:.80}"
+            f"direction: expected {', '.join(AXES)} or a finite vector other than zero, got {given!r:.80}"
         )
     return np.asarray(vector / largest / np.linalg.norm(vector / largest))
 

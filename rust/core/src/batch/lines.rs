@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
 use crate::excitation::Excitation;
-use crate::output::{Wrench, acceleration, evaluate_block, middle};
+use crate::output::{Wrench, acceleration, evaluate_block, middle, simpson_bow};
 use crate::system::{State, System};
 
 /// What gives the accelerations of the modes of a sample.
@@ -58,7 +58,8 @@ impl Lines {
         self.last.resize(rows, 0.0);
     }
 
-    /// Goes on to a block whose first instant has the index `before`; `rows`: the values of the rows at its instants.
+    /// Goes on to a block whose first instant has the index `before`; `rows`: the values of the rows at its instants. At standstill no line
+    /// is needed; what the next block begins with is.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn set(
         &mut self,
@@ -66,6 +67,7 @@ impl Lines {
         (block, rows): (&StateBlock, &[Values]),
         excitation: &Excitation,
         before: usize,
+        is_moving: bool,
     ) {
         let mut accelerations = [[0.0; BLOCK]; 8];
         evaluate_block(
@@ -75,9 +77,16 @@ impl Lines {
             &block.states,
             &mut accelerations,
         );
+        let of_modes = |i: usize| -> [f64; 6] {
+            (modes.momenta * Vector6::from_fn(|row, _| accelerations[row][i])).into()
+        };
+        if !is_moving {
+            (self.state, self.acceleration) = (block.states[BLOCK - 1], of_modes(BLOCK - 1));
+            self.last.iter_mut().zip(rows).for_each(|(last, now)| *last = now[BLOCK - 1]);
+            return;
+        }
         for i in 0..BLOCK {
-            let physical = Vector6::from_fn(|row, _| accelerations[row][i]);
-            let (state, acceleration) = (&block.states[i], (modes.momenta * physical).into());
+            let (state, acceleration) = (&block.states[i], of_modes(i));
             // Copies past the end of the motion have no length.
             let interval = (before + i).checked_sub(1).filter(|interval| interval + 1 < excitation.count());
             let at = match interval {
@@ -98,8 +107,7 @@ impl Lines {
             let mut then = [if before == 0 { now[0] } else { *last }; BLOCK];
             then[1..].copy_from_slice(&now[..BLOCK - 1]);
             for i in 0..BLOCK {
-                // The mean by Simpson's rule, less that of the ends.
-                let bow = 2.0 / 3.0 * (middle[i] - 0.5 * (then[i] + now[i]));
+                let bow = simpson_bow(middle[i], [then[i], now[i]]);
                 (ends[0][i], ends[1][i]) = (then[i] + bow, now[i] + bow);
             }
             *last = now[BLOCK - 1];

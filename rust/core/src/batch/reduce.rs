@@ -156,8 +156,9 @@ impl<'a> Reduce<'a> {
         }
         if let Some(loads) = loads {
             loads.evaluate(block, rows, lost);
-            if let Some(modes) = modes {
-                lines.set((loads, modes), (block, rows), excitation, before);
+            if let (Some(modes), Some(travel)) = (modes, &requirements.travel) {
+                let is_moving = travel.moves(before, BLOCK);
+                lines.set((loads, modes), (block, rows), excitation, before, is_moving);
             }
         }
         for (wanted, statistics) in requirements.signals.iter().zip(statistics.iter_mut()) {

@@ -43,7 +43,7 @@ impl ReferenceMotion<'_> {
         let are_finite = [(&states, &mut *at_ends), (&middles, &mut *out)]
             .map(|(states, values)| evaluate(loads, states, |_| [0.0; 9], values));
         for (k, bow) in out.iter_mut().enumerate() {
-            *bow = 2.0 / 3.0 * (*bow - 0.5 * (at_ends[k] + at_ends[k + width]));
+            *bow = simpson_bow(*bow, [at_ends[k], at_ends[k + width]]);
         }
         are_finite == [true; 2]
     }
@@ -69,6 +69,12 @@ impl ReferenceMotion<'_> {
             (before, earlier) = (acceleration, now);
         }
     }
+}
+
+/// The mean of a load by its value in the middle of an interval and those at both ends, by Simpson's rule, less the mean of the ends.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn simpson_bow(middle: f64, [start, end]: [f64; 2]) -> f64 {
+    2.0 / 3.0 * (middle - 0.5 * (start + end))
 }
 
 /// The state in the middle of an interval of `length` s, from the states and the accelerations of the modes at both ends: see

@@ -106,18 +106,14 @@ impl<S: Simd> BlockSteps<S> {
     }
 
     fn with<const N: usize>(is_drawn: bool) -> Self {
-        if is_drawn {
-            Self {
-                advance: advance::<S, N, true>,
-                evaluate: evaluate_block::<S, true>,
-                set_means: set_block_means::<S, true>,
-            }
-        } else {
-            Self {
-                advance: advance::<S, N, false>,
-                evaluate: evaluate_block::<S, false>,
-                set_means: set_block_means::<S, false>,
-            }
+        if is_drawn { Self::compiled::<N, true>() } else { Self::compiled::<N, false>() }
+    }
+
+    fn compiled<const N: usize, const DRAWN: bool>() -> Self {
+        Self {
+            advance: advance::<S, N, DRAWN>,
+            evaluate: evaluate_block::<S, DRAWN>,
+            set_means: set_block_means::<S, DRAWN>,
         }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! The sum over a block stays in registers. Intervals on which the load is not linear contribute nothing to it; `bent` adds them.
 
+use guideload_life::Number;
 use pulp::{Simd, bytemuck};
 
 use super::timeline::BLOCK;
@@ -76,7 +77,7 @@ fn weighed<S: Simd>([x, y]: [Real<S>; 2], [c, d]: [Real<S>; 2]) -> Real<S> {
 
 /// The ends of a line with this mean that rises as from one value to another.
 #[inline(always)]
-fn line<S: Simd>(then: Real<S>, now: Real<S>, mean: Real<S>) -> [Real<S>; 2] {
+fn line<T: Number>(then: T, now: T, mean: T) -> [T; 2] {
     let half = (now - then) * mean.constant(0.5);
     [mean - half, mean + half]
 }
@@ -263,8 +264,6 @@ impl<S: Simd> PowerIntegral<'_, S> {
             let numbers: &[f64] = bytemuck::cast_slice(core::slice::from_ref(lanes));
             numbers[lane]
         };
-        let [then, now] = [number(self.before(row, k)), number(&self.values[row][k])];
-        let (mean, half) = (number(&self.means[row][k]), 0.5 * (now - then));
-        [mean - half, mean + half]
+        line(number(self.before(row, k)), number(&self.values[row][k]), number(&self.means[row][k]))
     }
 }
