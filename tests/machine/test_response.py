@@ -115,7 +115,7 @@ def test_default_frequencies_show_each_resonance() -> None:
     ("options", "words"),
     [
         ({"force_at": "p7"}, "got 'p7'; it has p0, p1"),
-        ({"direction": "w"}, "direction: expected x, y and z or a vector"),
+        ({"direction": "w"}, "direction: expected x, y, z or a finite vector"),
         ({"direction": (0, 0, 0)}, "x, y, z or a finite vector other than zero"),
         ({"frequency": [0.0, 1.0]}, "frequencies above 0 Hz"),
         ({"frequency": "all"}, "frequency: expected an array of real numbers, got texts"),
