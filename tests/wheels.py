@@ -117,6 +117,8 @@ def built_wheel(name: str, tools: Path, out: Path, left_out: list[str]) -> Made 
             "--release",
             "--locked",
             "--zig",
+            "--features",
+            "any-processor",
             "--compatibility",
             "manylinux2014",
         ),

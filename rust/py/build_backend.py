@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -23,8 +24,18 @@ def __getattr__(name: str) -> Any:
     function = getattr(backend, name)
     os.environ.update(without_paths())
     if sys.platform == "linux":
-        os.environ.setdefault("MATURIN_PEP517_ARGS", "--compatibility pypi")
+        features = "--features any-processor" if lacks_avx2() else ""
+        os.environ.setdefault("MATURIN_PEP517_ARGS", f"--compatibility pypi {features}")
     return function
+
+
+def lacks_avx2() -> bool:
+    """Whether this is an x86-64 processor without AVX2: only with that feature the library runs on it."""
+    try:
+        processor = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    return platform.machine() == "x86_64" and "avx2" not in processor
 
 
 def without_paths() -> dict[str, str]:

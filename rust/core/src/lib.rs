@@ -73,7 +73,8 @@
 //!
 //! All of this works without the feature `std`, a default, and without an allocator, then with up to eight carriages. The feature `studies` adds
 //! `batch` (Monte Carlo), `sensitivity` (derivatives), `smoother` (the motion from a measured trace) and `bands` (the uncertainty of the
-//! loads), which take as long to compile as all the rest.
+//! loads), which take as long to compile as all the rest. Without the feature `any-processor`, a default, programs take half as long to compile
+//! and need AVX2 and FMA on x86-64 (see [`runs_on_this_processor`]).
 //!
 //! # Units and source
 //!
@@ -134,6 +135,7 @@ pub use excitation::{Excitation, MAX_RIDERS, RiderMotion, wrench_at};
 pub use model::{
     Body, Dof, Free, Law, LawParameter, Link, MAX_CURVE_POINTS, Rider, Scene, carriage_ends, carriage_links,
 };
+pub use numeric::simd::runs_on_this_processor;
 pub use numeric::tensor;
 #[cfg(feature = "std")]
 pub use numeric::watch::Watch;

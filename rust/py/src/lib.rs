@@ -26,12 +26,19 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     use numpy::{PyArray1, PyArrayMethods};
+    use pyo3::exceptions::PyImportError;
     use pyo3::prelude::*;
 
-    /// Find NumPy's functions now: the `numpy` crate panics if Ctrl-C ends its first search, and a command waits
-    /// with Ctrl-C until an import is over.
+    /// Refuse a processor that this build does not run on, and find NumPy's functions now: the `numpy` crate panics
+    /// if Ctrl-C ends its first search, and a command waits with Ctrl-C until an import is over.
     #[pymodule_init]
-    fn find_numpy(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn prepare(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        if !guideload::runs_on_this_processor() {
+            return Err(PyImportError::new_err(
+                "this build of guideload needs a processor with AVX2 and FMA: build it on this machine, or anywhere \
+                 with MATURIN_PEP517_ARGS='--features any-processor'",
+            ));
+        }
         module.py().import("numpy")?;
         drop(PyArray1::<f64>::zeros(module.py(), 1, false).readonly());
         Ok(())

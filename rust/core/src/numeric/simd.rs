@@ -43,6 +43,8 @@ pub(crate) struct Aligned<T>(pub T);
 
 /// Evaluates a call with AVX2 and FMA where the processor has them. What is called, and everything that it calls, must be
 /// `#[cfg_attr(feature = "std", inline(always))]`, closures included: a function that is not inlined is compiled for the oldest processor.
+/// For processors without AVX2 everything is compiled a second time, with the feature `any-processor` alone: there every fused multiplication
+/// and addition is a call, and this code takes nearly half of the time of a build.
 /// (Without `std` there is one instruction set, and inlining everything makes programs three times as large.)
 macro_rules! dispatch {
     ($call:expr) => {
@@ -77,22 +79,26 @@ pub(crate) use {dispatch, dispatch_once, dispatch_wide};
 
 /// See [`dispatch`]. `FnMut`: called by `FnOnce`, a closure is wrapped in a function that is not inlined.
 #[inline]
-pub(crate) fn on_avx2<T>(mut call: impl FnMut() -> T) -> T {
+pub(crate) fn on_avx2<T>(call: impl FnMut() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
-        use std::arch::is_x86_feature_detected as has;
-
         #[target_feature(enable = "avx2,fma")]
         fn avx2<T>(mut call: impl FnMut() -> T) -> T {
             call()
         }
 
-        if has!("avx2") && has!("fma") {
+        if has_avx2() {
             // SAFETY: the processor has just been asked for both.
             return unsafe { avx2(call) };
         }
+        #[cfg(not(feature = "any-processor"))]
+        without_avx2();
     }
-    call()
+    #[cfg(not(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor"))))]
+    {
+        let mut call = call;
+        call()
+    }
 }
 
 /// See [`dispatch_once`].
@@ -100,18 +106,19 @@ pub(crate) fn on_avx2<T>(mut call: impl FnMut() -> T) -> T {
 pub(crate) fn on_avx2_once<T>(call: impl FnOnce() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
-        use std::arch::is_x86_feature_detected as has;
-
         #[target_feature(enable = "avx2,fma")]
         fn avx2<T>(call: impl FnOnce() -> T) -> T {
             call()
         }
 
-        if has!("avx2") && has!("fma") {
+        if has_avx2() {
             // SAFETY: the processor has just been asked for both.
             return unsafe { avx2(call) };
         }
+        #[cfg(not(feature = "any-processor"))]
+        without_avx2();
     }
+    #[cfg(not(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor"))))]
     call()
 }
 
@@ -128,10 +135,32 @@ pub(crate) fn on_avx512<T>(call: impl FnMut() -> T) -> T {
         }
 
         let has_avx512 = has!("avx512f") && has!("avx512dq") && has!("avx512vl");
-        if has_avx512 && has!("avx2") && has!("fma") {
+        if has_avx512 && has_avx2() {
             // SAFETY: the processor has just been asked for all of them.
             return unsafe { avx512(call) };
         }
     }
     on_avx2(call)
+}
+
+/// Whether the processor has AVX2 and FMA.
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+#[inline]
+fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+}
+
+#[cfg(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor")))]
+#[cold]
+fn without_avx2() -> ! {
+    panic!("guideload was built without the feature `any-processor`, and this processor has no AVX2 and FMA")
+}
+
+/// Whether this build runs on this processor: without the feature `any-processor`, x86-64 processors need AVX2 and FMA. Where it does not, each
+/// run panics.
+pub fn runs_on_this_processor() -> bool {
+    #[cfg(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor")))]
+    return has_avx2();
+    #[cfg(not(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor"))))]
+    true
 }
