@@ -3,6 +3,7 @@
 use super::Equations;
 use crate::excitation::Values;
 use crate::numeric::float::{add_columns, add_scaled, scale};
+use crate::numeric::simd::dispatch;
 use crate::system::{Force, NO_FORCE, State};
 
 /// Term of a series for a norm of at most one that is below rounding.
@@ -26,25 +27,11 @@ pub struct Propagator {
 }
 
 impl Propagator {
-    /// The exact step of `h` > 0 s. `influence`: modal force of a unit of each component of the excitation.
-    #[cfg_attr(feature = "std", inline(always))]
+    /// The exact step of `h` > 0 s. `influence`: modal force of a unit of each component of the excitation. Out of line: a run may need it in
+    /// several places, each time it is long and rare.
+    #[inline(never)]
     pub(crate) fn new<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Self {
-        let (change, [once, twice]) = integrals(equations, h);
-        // f(s) = f(0) + (f(h) - f(0)) s / h, summed over the components.
-        let mut from_start = [[0.0; 12]; 9];
-        let mut from_end = [[0.0; 12]; 9];
-        for (component, force) in influence.iter().enumerate() {
-            for j in 0..6 {
-                add_scaled(&mut from_start[component], &once[j], force[j]);
-                add_scaled(&mut from_end[component], &twice[j], force[j] / h);
-            }
-            for i in 0..12 {
-                from_start[component][i] -= from_end[component][i];
-            }
-        }
-        let mut from_constant = [0.0; 12];
-        add_columns(&mut from_constant, &once, equations.constant());
-        Self { change, from_constant, from_start, from_end, components: influence.len() }
+        dispatch!(propagator(equations, influence, h))
     }
 
     /// E by columns, and the effects of one component at the start and at the end.
@@ -64,6 +51,27 @@ impl Propagator {
         }
         three_sums([sum, *state, [0.0; 12]], &self.change, state)
     }
+}
+
+/// [`Propagator::new`].
+#[cfg_attr(feature = "std", inline(always))]
+fn propagator<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Propagator {
+    let (change, [once, twice]) = integrals(equations, h);
+    // f(s) = f(0) + (f(h) - f(0)) s / h, summed over the components.
+    let mut from_start = [[0.0; 12]; 9];
+    let mut from_end = [[0.0; 12]; 9];
+    for (component, force) in influence.iter().enumerate() {
+        for j in 0..6 {
+            add_scaled(&mut from_start[component], &once[j], force[j]);
+            add_scaled(&mut from_end[component], &twice[j], force[j] / h);
+        }
+        for i in 0..12 {
+            from_start[component][i] -= from_end[component][i];
+        }
+    }
+    let mut from_constant = [0.0; 12];
+    add_columns(&mut from_constant, &once, equations.constant());
+    Propagator { change, from_constant, from_start, from_end, components: influence.len() }
 }
 
 /// `parts` and a matrix times `vector`, in three sums side by side: each addition to a single sum would wait for the one before.

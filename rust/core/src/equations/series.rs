@@ -4,6 +4,7 @@ use super::Equations;
 use super::propagator::Propagator;
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{add_scaled, ceil, scale, sqrt};
+use crate::numeric::simd::dispatch;
 use crate::system::{Force, NO_FORCE, State, size};
 
 /// Terms of the exponential series. For a norm of at most one, the first omitted term is below rounding (1/19! = 8e-18).
@@ -47,20 +48,20 @@ impl PowerSeries {
         f64::max(1.0, ceil(h * self.norm))
     }
 
-    /// The state at the end of a ramp.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
-        self.advance_under(
+    /// The state at the end of a ramp. Out of line: a run needs it in several places.
+    #[inline(never)]
+    fn advance<E: Equations>(&self, equations: &E, ramp: &Ramp, state: &State) -> State {
+        dispatch!(self.advance_under(
             equations,
             ramp.h,
             #[cfg_attr(feature = "std", inline(always))]
             |from, length| force_of(equations, ramp, [from, length]),
             state,
-        )
+        ))
     }
 
-    /// The state `h` s later under a force that is a cubic.
-    #[cfg_attr(feature = "std", inline(always))]
+    /// The state `h` s later under a force that is a cubic. Out of line, as [`PowerSeries::advance`].
+    #[inline(never)]
     pub(super) fn advance_cubic<E: Equations>(
         &self,
         equations: &E,
@@ -68,13 +69,13 @@ impl PowerSeries {
         force: &CubicForce,
         state: &State,
     ) -> State {
-        self.advance_under(
+        dispatch!(self.advance_under(
             equations,
             h,
             #[cfg_attr(feature = "std", inline(always))]
             |from, length| force.part(from, length).0,
             state,
-        )
+        ))
     }
 
     /// The state `h` s later under the force with these coefficients in the part that starts at a fraction of `h` and has a length.
