@@ -36,7 +36,7 @@ pub enum RunError {
         /// As asked.
         got: f64,
     },
-    /// Fixed step that is not positive, or below rounding.
+    /// Fixed step that is not positive or not finite.
     Step {
         /// s.
         got: f64,
@@ -110,6 +110,17 @@ pub enum RunError {
         /// Way out.
         other: OtherMethod,
     },
+    /// More steps of a fixed length than a run may take, known before the first.
+    ShortSteps {
+        /// Length, s.
+        step: f64,
+        /// Number of steps that the motion asks for.
+        steps: f64,
+        /// Number allowed.
+        most: f64,
+        /// Way out.
+        other: OtherMethod,
+    },
     /// The record stopped the run: after Ctrl-C, for instance.
     Interrupted {
         /// When, s.
@@ -155,7 +166,7 @@ impl fmt::Display for RunError {
                 "rtol: expected 1e-13 to 0.1 of the load scale, got {got:e}; below it, rounding is larger; where no link is \
                  preloaded, method \"exact\" has no step error"
             ),
-            Self::Step { got } => write!(f, "step: expected > 0 s and at least 1e-9 of the intervals between samples, got {got} s"),
+            Self::Step { got } => write!(f, "step: expected > 0 s, got {got} s"),
             Self::NotExact { link } => write!(
                 f,
                 "method: links[{link}] has a preloaded contact, which has no exact solution; expected \"exponential\", \"rk45\", \
@@ -200,6 +211,12 @@ impl fmt::Display for RunError {
                 f,
                 "the fastest mode turns or decays at {fastest:.3e} rad/s, which an explicit method must follow: {duration:.3e} s would take \
                  {steps:.1e} steps or more, {most:.1e} are allowed: check that the time stamps are in s, shorten the motion{}",
+                other.advice()
+            ),
+            Self::ShortSteps { step, steps, most, other } => write!(
+                f,
+                "step: {step:.3e} s are {steps:.1e} steps for this motion, {most:.1e} are allowed: lengthen the step, or leave it out \
+                 for steps by tolerance{}",
                 other.advice()
             ),
             Self::Interrupted { time } => write!(f, "interrupted at t = {time:.9} s"),

@@ -74,7 +74,7 @@ impl Budget {
     /// The budget of a run with the method M.
     ///
     /// # Errors
-    /// [`RunError::TooLong`], if an explicit method with step-size control cannot pass the motion within it.
+    /// [`RunError::TooLong`] or [`RunError::ShortSteps`], if an explicit method, or steps of this length, cannot pass the motion within it.
     pub fn new<M: Method>(
         system: &System,
         excitation: &Excitation,
@@ -100,19 +100,26 @@ impl Budget {
         let nonlinear = system.links().filter(|link| !link.law().is_linear()).count();
         let time_of_unit = 1.0 + nonlinear as f64 / LINKS_PER_UNIT;
         let most = most / time_of_unit + MOST_WORK_PER_INTERVAL * count as f64;
-        if let Control::Adaptive { .. } = control
-            && !M::STABLE
-        {
-            // A body at rest is followed in steps of any length until something acts on it.
-            let rests = *start == [0.0; 12] && excitation.riders().is_empty();
-            let moves = (0..count).find(|&k| !rests || excitation.input(k) != [0.0; 9]);
-            let duration =
-                moves.map_or(0.0, |k| excitation.time(count - 1) - excitation.time(k.saturating_sub(1)));
-            let mode = fastest(system, false);
-            let steps = duration * mode / MOST_RADIANS_PER_STEP;
-            if steps > most {
-                return Err(RunError::TooLong { duration, steps, most, fastest: mode, other });
+        match control {
+            Control::Fixed { step } => {
+                let (steps, most) = (duration / step, most / M::WORK as f64);
+                if steps > most {
+                    return Err(RunError::ShortSteps { step, steps, most, other });
+                }
             }
+            Control::Adaptive { .. } if !M::STABLE => {
+                // A body at rest is followed in steps of any length until something acts on it.
+                let rests = *start == [0.0; 12] && excitation.riders().is_empty();
+                let moves = (0..count).find(|&k| !rests || excitation.input(k) != [0.0; 9]);
+                let duration =
+                    moves.map_or(0.0, |k| excitation.time(count - 1) - excitation.time(k.saturating_sub(1)));
+                let mode = fastest(system, false);
+                let steps = duration * mode / MOST_RADIANS_PER_STEP;
+                if steps > most {
+                    return Err(RunError::TooLong { duration, steps, most, fastest: mode, other });
+                }
+            }
+            Control::Adaptive { .. } => {}
         }
         // Not NaN, if a duration of zero meets an infinite decay rate.
         let by_method = if by_method < most { by_method } else { most };

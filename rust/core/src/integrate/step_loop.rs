@@ -1,11 +1,10 @@
 //! The one loop of all methods: from sample to sample of the excitation.
 
 use super::budget::{BETWEEN, Budget};
-use super::control::Control;
 use super::leap_plan::LeapPlan;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
-use super::step_control::{Interval, Plan, SHORTEST, StepControl};
+use super::step_control::{Interval, Plan, StepControl};
 use crate::contacts::SwitchedEquations;
 use crate::equations::Equations;
 use crate::error::RunError;
@@ -99,11 +98,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let length = if until == k + 1 { excitation.interval(k) } else { excitation.time(until) - start };
         forcing.sample(excitation, until, to);
         let ramp = Ramp::whole(length, [&**from, &**to], forcing, Instant { first: k, until, since: 0.0 });
-        if let Control::Fixed { step } = self.steps.control
-            && step < SHORTEST * length
-        {
-            return Err(RunError::Step { got: step });
-        }
         self.step_over(Interval { first: k, until, start, length }, &ramp, state, next)?;
         core::mem::swap(from, to);
         if let Output::Samples = self.recorder.output {

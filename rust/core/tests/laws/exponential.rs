@@ -430,7 +430,7 @@ fn edges_beside_preload_and_wrong_settings_are_refused() {
     for rtol in [1e-14, 0.2, -1e-6] {
         assert_eq!(outcome(&machine, tight(rtol)), Err(RunError::Tolerance { got: rtol }));
     }
-    for step in [0.0, f64::INFINITY, 1e-17] {
+    for step in [0.0, f64::INFINITY] {
         assert_eq!(outcome(&machine, Control::Fixed { step }), Err(RunError::Step { got: step }));
     }
     let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
