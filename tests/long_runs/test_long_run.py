@@ -120,6 +120,7 @@ def test_what_a_run_in_blocks_cannot_do_is_refused() -> None:
 
 STEP, ROWS = 1e-3, 2 * MARGIN
 COUNT = 3 * ROWS + 1234
+QUICK = {"smoothing": "differences"}  # where the acceleration does not matter
 
 
 def recorded() -> tuple[np.ndarray, np.ndarray]:
@@ -176,7 +177,7 @@ def test_damaged_stamps_where_blocks_meet_lose_no_other_sample(tmp_path: Path, d
     bound = np.linspace(0, COUNT, 4).astype(int)[1]
     time[bound] = np.nan if damage == "empty" else time[bound] - 3.0
     file = log(tmp_path, time, position)
-    blocks = list(motion_blocks(file, rows=ROWS, repair="all"))
+    blocks = list(motion_blocks(file, rows=ROWS, repair="all", **QUICK))
     joined = np.concatenate([blocks[0].time, *(block.time[1:] for block in blocks[1:])])
     np.testing.assert_allclose(joined, np.delete(time, bound), rtol=0.0, atol=1e-9)
 
@@ -188,7 +189,7 @@ def test_a_clock_that_is_set_back_is_refused(tmp_path: Path, row: int) -> None:
     time[row:] -= 3.0
     file = log(tmp_path, time, position)
     with pytest.raises(TraceError, match="set back within rows"):
-        list(motion_blocks(file, rows=ROWS, repair="all"))
+        list(motion_blocks(file, rows=ROWS, repair="all", **QUICK))
 
 
 def test_a_record_that_stands_still_for_whole_blocks(tmp_path: Path) -> None:
@@ -234,7 +235,7 @@ def test_the_values_before_a_block_that_fails_are_not_lost(tmp_path: Path) -> No
     time[2 * ROWS :] -= 3.0
     file = log(tmp_path, time, position)
     table = tmp_path / "blocks.csv"
-    options = ("--rows", ROWS, "--repair", "all", "-o", table)
+    options = ("--rows", ROWS, "--repair", "all", "--smoothing", "differences", "-o", table)
     done = guideload("long-run", MACHINE, file, *options, code=2)
     assert "The next block failed" in done.stderr and "set back within rows" in done.stderr
     assert pd.read_csv(table)["end_s"].iloc[-1] < time[2 * ROWS - 1]
