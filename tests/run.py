@@ -77,10 +77,24 @@ def rust_lints_and_tests(quick: bool) -> None:
         if not quick:
             run("Rust lints, no std", "cargo", "clippy", "-p", "guideload", "--no-default-features", *deny)
     if quick:
-        run("Rust unit tests and layers", "cargo", "test", "-p", "guideload", "--no-default-features", "--features", "std", "--lib", "--test", "layers")
+        run(
+            "Rust unit tests and layers",
+            "cargo",
+            "test",
+            "-p",
+            "guideload",
+            "--no-default-features",
+            "--features",
+            "std",
+            "--lib",
+            "--test",
+            "layers",
+        )
         return
     crates = ("-p", "guideload", "-p", "guideload-life", "-p", "guideload-monitor")
-    features = "guideload/std,guideload-monitor/prepare"  # no code for old processors, which nothing here would run
+    features = (
+        "guideload/std,guideload-monitor/prepare"  # no code for old processors, which nothing here would run
+    )
     run("Rust tests", "cargo", "test", *crates, "--no-default-features", "--features", features)
     if sys.platform == "linux":
         run("no std, no allocator: build", "cargo", "build", "--release", "--quiet", cwd=EMBEDDED)

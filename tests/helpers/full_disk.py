@@ -49,7 +49,15 @@ COMMANDS: dict[str, list[object]] = {
     "run, netcdf": RUN,
     "run, parquet": [*RUN, "--format", "parquet"],
     "run, csv": [*RUN, "--format", "csv"],
-    "run, pictures and report": ["run", MACHINE, MOVES, "-o", "{disk}/o", "--report", "{disk}/r.html"],
+    "run, pictures and report": [
+        "run",
+        MACHINE,
+        "{in}/short.csv",
+        "-o",
+        "{disk}/o",
+        "--report",
+        "{disk}/r.html",
+    ],
     "demo": ["demo", "--no-pictures", "-o", "{disk}/o"],
     "init": ["init", "{disk}/m.toml"],
     "chart": ["chart", MACHINE, "{in}/short.csv", "--budget", "0.05", "-o", "{disk}/o"],
@@ -69,8 +77,7 @@ COMMANDS: dict[str, list[object]] = {
         "-o",
         "{disk}/b.parquet",
     ],
-    "monitor build, toml": [*BUILD, "{disk}/m.toml"],
-    "monitor build, C and Rust": [*BUILD, "{disk}/m.h", "-o", "{disk}/m.rs"],
+    "monitor build": [*BUILD, "{disk}/m.toml", "-o", "{disk}/m.h", "-o", "{disk}/m.rs"],
     "monitor watch": ["monitor", "watch", "{in}/monitor.toml", "-o", "{disk}/w"],
     "identify": ["identify", EXAMPLES / "identify.toml", "-o", "{disk}/o"],
     "study": [*STUDY, "--no-pictures"],
@@ -148,9 +155,8 @@ def sweep(name: str, place: Path, sizes: int, limit: Callable[[int | None], None
     assert code == 0, (name, code, said)
     whole = seen(disk)
     room = sum(-(-size // PAGE) * PAGE + PAGE for size in whole.values())
-    for size in np.unique(
-        np.linspace(PAGE, PEAK.get(name, 1.5) * room + 8 * PAGE, sizes).astype(int) // PAGE * PAGE
-    ).tolist():
+    most = PEAK.get(name, 1.5) * room + 8 * PAGE
+    for size in np.unique(np.linspace(PAGE, most, sizes, endpoint=False).astype(int) // PAGE * PAGE).tolist():
         limit(None)
         clear(disk)
         limit(size)
