@@ -10,7 +10,7 @@ import full_disk
 
 # Those that write netCDF, in a process of their own for each size, and all others.
 OTHERS = [name for name in full_disk.COMMANDS if name not in full_disk.FRESH]
-GROUPS = {"netCDF": (4, [*full_disk.FRESH]), **{f"others {k}": (2, OTHERS[k::3]) for k in range(3)}}
+GROUPS = {"netCDF": (3, [*full_disk.FRESH]), **{f"others {k}": (1, OTHERS[k::3]) for k in range(3)}}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux mounts a disk for one process")

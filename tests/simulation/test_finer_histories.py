@@ -191,7 +191,7 @@ def test_a_record_in_blocks_has_them_too() -> None:
     [
         ({}, 1e-7),
         ({"preload_y": 3e3, "preload_z": 3e3, "rolling": "ball"}, 1e-7),
-        ({"clearance_z": 5e-6}, 5e-7),  # the load has corners inside the intervals, where contact changes
+        ({"clearance_z": 5e-6}, 1e-5),  # where contact changes the load bends inside the interval
     ],
 )
 def test_the_mean_load_of_a_study_is_that_of_the_motion(

@@ -5,7 +5,7 @@ use crate::excitation::Excitation;
 use crate::model::Law;
 use crate::numeric::float::add_scaled;
 use crate::output::{Part, Wrench, evaluate_block, reaction, transpose};
-use crate::system::{Input, LinkRow, State, System};
+use crate::system::{LinkRow, State, System};
 use crate::variation::{Group, Instance};
 
 /// Number of instants of a block, so small that their states stay in the first-level cache.
@@ -32,13 +32,6 @@ impl StateBlock {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn set(&mut self, at: usize, state: &State) {
         self.states[at] = *state;
-    }
-
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn set_input(&mut self, at: usize, input: &Input) {
-        for (entry, value) in self.inputs.iter_mut().zip(input) {
-            entry[at] = *value;
-        }
     }
 
     /// Fills the rest of the block with its last instant, and sets the entries.

@@ -1,6 +1,6 @@
 //! Measures from the states of a run: the extremes of loads, and block by block what needs their values at all samples. No history is stored.
 
-use super::lines::{ContactChange, Lines, ModalAcceleration};
+use super::lines::{Lines, ModalAcceleration};
 use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
 use super::power_integral::power_integral;
 use super::requirements::{Requirements, Signal};
@@ -101,7 +101,7 @@ impl<'a> Reduce<'a> {
         let (requirements, excitation) = (&window.requirements, scaled.excitation);
         let Memory { extremes, rows, block, statistics, lines, lost, rules } = memory;
         rows.resize(requirements.rows.len(), [0.0; BLOCK]);
-        lines.begin(requirements.rows.len());
+        lines.resize(requirements.rows.len());
         let peaks = Peaks::after(system, scaled, loads, extremes);
         let loads = requirements.needs_blocks.then(|| LoadRows::new(system, requirements, sample, groups));
         let modes = requirements.travel.is_some().then(|| ModalAcceleration::new(system, sample.factors()));
@@ -244,10 +244,6 @@ impl Record for Reduce<'_> {
     fn contact_change(&mut self, at: (usize, f64), state: &State, segments: &[(usize, u8)]) {
         if !self.window.requirements.at_samples {
             self.peaks.contact_change(at, state, segments);
-        }
-        let (interval, since) = self.peaks.place_of_change(at);
-        if self.modes.is_some() && since > 0.0 {
-            self.lines.changes.push(ContactChange { interval, since, state: *state });
         }
     }
 

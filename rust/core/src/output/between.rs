@@ -120,33 +120,6 @@ impl<'a> Between<'a> {
         (at(sample + 1) - here) * after - (here - at(sample - 1)) * before
     }
 
-    /// The interval of a contact change and the time since its start, s, by those of the step. Zero at a sample, also but for rounding: there
-    /// is no piece in between.
-    pub(super) fn place_of_change(&self, (first, since): (usize, f64)) -> (usize, f64) {
-        let excitation = self.excitation;
-        let (mut sample, mut since) = (first, since);
-        while sample + 1 < excitation.count() && since > excitation.interval(sample) {
-            since -= excitation.interval(sample);
-            sample += 1;
-        }
-        if sample + 1 < excitation.count() && !self.jumps_at([Some((sample, since)), None]) {
-            let interval = excitation.interval(sample);
-            // Over several intervals, the rounding is that of the times.
-            let rounding = if sample == first {
-                4.0 * f64::EPSILON * interval
-            } else {
-                let last = excitation.time(excitation.count() - 1);
-                16.0 * f64::EPSILON * f64::max(excitation.time(0).abs(), last.abs())
-            };
-            if since <= rounding {
-                since = 0.0;
-            } else if interval - since <= rounding {
-                (sample, since) = (sample + 1, 0.0);
-            }
-        }
-        (sample, since)
-    }
-
     /// Whether a load may jump at one of these places.
     pub(super) fn jumps_at(&self, places: [Place; 2]) -> bool {
         self.jumps && places.into_iter().flatten().any(|(_, since)| since > 0.0)

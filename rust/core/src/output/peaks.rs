@@ -188,14 +188,6 @@ impl<'a> Peaks<'a> {
     }
 }
 
-#[cfg(feature = "studies")]
-impl Peaks<'_> {
-    /// See [`Between::place_of_change`].
-    pub(crate) fn place_of_change(&self, at: (usize, f64)) -> (usize, f64) {
-        self.between.place_of_change(at)
-    }
-}
-
 #[cfg(feature = "std")]
 impl Peaks<'_> {
     /// Whether no load passes its extremes in a box.
@@ -265,10 +257,30 @@ impl Record for Peaks<'_> {
     }
 
     /// The load has a corner there.
-    fn contact_change(&mut self, at: (usize, f64), state: &State, _: &[(usize, u8)]) {
-        let (sample, since) = self.between.place_of_change(at);
-        let time = self.between.excitation().time(sample) + since;
-        let input = if self.needs_input { self.between.excitation().input_at(time) } else { NO_INPUT };
+    fn contact_change(&mut self, (first, since): (usize, f64), state: &State, _: &[(usize, u8)]) {
+        let excitation = self.between.excitation();
+        let (mut sample, mut since) = (first, since);
+        while sample + 1 < excitation.count() && since > excitation.interval(sample) {
+            since -= excitation.interval(sample);
+            sample += 1;
+        }
+        // At a sample but for rounding: there is no piece in between. Over several intervals, the rounding is that of the times.
+        if sample + 1 < excitation.count() && !self.between.jumps_at([Some((sample, since)), None]) {
+            let interval = excitation.interval(sample);
+            let rounding = if sample == first {
+                4.0 * f64::EPSILON * interval
+            } else {
+                let last = excitation.time(excitation.count() - 1);
+                16.0 * f64::EPSILON * f64::max(excitation.time(0).abs(), last.abs())
+            };
+            if since <= rounding {
+                since = 0.0;
+            } else if interval - since <= rounding {
+                (sample, since) = (sample + 1, 0.0);
+            }
+        }
+        let time = excitation.time(sample) + since;
+        let input = if self.needs_input { excitation.input_at(time) } else { NO_INPUT };
         self.add(time, Some((sample, since)), state, &input);
     }
 
