@@ -24,25 +24,31 @@ settings.register_profile(
 settings.register_profile("long", settings.get_profile("guideload"), derandomize=False, max_examples=1000)
 settings.load_profile("guideload")
 
-# Files in which all tests start, kill or interrupt processes, or run for long; other tests have the marker themselves.
-SLOW = (
-    "cli/test_cli_interrupt.py",
-    "cli/test_open_files.py",
-    "cli/test_signals.py",
-    "damage/test_damage.py",
-    "docs/test_documents.py",
-    "simulation/test_interrupt.py",
-    "simulation/test_limits.py",
-    "study/test_dask.py",
-)
+# Seconds of each test in the last run of it, in pytest's own cache: what `--quick` leaves out.
+QUICK = 0.5
+KNOWN = "guideload/seconds"
+seconds: dict[str, float] = {}
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of `SLOW` files."""
-    folder = Path(__file__).parent
-    for item in items:
-        if item.path.is_relative_to(folder) and item.path.relative_to(folder).as_posix() in SLOW:
-            item.add_marker("slow")
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--quick", action="store_true", help=f"leave out tests that last took {QUICK} s or more")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("quick") and config.cache:
+        known = config.cache.get(KNOWN, {})
+        left_out = [item for item in items if known.get(item.nodeid, 0.0) >= QUICK]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if known.get(item.nodeid, 0.0) < QUICK]
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    seconds[report.nodeid] = seconds.get(report.nodeid, 0.0) + report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if session.config.cache and not hasattr(session.config, "workerinput"):
+        session.config.cache.set(KNOWN, session.config.cache.get(KNOWN, {}) | seconds)
 
 
 @pytest.fixture

@@ -18,7 +18,6 @@ from watched import new_monitor, samples, text_of, write_monitor
 import guideload
 from guideload.app.document import with_values
 
-pytestmark = pytest.mark.slow
 LOAD = ".figure .value"  # the first figure is the largest load
 
 

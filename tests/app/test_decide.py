@@ -9,7 +9,6 @@ from guideload.app.decide_view import product_changes
 from guideload.app.document import with_values
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["two-rails", "one-rail", "gantry", "vertical", "manipulator"])
 @pytest.mark.parametrize("product", ["HGH25CA", "MGN12H", "SHS30V"])
 def test_a_product_that_is_taken_gives_the_machine_of_its_candidate(kind: str, product: str) -> None:

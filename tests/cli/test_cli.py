@@ -28,7 +28,6 @@ def trace(tmp_path: Path) -> str:
     return write_trace(tmp_path / "Spur für Wagen.csv", 1200, 0.5)
 
 
-@pytest.mark.slow
 def test_run_writes_loads_report_and_pictures(tmp_path: Path, trace: str) -> None:
     out = tmp_path / "neue Läufe" / "eins"
     ended = guideload("run", MACHINE, trace, "-o", out)
@@ -48,7 +47,6 @@ def test_formats_read_back(tmp_path: Path, trace: str, file_format: str) -> None
         assert Result.load(out / FORMATS[file_format]).data.sizes["time"] == 1200
 
 
-@pytest.mark.slow
 def test_options_reach_the_run(tmp_path: Path, trace: str) -> None:
     def attrs(*options: str) -> dict[str, object]:
         guideload("run", MACHINE, trace, "--no-pictures", "-o", tmp_path, "--overwrite", *options)
@@ -227,7 +225,6 @@ def test_modes_prints_and_draws(tmp_path: Path) -> None:
     assert names(tmp_path) == {"modes.svg"}
 
 
-@pytest.mark.slow
 def test_demo_shows_that_the_papers_dofs_hide_the_weight(tmp_path: Path, trace: str) -> None:
     """And leaves the files of a run in its folder."""
     out = tmp_path / "demo"

@@ -109,7 +109,6 @@ def test_the_ratio_stands_for_the_drive_of_a_machine() -> None:
         assert "--ratio: expected a travel per turn" in refused("encoder", TRACE, "--ratio", wrong)
 
 
-@pytest.mark.slow
 def test_a_machine_without_a_drive_is_no_reason_to_fail(tmp_path: Path) -> None:
     bare = tmp_path / "bare.toml"
     machine = Path(MACHINE).read_text(encoding="utf-8")

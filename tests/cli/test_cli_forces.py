@@ -36,7 +36,6 @@ def loads(*arguments: str) -> Result:
     return Result.load("out/loads.nc")
 
 
-@pytest.mark.slow
 def test_a_file_of_its_own_and_columns_of_the_trace_agree() -> None:
     """With the same stamps both are the run in Python, to the bit."""
     own = loads("trace.csv", "--forces", "forces.csv", "--forces-at", "tool", "--forces-axes", "point").data

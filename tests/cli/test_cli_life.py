@@ -59,7 +59,6 @@ def test_life_tells_the_answer_with_its_band_and_draws_the_rails(machine_file: P
     assert "NOT REACHED: life." in words and "HIWIN" in words
 
 
-@pytest.mark.slow
 def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp_path: Path) -> None:
     def run(machine: Path, name: str) -> tuple[str, str]:
         """The text of a run in one row, and the first box of its HTML report."""

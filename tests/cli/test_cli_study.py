@@ -71,7 +71,6 @@ def stops_at(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
     monkeypatch.setattr(execution._Writer, "count", counts)
 
 
-@pytest.mark.slow
 def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "neue" / "Studie"
     ended = guideload("study", file, "-o", out)
@@ -111,7 +110,6 @@ def test_a_study_is_read_once(file: Path, tmp_path: Path, monkeypatch: pytest.Mo
     assert len(made) == 1
 
 
-@pytest.mark.slow
 def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -245,7 +243,6 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
     assert "k[1a]: lognormal with median" in refused(*run, "--resume")
 
 
-@pytest.mark.slow
 def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> None:
     rate(file, "")
     file.write_text(STUDY.replace('peak_resultant = "0.5 N"', 'life = "1e12 km"'))

@@ -84,7 +84,6 @@ def until(holds: Callable[[], bool]) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_killed_started_again_and_ended_by_ctrl_c(tmp_path: Path) -> None:
     """After SIGKILL and a new start every sample is there once; Ctrl-C ends it with a summary and exit code 130."""

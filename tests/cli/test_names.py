@@ -46,7 +46,6 @@ def hostile_machine(folder: Path) -> Path:
     return machine_file(folder, dict(zip(old, HOSTILE, strict=False)))
 
 
-@pytest.mark.slow
 def test_a_run_and_a_study_of_hostile_names_write_all_and_nothing_elsewhere(tmp_path: Path) -> None:
     work = tmp_path / "a" / "b"
     work.mkdir(parents=True)
@@ -87,7 +86,6 @@ def test_a_legend_shows_a_name_as_it_is(tmp_path: Path, name: str) -> None:
     assert not is_math and shown.removeprefix("\u200b") == name
 
 
-@pytest.mark.slow
 def test_a_picture_that_fails_costs_neither_numbers_nor_the_other_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

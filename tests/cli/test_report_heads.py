@@ -56,7 +56,6 @@ def test_a_report_has_the_head_and_the_warnings_of_machine_and_motion(command: s
     assert HEAD in said and OF_MACHINE in words and (not motion or OF_MOTION in words)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [("study", "-o", "study", "--no-pictures"), ("probability", "--error", 50, "--most-runs", 20_000)],

@@ -29,7 +29,6 @@ def test_hostile_files_and_options_end_in_finite_numbers_or_a_typed_error() -> N
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the commands name files as there")
 def test_every_command_succeeds_with_undamaged_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else the cases would damage files that no command reads to the end."""

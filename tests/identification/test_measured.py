@@ -8,7 +8,6 @@ import measured_cases as cases
 import pytest
 
 
-@pytest.mark.slow
 def test_half_a_record_predicts_the_force_of_the_other(shared_data: Path) -> None:
     """95 % of 4900 values; those of one move are alike, so the share is as uncertain as that of 50 independent ones."""
     _, result = cases.emps_halves(shared_data)
@@ -16,7 +15,6 @@ def test_half_a_record_predicts_the_force_of_the_other(shared_data: Path) -> Non
     assert result.relative < 0.05  # the authors' own fit of all of it: 4.1 %
 
 
-@pytest.mark.slow
 def test_acceleration_from_positions_alone_is_force_over_mass(shared_data: Path) -> None:
     """The band of the encoder is narrower than the scatter of the force, 2.18 N as printed; with it 95 % are inside."""
     band, both = cases.emps_acceleration(shared_data)
@@ -24,7 +22,6 @@ def test_acceleration_from_positions_alone_is_force_over_mass(shared_data: Path)
     assert band.half.mean() < 0.2 * both.half.mean()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["X", "Y"])
 def test_friction_of_a_mill_predicts_its_current_also_with_a_worn_tool(shared_data: Path, axis: str) -> None:
     """Cutting forces differ between the logs and are in no model: fewer than 95 % may be inside, but not much fewer."""

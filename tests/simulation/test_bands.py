@@ -312,7 +312,6 @@ def example() -> Result:
     return simulate(*ref.example())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("quantum", "noise"), [(5e-8, 0.0), (1e-6, 2e-6), (1e-5, 5e-6), (8e-5, 0.0)])
 def test_peaks_of_a_gentle_move_are_within_a_percent_and_the_band_says_so(
     quantum: float, noise: float

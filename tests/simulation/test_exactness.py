@@ -150,7 +150,6 @@ def machine_of(name: str) -> Machine:
     return make(seed) if callable(make) else ref.random_machine(seed, **make)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_random_scenes(name: str) -> None:
     machine, motion = machine_of(name), ref.random_motion(list(SCENES).index(name) + 1, **SCENES[name][1])

@@ -13,7 +13,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "fuzz"))
 from scenes import GOAL, errors
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 60, 10))
 def test_loads_of_random_machines_keep_their_tolerance(tmp_path, first):
     compared = 0

@@ -338,7 +338,6 @@ def another_machine(path: Path) -> None:
     WRITERS[path.suffix[1:]](result, path)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("instants", [None, []])
 def test_a_netcdf_file_is_byte_for_byte_what_xarray_writes(
     tmp_path: Path, instants: list[float] | None

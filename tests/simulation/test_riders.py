@@ -86,7 +86,6 @@ def two() -> tuple[Machine, Motion, dict[str, Motion], Riding, np.ndarray]:
     return machine, motion, riders, *reference(machine, motion, riders)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "rk45", "implicit"])
 def test_two_riders_against_dop853(two, method):
     machine, motion, riders, riding, states = two

@@ -174,7 +174,6 @@ def test_doubling_a_profile_doubles_what_it_adds() -> None:
 # ---- profiles
 
 
-@pytest.mark.slow
 def test_a_random_profile_has_its_rms_its_wavelengths_and_its_slope() -> None:
     profile, x = Waviness(**WAVES), np.linspace(0.0, 400.0, 20_001)
     displacement, slope = profile.at(x)

@@ -364,7 +364,6 @@ class Child:
 unix_only = pytest.mark.skipif(sys.platform == "win32", reason="no signals and limits of Unix")
 
 
-@pytest.mark.slow
 @unix_only
 @pytest.mark.parametrize("pool", [False, True])
 def test_kill_9_at_any_moment_loses_at_most_what_runs(
@@ -413,7 +412,6 @@ def test_a_write_error_is_reported_and_the_study_resumes(
     assert contents(result.store) == whole
 
 
-@pytest.mark.slow
 def test_a_killed_worker_is_reported_and_the_study_resumes(tmp_path: Path, whole: dict[str, bytes]) -> None:
     out = tmp_path / "out"
     with processes() as pool:

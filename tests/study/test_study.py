@@ -148,7 +148,6 @@ def test_a_study_reads_a_trace_as_the_command_does(folder: Path) -> None:
         Study.from_toml(folder / "study.toml")
 
 
-@pytest.mark.slow
 def test_samples_and_seed_may_be_given_in_place_of_the_files(folder: Path) -> None:
     file = folder / "study.toml"
     text = file.read_text()
