@@ -78,6 +78,21 @@ def test_a_wrong_value_is_refused_in_the_words_of_the_command_line(session: Sess
     assert "\n".join(one.text for one in found.problems) == str(error.value)
 
 
+def test_words_in_place_of_a_product_are_refused_with_the_products_that_have_them(session: Session) -> None:
+    path = ("carriages", 1, "product")
+    session.set("machine", {path: "HIWIN 25", (*path[:2], "preload_class"): "ZA"})
+    (problem,) = refused(session).problems
+    named = problem.text.partition("did you mean")[2]
+    assert problem.path == path and '"HGH25CA"' in named and '"HGH20CA"' not in named
+
+
+def test_a_length_that_no_machine_has_is_warned_of(session: Session) -> None:
+    """As `guideload check` warns: of a number in mm that was read in m."""
+    session.set("machine", {("carriages", 1, "x"): "300 m"})
+    report = answered(session).report
+    assert report is not None and "carriages[1].x is 300 m, beyond 20 m: is it in mm?" in str(report.warnings)
+
+
 def test_files_that_a_machine_in_a_folder_names_are_beside_it(tmp_path: Path) -> None:
     text = guideload.file_template("one-rail").replace(
         'name = "A"', 'name = "A"\nstraightness_file = "profile.csv"'

@@ -218,6 +218,22 @@ def test_the_keyboard_moves_the_centre_of_mass(driver: Any, folder: Path) -> Non
         assert "100 mm" in field(driver, "machine-body-center_of_mass").get_attribute("value")
 
 
+def test_the_wheel_zooms_the_picture_with_ctrl_only(driver: Any, folder: Path) -> None:
+    turned = """
+        const scene = getElement(+document.querySelector('.scene').id.slice(1));
+        const distance = () => scene.camera.position.distanceTo(scene.controls.target), before = distance();
+        const turn = new WheelEvent("wheel", {deltaY: 100, ctrlKey: arguments[0], bubbles: true, cancelable: true});
+        scene.$el.querySelector("canvas").dispatchEvent(turn);
+        scene.controls.update();
+        return [turn.defaultPrevented, distance() > 1.01 * before];
+    """
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        until(lambda: driver.execute_script(turned, True) == [True, True], "a picture that is zoomed")
+        until(lambda: driver.execute_script(turned, False) == [False, False], "a page that scrolls")
+
+
 def give(driver: Any, file: Path) -> None:
     """Give a file to the page, as by dropping it on the field."""
     opened(driver, "Motion")

@@ -47,12 +47,12 @@ def test_a_table_that_is_added_and_dropped_leaves_the_values_as_they_were(kind: 
 
 @pytest.mark.parametrize("value", ["600 mm", 12.5, 3, True, ["1 mm", 0.0], [[1.0, 0], [0, 2.5]], ["y", "z"]])
 def test_what_a_field_shows_is_read_as_the_same_value(value: object) -> None:
-    assert document.typed(document.shown(value), is_text=False) == value
+    assert document.typed(document.shown(value), {}) == value
 
 
 def test_a_name_that_looks_like_a_number_stays_text() -> None:
-    assert document.typed("1", is_text=True) == "1" and document.typed("1", is_text=False) == 1
-    assert document.typed(" ", is_text=True) is None
+    assert document.typed("1", {"type": "string"}) == "1" and document.typed("1", {}) == 1
+    assert document.typed(" ", {"type": "string"}) is None
 
 
 def test_undo_and_redo_walk_through_the_same_states(session: Session) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import statistics
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from machines import machine
 from guideload.base.errors import ConfigError, ValueRefused
 from guideload.base.toml import tomllib
 from guideload.catalogue import packaged
-from guideload.catalogue.catalogue import Catalogue
+from guideload.catalogue.catalogue import Catalogue, has_words
 from guideload.catalogue.packaged import packaged_catalogue, packaged_product
 from guideload.catalogue.product import Product
 from guideload.machine.components import Carriage
@@ -244,6 +245,24 @@ def test_every_packaged_product_carries_a_machine() -> None:
             carriage = named(product.name, one.name).carriages[0]
             assert isinstance(carriage.stiffness_y, float) and 5e6 < carriage.stiffness_y < 1e10
             assert product.stiffness_source(one.name)
+
+
+def test_an_unknown_name_is_refused_with_the_names_that_have_its_words() -> None:
+    """Those that `guideload size --product` runs for the same words."""
+    for words in ("hgh25", "HIWIN 25", "25 thk", "iko", "hgh 25 ca"):
+        with pytest.raises(ValueRefused) as caught:
+            packaged_product(words)
+        named = re.findall('"(.+?)"', caught.value.hint)
+        more = re.search(r"one of (\d+) more", caught.value.hint)
+        expected = dict.fromkeys(
+            one.name for one in packaged.records() if has_words(words, one.maker, one.name)
+        )
+        assert named == list(expected)[:12] and len(expected) == len(named) + int(more[1] if more else 0)
+
+
+def test_products_of_the_machine_are_the_nearest_names() -> None:
+    with pytest.raises(ConfigError, match='did you mean "HGH25X"'):
+        alone("HGH25", products=[{**FACTS_OF_USER, "name": "HGH25X"}])
 
 
 def test_own_values_win() -> None:

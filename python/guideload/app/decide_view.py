@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import tempfile
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from nicegui import ui
-from nicegui.events import GenericEventArguments
 
 import guideload
 from guideload.app import document, widgets
@@ -72,28 +72,23 @@ class DecideView(Part):
         machine, motion, words = answer.machine, answer.motion, str(self.words.value or "").strip()
         catalogue, products = guideload.packaged_catalogue(), [words] if words else None
         found = await asyncio.to_thread(guideload.sizing.size, machine, motion, catalogue, products=products)
-        self.sizing = found
+        self.sizing = found = holding_first(found)
         self.sized.clear()
         with self.sized:
-            ui.label("Click a row, or press Take, to take the product.").classes("text-caption")
+            ui.label("Those that hold come first. Take one, or click its row.").classes("text-caption")
             report = guideload.reports.sizing_report(machine, found)
             for line in report.answer:
                 ui.label(line)
             names = [one.name for one in found.candidates]
             with ui.row():
-                best = found.smallest.name if found.smallest else names[0]
-                chosen = ui.select(names, value=best, label="product").classes("wide")
+                chosen = ui.select(names, value=names[0], label="product").classes("wide")
                 ui.button("Take", on_click=lambda: self._take(str(chosen.value))).props("unelevated")
             for section in report.sections:
                 for part in section.parts:
                     if (table := widgets.show_part(part)) is not None:
-                        table.on("rowClick", lambda event: self._clicked(event, names))
+                        # Two characters mark the smallest, and those that do not hold.
+                        table.on("rowClick", lambda event: self._take(str(event.args[1]["0"])[2:]))
             widgets.show_commands(self.session.command("size", f'--product "{words}"' if words else ""))
-
-    def _clicked(self, event: GenericEventArguments, names: list[str]) -> None:
-        name = str(event.args[1]["0"])[2:]  # two characters mark the smallest, and those that do not hold
-        if name in names:
-            self._take(name)
 
     def _take(self, name: str) -> None:
         """Write the product into every carriage; damping keeps its ratio, as in the run of the candidate."""
@@ -102,9 +97,8 @@ class DecideView(Part):
         if one.result is None:
             ui.notify(f"{name}: {one.reason}", type="negative")
             return
-        changes = product_changes(one, self.session.state.machine)
         with widgets.errors_shown():
-            self.session.set("machine", changes)
+            self.session.set("machine", product_changes(one))
         ui.notify(f"All carriages are {name} now; Undo takes it back")
 
     # ---- limit
@@ -217,8 +211,14 @@ class DecideView(Part):
             widgets.show_report(report)
 
 
-def product_changes(candidate: guideload.sizing.Candidate, text: str) -> dict[document.Path, Any]:
-    """The values of the machine file `text` with which its carriages are the candidate's, as in its run."""
+def holding_first(found: guideload.sizing.Sizing) -> guideload.sizing.Sizing:
+    """The candidates that hold before the others; the ranking of the package stays in each group."""
+    ranked = sorted(found.candidates, key=lambda one: not one.holds)
+    return replace(found, candidates=tuple(ranked))
+
+
+def product_changes(candidate: guideload.sizing.Candidate) -> dict[document.Path, Any]:
+    """The values of the machine file with which its carriages are the candidate's, as in its run."""
     changes: dict[document.Path, Any] = {}
     assert candidate.result is not None
     laws = bool(candidate.product.stiffness_source(candidate.preload_class))
@@ -233,8 +233,5 @@ def product_changes(candidate: guideload.sizing.Candidate, text: str) -> dict[do
             values |= {
                 f"damping_{axis}": f"{getattr(carriage, f'damping_{axis}') / 1e3:.6g} kN s/m" for axis in "yz"
             }
-        for key, value in values.items():
-            path = ("carriages", i, key)
-            if value is not None or document.value_at(text, path) is not None:
-                changes[path] = value
+        changes |= {("carriages", i, key): value for key, value in values.items()}
     return changes

@@ -101,19 +101,29 @@ def without_entry(text: str, key: str, index: int) -> str:
     return _written(document)
 
 
-def typed(written: str, is_text: bool) -> Any:
-    """The value of what was typed into a field: "600 mm" is text, 12.5 a number, ["1 mm", 0] a list; "" is None.
+def typed(written: str, schema: Mapping[str, Any]) -> Any:
+    """The value of what was typed into the field of a key: "600 mm" is text, ["1 mm", 0] a list; "" is None.
 
-    is_text: whether the key takes text, as a name does, which may look like a number.
+    schema: of the key. A number without unit gets that of the schema, so that the field shows how it is understood:
+    700 becomes "700 m". A key that takes text, as a name does, may look like a number.
     """
     written = written.strip()
-    if not written or is_text:
+    if not written or schema.get("type") == "string":
         return written or None
     try:
         value = tomlkit.parse(f"value = {written}")["value"]
     except TOMLKitError:
         return written
-    return value.unwrap() if hasattr(value, "unwrap") else value
+    return _with_unit(value.unwrap() if hasattr(value, "unwrap") else value, schema)
+
+
+def _with_unit(value: Any, schema: Mapping[str, Any]) -> Any:
+    if isinstance(value, list):
+        schemas = [*schema.get("prefixItems", ()), *[schema.get("items", {})] * len(value)]
+        return [_with_unit(one, of) for one, of in zip(value, schemas, strict=False)]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    unit = schema.get("x-unit", "1")
+    return f"{value} {unit}" if is_number and unit != "1" else value
 
 
 def shown(value: Any) -> str:

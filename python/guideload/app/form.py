@@ -27,14 +27,14 @@ MAIN = {
     "moves": ("distance", "target", "speed", "time", "dwell"),
     "": ("name", "gravity", "free", "start", "repeat"),
 }
-TITLES = {"": "general"}
 WIDE = ("inertia", "gravity", "center_of_mass", "position", "at", "free", "direction", "point", "product")
 
 
 @cache
-def packaged() -> list[str]:
-    """Names of the packaged products."""
-    return [one.name for one in guideload.packaged_catalogue().products]
+def packaged() -> str:
+    """The packaged products as options in HTML, which a browser finds by name, or by maker and size."""
+    option = '<option value="{0.name}" label="{0.maker} {0.size} {0.name}">'
+    return "".join(map(option.format, guideload.packaged_catalogue().products))
 
 
 class Form:
@@ -114,9 +114,7 @@ class Form:
             repeated = self._is_list(section)
             if not mine and not repeated:
                 continue
-            title = (
-                f"{TITLES.get(section, section)} ({len(mine)})" if repeated else TITLES.get(section, section)
-            )
+            title = (section or "general") + (f" ({len(mine)})" if repeated else "")
             with ui.expansion(title.replace("_", " "), value=section in self.open) as box:
                 box.on_value_change(lambda e, s=section: (self.open.add if e.value else self.open.discard)(s))
                 for path, one in mine:
@@ -148,15 +146,17 @@ class Form:
             field = ui.select([str(one) for one in options], label=label, clearable=True)
             field.on_value_change(lambda e: self._typed(path, e.value or "", schema))
         else:
-            field = ui.input(label, autocomplete=packaged() if key == "product" else None)
+            field = ui.input(label)
+            if key == "product":
+                choice = f'<datalist id="{field.html_id}-datalist">{packaged()}</datalist>'
+                ui.html(choice, sanitize=False).classes("hidden")
             field.on("change", lambda: self._typed(path, str(field.value or ""), schema))
         field.props("hide-hint hide-bottom-space stack-label")
         field.classes("wide" if key in WIDE else "mid" if options or key == "name" else "")
         field.props["hint"] = schema.get("description", "")
         field.mark("/".join(map(str, path)))
-        field.props["input-id"] = field.props["for"] = f"{self.part}-{'-'.join(map(str, path))}".replace(
-            " ", "_"
-        )
+        name = "-".join(map(str, (self.part, *path))).replace(" ", "_")
+        field.props["input-id"] = field.props["for"] = name
         self.fields[path] = field
 
     def _shown(self, path: document.Path, table: dict[str, Any]) -> list[str]:
@@ -169,10 +169,12 @@ class Form:
 
     def _typed(self, path: document.Path, written: str, schema: dict[str, Any]) -> None:
         text = getattr(self.session.state, self.part)
-        value = document.typed(written, is_text=schema.get("type") == "string")
+        value = document.typed(written, schema)
         if value != document.value_at(text, path):
             with widgets.errors_shown():
                 self.session.set(self.part, {path: value})
+        else:
+            self.show()  # with the unit
 
     def _more(self, path: document.Path, keys: dict[str, Any], key: str | None) -> None:
         """Add a key, with the first example of its description as its value."""

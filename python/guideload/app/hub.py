@@ -54,8 +54,7 @@ class Hub:
     def _changed(self) -> None:
         for view in list(self.views):
             view.show_state()
-        answered = self.runner is None or self.runner.state == self.session.state
-        if not answered and self.runner is not None:
+        if self.runner is not None and self.runner.state != self.session.state:
             self.runner.request(self.session.state)
 
     @property

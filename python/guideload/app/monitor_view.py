@@ -64,13 +64,12 @@ class MonitorView(Part):
             self._say("bad", str(error))
             return
         silence = time.time() - state.written
-        rate = f"live: {state.status['samples_per_s']:.0f} samples/s"
         if state.ended:
             self._say("open", f"ended {time.strftime('%d %b %H:%M:%S', time.localtime(state.written))}")
         elif silence > SILENT:
             self._say("bad", f"no sign of life for {silence:.0f} s: the watch was killed")
         else:
-            self._say("good", rate)
+            self._say("good", f"live: {state.status['samples_per_s']:.0f} samples/s")
         if state != self.shown:
             self.shown = state
             self._show(state)

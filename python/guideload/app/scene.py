@@ -21,9 +21,11 @@ BODY, RAIL, LABEL = "#5b6f8a", "#6b7280", "color: #1d2129; font-size: 12px"
 ARROW = 0.3  # longest arrow of a load over the size of the machine
 CAMERA = ui.scene.perspective_camera(fov=32, near=0.01)
 EVERY = 0.03  # s between two steps of a drag that are sent
+# The wheel scrolls the page, and zooms the picture with Ctrl only.
 # A carriage stays on its rail while it is dragged; other parts move in the plane of the screen.
-ON_RAIL = """
-const controls = getElement(%d).drag_controls;
+MOUSE = """
+const scene = getElement(%d), controls = scene.drag_controls;
+scene.$el.addEventListener("wheel", (event) => { if (!event.ctrlKey) event.stopPropagation(); }, true);
 controls.addEventListener("dragstart", ({object}) => { object.userData.rail = object.position.clone(); });
 controls.addEventListener("drag", ({object}) => {
   if (object.name.startsWith("carriage")) object.position.setY(object.userData.rail.y).setZ(object.userData.rail.z);
@@ -77,7 +79,7 @@ class MachineScene:
         self.scene.on("drag", self._dragged, keys, throttle=EVERY)
         for name in ("dragstart", "dragend"):
             self.scene.on(name, self._dragged, keys)
-        self.scene.on("init", lambda: ui.run_javascript(ON_RAIL % self.scene.id))
+        self.scene.on("init", lambda: ui.run_javascript(MOUSE % self.scene.id))
 
     def show(self, answer: Answer, instant: int) -> None:
         """The machine of an answer, with its loads at an instant."""
@@ -166,11 +168,7 @@ class MachineScene:
         along = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 0.0, 1.0])
         side = np.cross(along, up)
         eye = center + size * (0.75 * along + 1.35 * side + 0.6 * up)
-        where = dict(zip(("x", "y", "z"), eye.tolist(), strict=True))
-        where |= dict(zip(("look_at_x", "look_at_y", "look_at_z"), center.tolist(), strict=True))
-        self.scene.move_camera(
-            **where, **dict(zip(("up_x", "up_y", "up_z"), up.tolist(), strict=True)), duration=0
-        )
+        self.scene.move_camera(*map(float, [*eye, *center, *up, 0.0]))  # at once
 
     def _dragged(self, event: GenericEventArguments) -> None:
         place = tuple(float(event.args[axis]) for axis in "xyz")

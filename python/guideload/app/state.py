@@ -170,14 +170,9 @@ class Session:
         found = State(self.folder.text(self.machine_name) or "", self.folder.text(self.moves_name) or "")
         if found == self.saved:
             return
-        own = self.unsaved
-        changed = [
-            (name, part)
-            for name, part in ((self.machine_name, "machine"), (self.moves_name, "moves"))
-            if getattr(found, part) != getattr(self.saved, part)
-        ]
+        parts = {self.machine_name: "machine", self.moves_name: "moves"}
+        both = [n for n in self.unsaved if getattr(found, parts[n]) != getattr(self.saved, parts[n])]
         self.saved = found
-        both = [name for name, _ in changed if name in own]
         if both:
             self.notice = (
                 f"{', '.join(both)} was changed by another program, and here: Save replaces the file, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from os import PathLike
 
@@ -14,6 +15,22 @@ from guideload.base.errors import ConfigError, ValueRefused, did_you_mean, shown
 from guideload.base.number_text import first_names
 from guideload.base.toml import located, read_toml
 from guideload.catalogue.product import Product
+
+
+def has_words(text: str, maker: str, name: str) -> bool:
+    """Whether maker and name of a product have every word of a text, such as "HIWIN 25", in any case.
+
+    A number is not part of a longer one: HGH25CA has "25", HGH250 has not.
+    """
+    product = f"{maker} {name}"
+    words = [re.search(_as_part(word), product, re.IGNORECASE) for word in text.split()]
+    return bool(words) and all(words)
+
+
+def _as_part(word: str) -> str:
+    """The pattern of a word as a part of a name, in which its numbers are whole."""
+    before, after = r"(?<!\d)" if word[0].isdigit() else "", r"(?!\d)" if word[-1].isdigit() else ""
+    return f"{before}{re.escape(word)}{after}"
 
 
 class Catalogue(ConfigModel):

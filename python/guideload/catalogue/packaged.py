@@ -16,7 +16,7 @@ from pathlib import Path
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ValueRefused
-from guideload.catalogue.catalogue import Catalogue
+from guideload.catalogue.catalogue import Catalogue, has_words
 from guideload.catalogue.product import Product
 
 if sys.version_info >= (3, 11):
@@ -26,6 +26,8 @@ else:
 
 FOLDER = Path(__file__).resolve().parents[1] / "catalogues"
 HEAD = "".join(rf'{key} = "(?P<{key}>.+)"\n' for key in ("name", "maker", "edition"))
+MOST_NAMES = 12  # of products in an error
+ONE_OF_SEVERAL = "one packaged product"  # what is expected in place of a name that several records have
 RECORD = re.compile(rf"^\[\[products\]\]\n{HEAD}", re.MULTILINE)
 
 
@@ -92,7 +94,8 @@ def packaged_product(name: str) -> Product:
     Raises
     ------
     ValueRefused
-        For an unknown name, with the nearest one, and for a name that several records have, with them.
+        For an unknown name, with the names that have its words, else the nearest ones; and for a name that several
+        records have, with them.
     """
     found = _called(name)
     if len(found) == 1:
@@ -101,11 +104,21 @@ def packaged_product(name: str) -> Product:
         first = found[0]
         listed = ", ".join(f'"{one.full_name}"' for one in found)
         hint = f"several have it: {listed}; write the maker before and a word of the edition behind"
-        raise ValueRefused("one packaged product", name, f'{hint}, as in "{first.full_name}"')
+        raise ValueRefused(ONE_OF_SEVERAL, name, f'{hint}, as in "{first.full_name}"')
+    raise ValueRefused("a packaged product", name, _way_out(name))
+
+
+def _way_out(name: str) -> str:
+    """What to write instead of an unknown name: a product that has its words, else the nearest."""
     names = {one.name.casefold(): one.name for one in records()}
-    near = [f'"{names[each]}"' for each in get_close_matches(name.casefold(), names, n=3, cutoff=0.8)]
-    way_out = "`guideload catalogue list` shows what is packaged; for another, name a catalogue file"
-    raise ValueRefused("a packaged product", name, f"did you mean {' or '.join(near)}?" if near else way_out)
+    worded = dict.fromkeys(one.name for one in records() if has_words(name, one.maker, one.name))
+    near = list(worded) or [names[one] for one in get_close_matches(name.casefold(), names, n=3, cutoff=0.8)]
+    if not near:
+        return "`guideload catalogue list` shows what is packaged; for another, name a catalogue file"
+    quoted = [f'"{one}"' for one in near[:MOST_NAMES]]
+    if len(near) > MOST_NAMES:
+        quoted.append(f"one of {len(near) - MOST_NAMES} more")
+    return f"did you mean {' or '.join(quoted)}?"
 
 
 def product_and_class(text: str) -> tuple[Product, str | None]:

@@ -9,7 +9,7 @@ from typing import Any
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, did_you_mean, refused_at
 from guideload.base.number_text import joined
 from guideload.catalogue.catalogue import Catalogue
-from guideload.catalogue.packaged import is_packaged, packaged_product
+from guideload.catalogue.packaged import ONE_OF_SEVERAL, is_packaged, packaged_product
 from guideload.catalogue.product import Product
 from guideload.catalogue.stiffness import StiffnessEstimate
 from guideload.machine.carriage_types import with_types
@@ -145,7 +145,7 @@ def _product(products: Mapping[str, Product], name: str, where: str) -> Product:
     try:
         return packaged_product(name)
     except ValueRefused as refused:
-        if name in refused.hint:  # several have it
+        if refused.expected == ONE_OF_SEVERAL:
             raise
         hint = did_you_mean(name, products, refused.hint)
         raise ValueRefused(f"a product of {where}, or a packaged one", name, hint) from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from guideload.base.arguments import checked
 from guideload.base.cores import cores, threads
 from guideload.base.errors import ArgumentError, GuideloadError
 from guideload.base.number_text import first_names
-from guideload.catalogue.catalogue import Catalogue
+from guideload.catalogue.catalogue import Catalogue, has_words
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.drive.requirements import drive_requirements
@@ -182,20 +181,15 @@ def size(
 
 
 def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
-    """The products that the texts name: one by its name, or all whose maker and name contain every word.
+    """The products that the texts name: one by its name, or all whose maker and name have every word.
 
-    A number is not part of a longer one: "25" selects HGH25CA, but not HGH250. Raises ArgumentError.
+    Raises ArgumentError.
     """
     found: dict[str, Product] = {}
     for text in texts:
         named = {one.name: one for one in catalogue.products if one.name == text}
-        words = [re.compile(_as_part(word), re.IGNORECASE) for word in text.split()]
-        every = {
-            one.name: one
-            for one in catalogue.products
-            if all(w.search(f"{one.maker} {one.name}") for w in words)
-        }
-        if not (named or (words and every)):
+        every = {one.name: one for one in catalogue.products if has_words(text, one.maker, one.name)}
+        if not (named or every):
             names = [one.name for one in catalogue.products]
             near = get_close_matches(text, [*names, *{one.maker for one in catalogue.products}], n=1)
             hint = f"did you mean {near[0]}?" if near else f"it has {first_names(names)}"
@@ -205,12 +199,6 @@ def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
             )
         found |= named or every
     return list(found.values())
-
-
-def _as_part(word: str) -> str:
-    """The pattern of a word as a part of a name, in which its numbers are whole."""
-    before, after = r"(?<!\d)" if word[0].isdigit() else "", r"(?!\d)" if word[-1].isdigit() else ""
-    return f"{before}{re.escape(word)}{after}"
 
 
 def _classes(product: Product) -> list[str | None]:
