@@ -152,6 +152,25 @@ def test_a_value_that_is_typed_changes_the_answer_and_undo_brings_it_back(driver
         assert changed(driver, after) == before
 
 
+def test_a_number_without_unit_is_shown_with_it(driver: Any, folder: Path) -> None:
+    with served(folder) as server:
+        driver.get(server.link)
+        before = load(driver)
+        fill(driver, "machine-body-mass", "2500")
+        changed(driver, before)
+        assert field(driver, "machine-body-mass").get_attribute("value") == "2500 kg"
+
+
+def test_a_product_is_offered_by_its_name_and_by_maker_and_size(driver: Any, folder: Path) -> None:
+    options = "return [...arguments[0].list.options].map((one) => [one.value, one.label]);"
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        shown = dict(driver.execute_script(options, field(driver, "machine-carriages-0-product")))
+        assert list(shown) == [one.name for one in guideload.packaged_catalogue().products]
+        assert shown["HGH25CA"] == "HIWIN 25 HGH25CA"
+
+
 def test_a_field_that_was_empty_leaves_the_keyboard_in_the_next_one(driver: Any, folder: Path) -> None:
     keys = pytest.importorskip("selenium.webdriver").Keys
     (folder / "machine.toml").write_text(guideload.file_template("vertical"))

@@ -74,7 +74,7 @@ class AnswerView:
         if answer is None:
             return
         stale = self.hub.problems and sound
-        note = ". The figures below are of the last state that could be computed." if stale else ""
+        note = " (The figures below are of the last state that could be computed.)" if stale else ""
         figures = sound.figures.figures if sound else ()
         shown = [replace(one, level="open") for one in figures] if stale else figures
         self.figures.show(answer, note, shown)

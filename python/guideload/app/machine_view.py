@@ -54,8 +54,8 @@ class MachineView(Part):
             for axis, name in enumerate("xyz"):
                 for sign, word in ((-1, "-"), (1, "+")):
                     button = ui.button(f"{name} {word}", on_click=lambda a=axis, s=sign: self._stepped(a, s))
-                    self.buttons[axis, sign] = button.props("outline").mark(f"step {name}{word}")
-            ui.label("or drag them; Ctrl and the wheel zoom").classes("text-caption")
+                    self.buttons[axis, sign] = button.props("outline no-wrap").mark(f"step {name}{word}")
+            ui.label("or drag them; Ctrl + wheel: zoom").classes("text-caption").style("width: 110px")
             ui.space()
             self.mode = ui.select({-1: "none"}, value=-1, label="mode (damping)").classes("mid")
             self.mode.on_value_change(lambda: self._show_mode())
