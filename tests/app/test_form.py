@@ -61,3 +61,22 @@ def test_a_field_shows_the_unit_in_which_a_number_is_read(
             field.value = written
             change()
             assert field.value == shown
+
+
+def test_what_is_being_typed_stays_when_an_answer_comes_and_undo_reaches_every_field(tmp_path: Path) -> None:
+    session = Session(Folder(tmp_path))
+    mass, place = ("body", "mass"), ("carriages", 0, "x")
+    with Client(ui.page("/")):
+        form = Form(session, "machine", ("body", "carriages"))
+        session.listeners.append(form.show)
+        before = {path: field.value for path, field in form.fields.items()}
+        session.set("machine", {mass: "900 kg"})
+        form.fields[place].value = "-3"
+        form.show()  # as with every answer
+        session.set("machine", {mass: "950 kg"})
+        assert (form.fields[mass].value, form.fields[place].value) == ("950 kg", "-3")
+        session.set("machine", {place: "-330 mm"})
+        assert form.fields[place].value == "-330 mm"
+        for _ in range(3):
+            session.undo()
+        assert {path: field.value for path, field in form.fields.items()} == before

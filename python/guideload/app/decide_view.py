@@ -213,8 +213,7 @@ class DecideView(Part):
 
 def holding_first(found: guideload.sizing.Sizing) -> guideload.sizing.Sizing:
     """The candidates that hold before the others; the ranking of the package stays in each group."""
-    ranked = sorted(found.candidates, key=lambda one: not one.holds)
-    return replace(found, candidates=tuple(ranked))
+    return replace(found, candidates=tuple(sorted(found.candidates, key=lambda one: not one.holds)))
 
 
 def product_changes(candidate: guideload.sizing.Candidate) -> dict[document.Path, Any]:

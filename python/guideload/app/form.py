@@ -57,7 +57,7 @@ class Form:
     # ---- what is shown
 
     def show(self) -> None:
-        """The values of the session; fields are made anew only if keys or tables came or went."""
+        """The values of the session that changed; fields are made anew only if keys or tables came or went."""
         text = getattr(self.session.state, self.part)
         try:
             values = document.values(text)
@@ -68,11 +68,13 @@ class Form:
             self.structure = structure
             self.box.clear()
             self.fields.clear()
+            self.shown: dict[document.Path, str] = {}
             with self.box:
                 self._build(values)
         for path, field in self.fields.items():
             shown = document.shown(document.value_at(text, path))
-            if field.value != shown and (field.value or shown):
+            if shown != self.shown.get(path, ""):  # else it may be the one in which the user types
+                self.shown[path] = shown
                 field.value = shown or (None if isinstance(field, ui.select) else "")
 
     def show_problems(self, problems: Iterable[Problem]) -> None:
@@ -81,9 +83,8 @@ class Form:
         without: list[str] = []
         for one in problems:
             if one.part == self.part:
-                at = next(
-                    (one.path[:n] for n in range(len(one.path), 0, -1) if one.path[:n] in self.fields), None
-                )
+                starts = (one.path[:n] for n in range(len(one.path), 0, -1))
+                at = next((path for path in starts if path in self.fields), None)
                 if at is None:
                     without.append(one.text)
                 else:
@@ -170,11 +171,11 @@ class Form:
     def _typed(self, path: document.Path, written: str, schema: dict[str, Any]) -> None:
         text = getattr(self.session.state, self.part)
         value = document.typed(written, schema)
-        if value != document.value_at(text, path):
-            with widgets.errors_shown():
+        self.shown.pop(path, None)  # shown as it is read, with its unit
+        with widgets.errors_shown():
+            if value != document.value_at(text, path):
                 self.session.set(self.part, {path: value})
-        else:
-            self.show()  # with the unit
+        self.show()
 
     def _more(self, path: document.Path, keys: dict[str, Any], key: str | None) -> None:
         """Add a key, with the first example of its description as its value."""
