@@ -19,6 +19,7 @@ oldest!(
     "dlsym",
     "hypot",
     "log",
+    "pow",
     "pthread_attr_setstacksize",
     "pthread_create",
     "pthread_detach",
