@@ -35,8 +35,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("quick") and config.cache:
-        known = config.cache.get(KNOWN, {})
+    if config.getoption("quick"):
+        known = config.cache.get(KNOWN, {}) if getattr(config, "cache", None) else {}
         left_out = [item for item in items if known.get(item.nodeid, 0.0) >= QUICK]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if known.get(item.nodeid, 0.0) < QUICK]
@@ -47,8 +47,9 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    if session.config.cache and not hasattr(session.config, "workerinput"):
-        session.config.cache.set(KNOWN, session.config.cache.get(KNOWN, {}) | seconds)
+    cache = getattr(session.config, "cache", None)  # none with `-p no:cacheprovider`
+    if cache and not hasattr(session.config, "workerinput"):
+        cache.set(KNOWN, cache.get(KNOWN, {}) | seconds)
 
 
 @pytest.fixture

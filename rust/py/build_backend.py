@@ -30,7 +30,7 @@ def __getattr__(name: str) -> Any:
 
 
 def lacks_avx2() -> bool:
-    """Whether this is an x86-64 processor without AVX2: only with that feature the library runs on it."""
+    """Whether this is an x86-64 processor without AVX2, as far as Linux says."""
     try:
         processor = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -1,6 +1,6 @@
 """Every command that writes, on disks of many sizes: `python tests/helpers/full_disk.py [--sizes 100] [COMMAND ...]`.
 
-Each command runs on a tmpfs, first large enough, then with less and less room. It must succeed, or fail with an
+Each command runs on a tmpfs, first large enough, then with less room, down to none. It must succeed, or fail with an
 ordinary error: no signal, no exception that is no message, no draft, nothing half written. A tmpfs needs a mount
 namespace of Linux; elsewhere the size of each file is limited instead. Prints counts for the table in
 docs/robustness.md.
@@ -156,8 +156,8 @@ def sweep(name: str, place: Path, sizes: int, limit: Callable[[int | None], None
     whole = seen(disk)
     room = sum(-(-size // PAGE) * PAGE + PAGE for size in whole.values())
     most = PEAK.get(name, 1.5) * room + 8 * PAGE
-    shares = (np.arange(sizes) + 0.5) / sizes
-    for size in np.unique(np.maximum(shares * most, PAGE).astype(int) // PAGE * PAGE).tolist():
+    # Not the largest: there a command does what it has done on the large disk.
+    for size in np.unique(np.linspace(PAGE, most, sizes, endpoint=False).astype(int) // PAGE * PAGE).tolist():
         limit(None)
         clear(disk)
         limit(size)

@@ -73,8 +73,8 @@
 //!
 //! All of this works without the feature `std`, a default, and without an allocator, then with up to eight carriages. The feature `studies` adds
 //! `batch` (Monte Carlo), `sensitivity` (derivatives), `smoother` (the motion from a measured trace) and `bands` (the uncertainty of the
-//! loads), which take as long to compile as all the rest. Without the feature `any-processor`, a default, programs take half as long to compile
-//! and need AVX2 and FMA on x86-64 (see [`runs_on_this_processor`]).
+//! loads), which take as long to compile as all the rest. Without the feature `any-processor`, a default, programs compile in four fifths of the
+//! time and need AVX2 and FMA on x86-64 (see [`runs_on_this_processor`]).
 //!
 //! # Units and source
 //!

@@ -44,7 +44,7 @@ pub(crate) struct Aligned<T>(pub T);
 /// Evaluates a call with AVX2 and FMA where the processor has them. What is called, and everything that it calls, must be
 /// `#[cfg_attr(feature = "std", inline(always))]`, closures included: a function that is not inlined is compiled for the oldest processor.
 /// For processors without AVX2 everything is compiled a second time, with the feature `any-processor` alone: there every fused multiplication
-/// and addition is a call, and this code takes nearly half of the time of a build.
+/// and addition is a call, so that this code is larger than that with AVX2, and a fifth of the time of a build.
 /// (Without `std` there is one instruction set, and inlining everything makes programs three times as large.)
 macro_rules! dispatch {
     ($call:expr) => {
@@ -79,7 +79,7 @@ pub(crate) use {dispatch, dispatch_once, dispatch_wide};
 
 /// See [`dispatch`]. `FnMut`: called by `FnOnce`, a closure is wrapped in a function that is not inlined.
 #[inline]
-pub(crate) fn on_avx2<T>(call: impl FnMut() -> T) -> T {
+pub(crate) fn on_avx2<T>(mut call: impl FnMut() -> T) -> T {
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     {
         #[target_feature(enable = "avx2,fma")]
@@ -91,14 +91,11 @@ pub(crate) fn on_avx2<T>(call: impl FnMut() -> T) -> T {
             // SAFETY: the processor has just been asked for both.
             return unsafe { avx2(call) };
         }
-        #[cfg(not(feature = "any-processor"))]
+    }
+    if !HAS_FALLBACK {
         without_avx2();
     }
-    #[cfg(not(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor"))))]
-    {
-        let mut call = call;
-        call()
-    }
+    call()
 }
 
 /// See [`dispatch_once`].
@@ -115,10 +112,10 @@ pub(crate) fn on_avx2_once<T>(call: impl FnOnce() -> T) -> T {
             // SAFETY: the processor has just been asked for both.
             return unsafe { avx2(call) };
         }
-        #[cfg(not(feature = "any-processor"))]
+    }
+    if !HAS_FALLBACK {
         without_avx2();
     }
-    #[cfg(not(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor"))))]
     call()
 }
 
@@ -143,14 +140,19 @@ pub(crate) fn on_avx512<T>(call: impl FnMut() -> T) -> T {
     on_avx2(call)
 }
 
+/// Whether code without AVX2 is compiled. Decided at compile time: where it is not, what follows is no part of the program.
+const HAS_FALLBACK: bool =
+    cfg!(any(not(feature = "std"), not(target_arch = "x86_64"), feature = "any-processor"));
+
 /// Whether the processor has AVX2 and FMA.
-#[cfg(all(feature = "std", target_arch = "x86_64"))]
 #[inline]
 fn has_avx2() -> bool {
-    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    return std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+    #[cfg(not(all(feature = "std", target_arch = "x86_64")))]
+    false
 }
 
-#[cfg(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor")))]
 #[cold]
 fn without_avx2() -> ! {
     panic!("guideload was built without the feature `any-processor`, and this processor has no AVX2 and FMA")
@@ -159,8 +161,5 @@ fn without_avx2() -> ! {
 /// Whether this build runs on this processor: without the feature `any-processor`, x86-64 processors need AVX2 and FMA. Where it does not, each
 /// run panics.
 pub fn runs_on_this_processor() -> bool {
-    #[cfg(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor")))]
-    return has_avx2();
-    #[cfg(not(all(feature = "std", target_arch = "x86_64", not(feature = "any-processor"))))]
-    true
+    HAS_FALLBACK || has_avx2()
 }

@@ -433,6 +433,8 @@ fn edges_beside_preload_and_wrong_settings_are_refused() {
     for step in [0.0, f64::INFINITY] {
         assert_eq!(outcome(&machine, Control::Fixed { step }), Err(RunError::Step { got: step }));
     }
+    let short = outcome(&machine, Control::Fixed { step: 1e-17 });
+    assert!(matches!(short, Err(RunError::ShortSteps { step: 1e-17, .. })), "{short:?}");
     let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
     for law in [Law::sided(6e7, 6e7, 5e-6), Law::sided(6e7, 3e7, 0.0), Law::curve(&curve)] {
         let link = machine.links[3];

@@ -236,7 +236,7 @@ fn carts_and_exponents() {
     let mut random = Random::new(2);
     for (machine, exponent) in [(cart(), 10.0 / 3.0), (paper(), 3.0), (cart(), 2.7)] {
         let study = Study::new(machine, &mut random, 9);
-        let acceleration = cycle()[..3000].to_vec();
+        let acceleration = cycle();
         let time = ticks(acceleration.len(), 1e-3);
         let mut velocity = 0.0;
         let speed = acceleration.iter().map(|a| {
@@ -252,19 +252,19 @@ fn carts_and_exponents() {
 fn jitter_ticks_jumps_and_process_forces() {
     let mut random = Random::new(3);
     let study = Study::new(cart(), &mut random, 5);
-    let jitter = ticks(200, 1e-3).iter().map(|t| t + random.between(-4e-4, 4e-4)).collect();
+    let jitter = ticks(400, 1e-3).iter().map(|t| t + random.between(-4e-4, 4e-4)).collect();
     agree(&study, &Samples::new(jitter, &mut random), 3.0);
     // A device clock that counts in tenths, with long and with no intervals.
     let mut clock = 0.0;
     let mut last = 1.0;
-    let steps = (0..150).map(|_| {
+    let steps = (0..300).map(|_| {
         last = if last == 0.0 { 1.0 } else { random.between(0.0, 6.0).floor() };
         clock += 1e-4 * last * if random.between(0.0, 1.0) < 0.05 { 1000.0 } else { 1.0 };
         clock
     });
     let mut samples = Samples::new(steps.collect(), &mut random);
     agree(&study, &samples, 3.0);
-    samples.wrench = Some((0..150).map(|_| std::array::from_fn(|_| random.between(-2e3, 2e3))).collect());
+    samples.wrench = Some((0..300).map(|_| std::array::from_fn(|_| random.between(-2e3, 2e3))).collect());
     agree(&study, &samples, 3.0);
 }
 

@@ -170,10 +170,10 @@ fn a_few_diverging_steps_are_an_error() {
 fn fixed_steps_that_are_too_many_are_refused_at_once() {
     let samples = [[2.2, 0.0, 0.0]; 3];
     let excitation = Excitation::uniform(1.0, 1e-3, &samples).expect("sound");
-    for step in [1e-12, 1e-17, f64::MIN_POSITIVE] {
+    for step in [1e-12, 1e-17, 1e-30, f64::MIN_POSITIVE] {
         let (_, outcome) = cart().run(&Rk45, Control::Fixed { step }, &excitation, Output::Samples);
         assert!(
-            matches!(outcome, Err(RunError::ShortSteps { step: told, .. }) if told == step),
+            matches!(outcome, Err(RunError::ShortSteps { step: refused, .. }) if refused == step),
             "{outcome:?}"
         );
     }
