@@ -215,7 +215,7 @@ impl fmt::Display for RunError {
             ),
             Self::ShortSteps { step, steps, most, other } => write!(
                 f,
-                "step: {step:.3e} s are {steps:.1e} steps for this motion, {most:.1e} are allowed: lengthen the step, or leave it out \
+                "step: {step:.3e} s would take {steps:.1e} steps for this motion, {most:.1e} are allowed: lengthen the step, or leave it out \
                  for steps by tolerance{}",
                 other.advice()
             ),
