@@ -7,7 +7,7 @@ use guideload::batch::{
 use guideload::reaction;
 use guideload::{
     Body, Control, Exact, Excitation, Free, Law, Link, ModelLevel, NamedMethod, Output, Part, Radau, Rk45,
-    SampleError, SceneError, State, group_load, run,
+    SampleError, SceneError, State, Wrench, group_load, run,
 };
 use nalgebra::Vector3;
 
@@ -198,11 +198,17 @@ fn by_hand(
         _ => run(&system, &Exact::<16>, control, &excitation, output, &mut states),
     }
     .expect("a run that succeeds");
-    let loads_of = |group: usize| -> Vec<[f64; 6]> {
-        let load = group_load(&system, groups[group].links.clone(), groups[group].center, Part::Total);
+    let wrenches: Vec<_> = groups
+        .iter()
+        .map(|group| group_load(&system, group.links.clone(), group.center, Part::Total))
+        .collect();
+    let loads_of = |load: &Wrench| -> Vec<[f64; 6]> {
         states.iter().enumerate().map(|(k, state)| load.at(state, &excitation.input(k))).collect()
     };
-    let loads: Vec<_> = (0..groups.len()).map(loads_of).collect();
+    let loads: Vec<_> = wrenches.iter().map(loads_of).collect();
+    let in_lanes = method.is_none() && machine.links.iter().all(|link| link.law().is_linear());
+    let bows_by = if in_lanes { exact_bows } else { polynomial_bows };
+    let bows = bows_by(&system, &excitation, &wrenches, &states);
     let drive = reaction(&system);
     let weights = time_weights(&excitation);
     let statistic = |history: &[f64], statistic: Statistic| {
@@ -238,20 +244,13 @@ fn by_hand(
         }
         Measure::MeanLoad(group) | Measure::PeakLoad(group) => {
             let rules = [groups[group].mean_rule, groups[group].peak_rule];
-            let load = group_load(&system, groups[group].links.clone(), groups[group].center, Part::Total);
-            let in_lanes = method.is_none() && machine.links.iter().all(|link| link.law().is_linear());
-            let bows = if in_lanes {
-                exact_bows(&system, &excitation, &load, &states)
-            } else {
-                polynomial_bows(&system, &excitation, &load, &states)
-            };
             let [mean, largest] = mean_and_largest(
                 rules,
                 &excitation,
                 [&trace.speed[..], &trace.along_x],
                 exponent,
                 &loads[group],
-                &bows,
+                &bows[group],
             );
             if matches!(measure, Measure::MeanLoad(_)) { mean } else { largest }
         }

@@ -2,7 +2,7 @@
 
 use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target, Width};
-use guideload::{Dof, Exact, Excitation, Free, Part, State, System, Wrench, group_load};
+use guideload::{Dof, Exact, Excitation, Free, Part, group_load};
 use guideload::{evaluate, reaction};
 use nalgebra::Vector3;
 
@@ -104,19 +104,6 @@ impl Study {
 /// The measures of one history of loads by their definitions, one after the other; and with the mean loads of a scene that runs by itself,
 /// by the polynomials of [`guideload::ReferenceMotion`].
 fn reduced(study: &Study, index: usize, motion: &Motion, samples: &Samples, exponent: f64) -> [Vec<f64>; 2] {
-    let in_lanes = reduced_by(study, index, motion, samples, exponent, exact_bows);
-    [in_lanes, reduced_by(study, index, motion, samples, exponent, polynomial_bows)]
-}
-
-/// [`reduced`], by what gives the means of loads in intervals.
-fn reduced_by(
-    study: &Study,
-    index: usize,
-    motion: &Motion,
-    samples: &Samples,
-    exponent: f64,
-    bows: impl Fn(&System, &Excitation, &Wrench, &[State]) -> Vec<[f64; 6]>,
-) -> Vec<f64> {
     let (machine, scale) = study.sample(index);
     let acceleration: Vec<_> = samples.acceleration.iter().map(|a| a.map(|x| x * scale)).collect();
     let excitation = Excitation::new(&samples.time, &acceleration, samples.wrench.as_deref()).expect("sound");
@@ -127,6 +114,10 @@ fn reduced_by(
         .iter()
         .map(|group| group_load(&system, group.links.iter().copied(), group.center, Part::Total))
         .collect();
+    let bows = [
+        exact_bows(&system, &excitation, &loads, &states),
+        polynomial_bows(&system, &excitation, &loads, &states),
+    ];
     loads.push(reaction(&system));
     let mut flat = vec![0.0; states.len() * 18];
     evaluate(&loads, &states, |k| excitation.input(k), &mut flat);
@@ -138,31 +129,30 @@ fn reduced_by(
         let mean_square: f64 = values.iter().zip(&weights).map(|(x, w)| x * x * w).sum();
         vec![low, at(low), high, at(high), mean_square.sqrt(), values[0]]
     };
-    let mut out = Vec::new();
     let column = |j: usize| -> Vec<f64> { flat.iter().skip(j).step_by(18).copied().collect() };
-    for group in 0..2 {
-        for component in 0..6 {
-            out.extend(of(&column(6 * group + component)));
+    let along_x: Vec<f64> = samples.acceleration.iter().map(|a| a[0]).collect();
+    let travel = [&samples.speed[..], &along_x];
+    bows.map(|bows| {
+        let mut out = Vec::new();
+        for (group, bows) in bows.iter().enumerate() {
+            for component in 0..6 {
+                out.extend(of(&column(6 * group + component)));
+            }
+            let (y, z) = (column(6 * group + 1), column(6 * group + 2));
+            out.extend(of(&y.iter().zip(&z).map(|(y, z)| (y * y + z * z).sqrt()).collect::<Vec<_>>()));
+            let loads: Vec<[f64; 6]> =
+                flat.chunks_exact(18).map(|row| std::array::from_fn(|j| row[6 * group + j])).collect();
+            let rules = [study.groups[group].mean_rule, study.groups[group].peak_rule];
+            out.extend(mean_and_largest(rules, &motion.excitation, travel, exponent, &loads, bows));
+            out.push(0.0);
         }
-        let (y, z) = (column(6 * group + 1), column(6 * group + 2));
-        out.extend(of(&y.iter().zip(&z).map(|(y, z)| (y * y + z * z).sqrt()).collect::<Vec<_>>()));
-        let loads: Vec<[f64; 6]> =
-            flat.chunks_exact(18).map(|row| std::array::from_fn(|j| row[6 * group + j])).collect();
-        let rules = [study.groups[group].mean_rule, study.groups[group].peak_rule];
-        let along_x: Vec<f64> = samples.acceleration.iter().map(|a| a[0]).collect();
-        let travel = [&samples.speed[..], &along_x];
-        let one = &study.groups[group];
-        let load = group_load(&system, one.links.iter().copied(), one.center, Part::Total);
-        let bows = bows(&system, &excitation, &load, &states);
-        out.extend(mean_and_largest(rules, &motion.excitation, travel, exponent, &loads, &bows));
-        out.push(0.0);
-    }
-    if machine.free.contains(Dof::X) {
-        out.extend([f64::NAN; 6])
-    } else {
-        out.extend(of(&column(12)))
-    }
-    out
+        if machine.free.contains(Dof::X) {
+            out.extend([f64::NAN; 6])
+        } else {
+            out.extend(of(&column(12)))
+        }
+        out
+    })
 }
 
 /// A motion as its samples.
