@@ -36,6 +36,8 @@ def main() -> None:
     if shutil.which("cargo") is None:
         sys.exit("cargo is not on the path: install Rust from https://rustup.rs")
     quick = sys.argv[1:] == ["--quick"]
+    if not quick:
+        os.environ["CARGO_INCREMENTAL"] = "0"  # a sixth less to compile, once
     if sys.argv[1:] and not quick:
         sys.exit(f"expected --quick or nothing, got {' '.join(sys.argv[1:])}")
     if quick and not PYTHON.exists():

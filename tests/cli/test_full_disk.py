@@ -8,13 +8,9 @@ import pytest
 pytest.importorskip("resource", reason="Windows has neither small disks nor a limit on the size of files")
 import full_disk
 
-# Numbers of sizes, and commands: those that write netCDF are processes of their own for each size.
+# Numbers of sizes, and commands.
 OTHERS = [name for name in full_disk.COMMANDS if name not in full_disk.FRESH]
-GROUPS = {
-    "netCDF of a run": (8, [full_disk.FRESH[0]]),
-    "netCDF of others": (4, [*full_disk.FRESH[1:]]),
-    **{f"others {k}": (2, OTHERS[k::3]) for k in range(3)},
-}
+GROUPS = {"netCDF": (8, [*full_disk.FRESH]), **{f"others {k}": (2, OTHERS[k::3]) for k in range(3)}}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux mounts a disk for one process")

@@ -86,11 +86,8 @@ COMMANDS: dict[str, list[object]] = {
 }
 # After a failure the next start goes on with what was written.
 RESUMED = ("study", "study, pictures and report", "study, cases", "monitor watch")
-FRESH = (
-    "run, netcdf",
-    "long-run",
-    "study",
-)  # in a process of their own for each size, as an end may crash too
+# Of these one disk is filled by a process of its own, whose end must not fail either.
+FRESH = ("run, netcdf", "long-run", "study")
 PEAK = {"monitor watch": 6}  # times the room of what is left: the journal becomes a Parquet file
 PAGE = 4096
 
@@ -148,7 +145,7 @@ def sweep(name: str, place: Path, sizes: int, limit: Callable[[int | None], None
     disk = place / "disk"
     words = [str(word).format(**{"in": place / "in", "disk": disk}) for word in COMMANDS[name]]
     text = text_of(*samples()) if name == "monitor watch" else b""
-    call, counts = started if name in FRESH else called, Counter[str]()
+    counts = Counter[str]()
     limit(None)
     clear(disk)
     code, said = called(words, text)
@@ -157,11 +154,13 @@ def sweep(name: str, place: Path, sizes: int, limit: Callable[[int | None], None
     room = sum(-(-size // PAGE) * PAGE + PAGE for size in whole.values())
     most = PEAK.get(name, 1.5) * room + 8 * PAGE
     # Not the largest: there a command does what it has done on the large disk.
-    for size in np.unique(np.linspace(PAGE, most, sizes, endpoint=False).astype(int) // PAGE * PAGE).tolist():
+    rooms = np.unique(np.linspace(PAGE, most, sizes, endpoint=False).astype(int) // PAGE * PAGE).tolist()
+    for size in rooms:
         limit(None)
         clear(disk)
         limit(size)
-        code, said = call(words, text)
+        fresh = name in FRESH and size == rooms[len(rooms) // 2]
+        code, said = (started if fresh else called)(words, text)
         limit(None)
         where, left = (name, size, code, said), seen(disk)
         assert code in (0, 1, 2, 3) and "Traceback" not in said and "ignored" not in said, where
