@@ -45,6 +45,7 @@ def test_a_number_means_the_same_with_the_unit_that_it_gets(unit: str, number: f
         ("machine", ("body", "mass"), "900", "900 kg"),
         ("machine", ("body", "center_of_mass"), '[0, "550 mm", 0.1]', '["0 m", "550 mm", "0.1 m"]'),
         ("machine", ("body", "center_of_mass"), "[0, 1, 2, 3]", '["0 m", "1 m", "2 m", 3]'),  # none is lost
+        ("machine", ("carriages", 0, "stiffness_y"), "4e8", "400000000.0 N/m"),
         ("machine", ("carriages", 0, "name"), "7", "7"),
     ],
 )

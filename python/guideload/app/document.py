@@ -122,8 +122,15 @@ def _with_unit(value: Any, schema: Mapping[str, Any]) -> Any:
         schemas = [*schema.get("prefixItems", ()), *[schema.get("items", {})] * len(value)]
         return [_with_unit(one, of) for one, of in zip(value, schemas, strict=False)]
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    unit = schema.get("x-unit", "1")
+    unit = unit_of(schema)
     return f"{value} {unit}" if is_number and unit != "1" else value
+
+
+def unit_of(schema: Mapping[str, Any]) -> str:
+    """The SI unit of a key, whose value may be a list; "1" if it has none, or several as a curve does."""
+    parts = (*schema.get("anyOf", ()), *schema.get("prefixItems", ()), schema.get("items", {}))
+    units = {schema.get("x-unit", "1"), *map(unit_of, parts if schema else ())} - {"1"}
+    return units.pop() if len(units) == 1 else "1"
 
 
 def shown(value: Any) -> str:

@@ -139,7 +139,7 @@ class Form:
                 drop.props(f'flat round aria-label="Remove {name}"')
 
     def _build_field(self, path: document.Path, key: str, schema: dict[str, Any]) -> None:
-        unit = schema.get("x-unit", "1")
+        unit = document.unit_of(schema)
         label = key.replace("_", " ") + (f" [{unit}]" if unit != "1" else "")
         options = schema.get("enum") or (["true", "false"] if schema.get("type") == "boolean" else None)
         field: Any

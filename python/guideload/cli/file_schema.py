@@ -10,6 +10,8 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from guideload.base.arguments import checked
 from guideload.base.config import interval
+from guideload.base.ranges import STIFFNESS, Range
+from guideload.catalogue.preload_class import stiffness_or
 from guideload.cli.options import FileKind
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -50,7 +52,10 @@ class FileSchema(GenerateJsonSchema):
 
     def function_before_schema(self, schema: Any) -> JsonSchemaValue:
         json_schema = super().function_before_schema(schema)
-        if schema["function"]["function"] is interval:
+        function = schema["function"]["function"]
+        if getattr(function, "func", None) is stiffness_or:  # a number or a table
+            json_schema["anyOf"][0] = self._number("N/m", STIFFNESS, exclusiveMinimum=0.0)
+        if function is interval:
             return {"anyOf": [json_schema["prefixItems"][0], json_schema]}
         if json_schema.get("items") == {"type": "string"}:  # a single text means a list with this entry
             return {"anyOf": [{"type": "string"}, json_schema]}
@@ -59,12 +64,16 @@ class FileSchema(GenerateJsonSchema):
     def function_plain_schema(self, schema: Any) -> JsonSchemaValue:
         checks = getattr(schema["function"]["function"], "keywords", {})  # arguments of a partial
         bounds = {word: checks[key] for key, word in BOUNDS.items() if checks.get(key) is not None}
-        if (within := checks.get("within")) is not None:
+        if "unit" in checks:
+            return self._number(checks["unit"], checks.get("within"), **bounds)
+        return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
+
+    def _number(self, unit: str, within: Range | None, **bounds: float) -> JsonSchemaValue:
+        """A number, or text with a unit, within these bounds and the range of its quantity."""
+        if within is not None:
             least = within.least if "exclusiveMinimum" in bounds else -within.most
             bounds = {"minimum": least, "maximum": within.most} | bounds
-        if "unit" in checks:
-            return {"type": ["number", "string"], "x-unit": checks["unit"], **bounds}
-        return {"type": "integer" if bounds else ["number", "string", "array"], **bounds}
+        return {"type": ["number", "string"], "x-unit": unit, **bounds}
 
 
 @checked
