@@ -43,7 +43,7 @@ class Riding:
         body, self.gravity = self.machine.body, np.array(self.machine.gravity)
         self.main = self._matrix(body.mass, np.array(body.center_of_mass), np.array(body.central_inertia()))
         self.weight = self._at(np.array(body.center_of_mass)).T @ (body.mass * self.gravity)
-        # Of each rider: mass, inertia, centre of mass where s = 0, direction, and the turn of this direction per (u, phi).
+        # Of each rider: mass, inertia, centre of mass where s = 0, direction, and turn of the direction per (u, phi).
         self.riders = []
         for rider in self.machine.riders:
             along = np.array(rider.direction) / np.linalg.norm(rider.direction)
