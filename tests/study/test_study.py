@@ -47,11 +47,9 @@ def refused(*vary: dict[str, Any], **keys: Any) -> str:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with the packaged example, and only the first start of its trace, which is smoothed quickly."""
-    for name in ("manipulator.toml", "study.toml"):
+    """A folder with the packaged example."""
+    for name in ("manipulator.toml", "manipulator.csv", "study.toml"):
         shutil.copy(EXAMPLES / name, tmp_path)
-    rows = (EXAMPLES / "manipulator.csv").read_text().splitlines(keepends=True)
-    (tmp_path / "manipulator.csv").write_text("".join(rows[:1000]))
     return tmp_path
 
 
