@@ -28,7 +28,7 @@ class NoReference(Exception):
 
 @dataclass(frozen=True)
 class Spring:
-    """A law as segments between its edges; force and slope are those of a given segment."""
+    """A law as segments between its edges; its slope is that of a given segment."""
 
     edges: Array  # m, ascending
     slopes: Array  # N/m, (segments,)
@@ -39,14 +39,6 @@ class Spring:
 
     def segment(self, d: float) -> int:
         return int(np.searchsorted(self.edges, d))
-
-    def force(self, d: float, segment: int) -> float:
-        if self.rows is None:
-            return float(self.slopes[segment] * d + self.offsets[segment])
-        k, d0, n = self.rows
-        left = max(d0 + d, 0.0) ** n if segment > 0 else 0.0
-        right = max(d0 - d, 0.0) ** n if segment < 2 else 0.0
-        return k * (left - right)
 
     def slope(self, d: float, segment: int) -> float:
         if self.rows is None:
@@ -120,9 +112,28 @@ class PlainMachine:
         self.points, self.directions = np.array(points), np.array(directions)
         self.rows = np.hstack((self.directions, np.cross(self.points, self.directions)))[:, self.free]
         self.damping, self.in_contact = np.array(damping), np.array(in_contact)
+        self.factor, self.opening, self.power = np.array([s.rows or (0.0, 0.0, 1.0) for s in self.springs]).T
+        self.preloaded = bool(self.factor.any())
 
-    def elastic(self, d: Array, segments: Array) -> Array:
-        return np.array([s.force(*at) for s, *at in zip(self.springs, d, segments, strict=True)])
+    def laws(self, segments: Array) -> tuple[Array, ...]:
+        """Of each link on its segment: slope, offset, damping, and the factors of its two preloaded rows."""
+        on = list(zip(self.springs, segments, strict=True))
+        acting = ~self.in_contact | (segments != 1)
+        return (
+            np.array([s.slopes[at] for s, at in on]),
+            np.array([s.offsets[at] for s, at in on]),
+            np.where(acting, self.damping, 0.0),
+            np.where(segments > 0, self.factor, 0.0),
+            np.where(segments < 2, self.factor, 0.0),
+        )
+
+    def elastic(self, d: Array, laws: tuple[Array, ...]) -> Array:
+        slope, offset, _, left, right = laws
+        line = slope * d + offset
+        if not self.preloaded:
+            return line
+        rows = [np.maximum(self.opening + side, 0.0) ** self.power for side in (d, -d)]
+        return line + left * rows[0] - right * rows[1]
 
     def segments(self, d: Array) -> NDArray[np.int64]:
         return np.array([s.segment(at) for s, at in zip(self.springs, d, strict=True)])
@@ -134,7 +145,7 @@ class PlainMachine:
 
         def residual(at: Array) -> Array:
             d = self.rows @ at
-            return weight - self.rows.T @ self.elastic(d, self.segments(d))
+            return weight - self.rows.T @ self.elastic(d, self.laws(self.segments(d)))
 
         steepest = np.array([max(s.slope(0.0, k) for k in range(s.slopes.size)) for s in self.springs])
         nominal = self.rows.T * steepest @ self.rows
@@ -162,7 +173,7 @@ class PlainMachine:
         """Link loads (time, links) [N] and carriage loads (time, carriage, 6), force and moment about its centre."""
         inputs = np.hstack((acceleration, np.zeros((time.size, 6)) if wrench is None else wrench))
         states = _Integration(self).run(time, inputs)
-        link_loads = np.array([self.link_loads(state, segments) for state, segments in states])
+        link_loads = np.array([self.link_loads(state, self.laws(segments)) for state, segments in states])
         force = link_loads[:, :, None] * self.directions
         carriages = np.zeros((time.size, len(self.centers), 6))
         for i, center in enumerate(self.centers):
@@ -171,10 +182,9 @@ class PlainMachine:
             carriages[:, i, 3:] = np.cross(self.points[of] - center, force[:, of]).sum(axis=1)
         return link_loads, carriages
 
-    def link_loads(self, state: Array, segments: NDArray[np.int64]) -> Array:
-        q, v = np.split(state, 2)
-        acting = ~self.in_contact | (segments != 1)
-        return self.elastic(self.rows @ q, segments) + np.where(acting, self.damping, 0.0) * (self.rows @ v)
+    def link_loads(self, state: Array, laws: tuple[Array, ...]) -> Array:
+        n = len(self.free)
+        return self.elastic(self.rows @ state[:n], laws) + laws[2] * (self.rows @ state[n:])
 
 
 class _Integration:
@@ -199,15 +209,16 @@ class _Integration:
 
     def interval(self, start: float, end: float, first: Array, last: Array) -> None:
         machine, n = self.machine, len(self.machine.free)
+        outer = machine.weight[machine.free] + self.from_input @ first
+        rise = self.from_input @ (last - first) / (end - start)
 
         def rate(t: float, state: Array) -> Array:
-            share = (t - start) / (end - start)
-            outer = machine.weight[machine.free] + self.from_input @ (first + share * (last - first))
-            pull = machine.rows.T @ machine.link_loads(state, self.on)
-            return np.concatenate((state[n:], self.inverse @ (outer - pull)))
+            pull = machine.rows.T @ machine.link_loads(state, laws)
+            return np.concatenate((state[n:], self.inverse @ (outer + (t - start) * rise - pull)))
 
         t, guess = start, None
         while t < end:
+            laws = machine.laws(self.on)
             step = min(guess, end - t) if guess else None
             atol = 1e-14 * max(float(np.abs(self.state).max()), 1e-6)
             solver = DOP853(rate, t, self.state, end, rtol=RTOL, atol=atol, first_step=step)

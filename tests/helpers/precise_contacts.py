@@ -12,11 +12,16 @@ from typing import Any
 import mpmath
 import numpy as np
 import reference
+from numpy.typing import NDArray
 from reference import DOFS, Numbers
 
 from guideload import Machine, Motion
 
+Whole = NDArray[Any]  # of Python's integers
+
 DIGITS = 50
+BITS = 320  # after the point; the least numbers are some 1e-10
+ONE = 1 << BITS
 TERMS = 60  # of a series over an interval with |A| h of about 2
 LOOKS = 64  # at the deflections of an interval, between which no link comes and goes
 OUTSIDE = 1e-16  # m, more than the rounding of a look
@@ -90,103 +95,108 @@ def _links(machine: Machine) -> list[_Link]:
 
 
 class _Run:
-    """The state (q, q') of the free dofs, and the segment of each link."""
+    """The state (q, q') of the free dofs in whole numbers of 2^-BITS, and the segment of each link."""
 
     def __init__(self, machine: Machine, rest: Sequence[float]) -> None:
         """rest: the static position, as exactly as the segments need it."""
         self.links = _links(machine)
         self.mass, self.weight = reference._body(mpmath.mp, machine)
         self.free = [DOFS.index(dof) for dof in machine.free]
-        inverse = mpmath.matrix([[self.mass[i][j] for j in self.free] for i in self.free]) ** -1
-        self.inverse = inverse.tolist()
+        self.inverse = mpmath.matrix([[self.mass[i][j] for j in self.free] for i in self.free]) ** -1
         self.n = len(self.free)
         near = [mpmath.mpf(float(x)) for x in rest]
         self.segments = [one.segment(mpmath.fdot(one.row, near) - one.offset) for one in self.links]
+        self.rows = mpmath.matrix([[one.row[i] for i in self.free] for one in self.links])
+        self.whole_rows = whole(self.rows.tolist())
+        self.known: dict[tuple[int, ...], tuple[Whole, Whole]] = {}
         stiffness, _, force = self.equations()
-        start = mpmath.lu_solve(mpmath.matrix(stiffness), mpmath.matrix(force))
-        self.state: Numbers = [*start, *([mpmath.mpf(0)] * self.n)]
+        start = mpmath.lu_solve(stiffness, force)
+        self.state = whole([*start, *([mpmath.mpf(0)] * self.n)])
 
-    def equations(self) -> tuple[Any, Any, Numbers]:
+    def equations(self) -> tuple[Any, Any, Any]:
         """K, C and the force that does not depend on the motion, for the free dofs on the present segments."""
         pieces = [one.pieces[segment] for one, segment in zip(self.links, self.segments, strict=True)]
         dampers = [one.damping_on(segment) for one, segment in zip(self.links, self.segments, strict=True)]
-        rows = [[one.row[i] for i in self.free] for one in self.links]
-        k, c = (
-            [
-                [
-                    mpmath.fsum(f * row[i] * row[j] for f, row in zip(of, rows, strict=True))
-                    for j in range(self.n)
-                ]
-                for i in range(self.n)
-            ]
-            for of in ([k for _, k in pieces], dampers)
-        )
+        k, c = (self.rows.T * mpmath.diag(list(of)) * self.rows for of in ([k for _, k in pieces], dampers))
         loads = [a - k * one.offset for one, (a, k) in zip(self.links, pieces, strict=True)]
-        force = [
-            self.weight[dof] - mpmath.fsum(load * row[i] for load, row in zip(loads, rows, strict=True))
-            for i, dof in enumerate(self.free)
-        ]
-        return k, c, force
+        weight = mpmath.matrix([self.weight[dof] for dof in self.free])
+        return k, c, weight - self.rows.T * mpmath.matrix(loads)
 
-    def terms(self, inputs: Any, h: Any) -> list[Numbers]:
-        """Terms of the power series of the state in the fraction of a step; inputs: at its start and end."""
-        k, c, force = self.equations()
-        n, terms = self.n, [self.state]
+    def rates(self) -> tuple[Whole, Whole]:
+        """Matrix (n, 2n) from the state to the accelerations on the present segments, and their constant part (n,)."""
+        segments = tuple(self.segments)
+        if segments not in self.known:
+            k, c, force = self.equations()
+            by_place, by_speed = ((-self.inverse * of).tolist() for of in (k, c))
+            of_force = [x for (x,) in (self.inverse * force).tolist()]
+            self.known[segments] = np.hstack([whole(by_place), whole(by_speed)]), whole(of_force)
+        return self.known[segments]
+
+    def terms(self, inputs: Whole, h: int) -> Whole:
+        """Terms (order, 2n) of the power series of the state in the fraction of a step.
+
+        inputs: accelerations (2, n) by the motion at its start and end.
+        """
+        matrix, constant = self.rates()
+        matrix, inputs = (
+            matrix * h >> BITS,
+            np.array([inputs[0] + constant, inputs[1] - inputs[0]]) * h >> BITS,
+        )
+        terms = [self.state]
         for order in range(TERMS):
             now = terms[-1]
-            outer = [mpmath.mpf(0)] * n
-            if order == 0:
-                outer = [f + u for f, u in zip(force, inputs[0], strict=True)]
-            elif order == 1:
-                outer = [end - start for start, end in zip(*inputs, strict=True)]
-            pull = [outer[i] - mpmath.fdot(k[i], now[:n]) - mpmath.fdot(c[i], now[n:]) for i in range(n)]
-            rate = [mpmath.fdot(row, pull) for row in self.inverse]
-            terms.append([x * h / (order + 1) for x in [*now[n:], *rate]])
-        return terms
+            rate = matrix @ now >> BITS
+            if order < 2:
+                rate = rate + inputs[order]
+            terms.append(np.concatenate([now[self.n :] * h >> BITS, rate]) // (order + 1))
+        return np.array(terms)
 
-    def first_change(self, terms: list[Numbers]) -> tuple[Any, int, int] | None:
+    def first_change(self, terms: Whole) -> tuple[int, int, int] | None:
         """Fraction of the step, link and next segment of the first change."""
         found = None
         looks = np.linspace(0.0, 1.0, LOOKS + 1)[1:]
-        for index, (one, segment) in enumerate(zip(self.links, self.segments, strict=True)):
-            row = [one.row[i] for i in self.free]
-            path = [mpmath.fdot(row, term[: self.n]) for term in terms]
-            path[0] -= one.offset
-            seen = np.polynomial.polynomial.polyval(looks, np.array([float(x) for x in path]))
+        paths = terms[:, : self.n] @ self.whole_rows.T >> BITS
+        for index, (one, segment, path) in enumerate(zip(self.links, self.segments, paths.T, strict=True)):
+            path[0] -= int(mpmath.ldexp(one.offset, BITS))
+            seen = np.polynomial.polynomial.polyval(looks, path.astype(float) * 0.5**BITS)
             for beyond, sign in ((segment, 1.0), (segment - 1, -1.0)):
                 if not 0 <= beyond < len(one.edges):
                     continue
                 out = sign * (seen - float(one.edges[beyond])) > OUTSIDE
                 if not out.any():
                     continue
-                theta = mpmath.mpf(looks[int(out.argmax())])
+                theta, edge = int(looks[int(out.argmax())] * ONE), int(mpmath.ldexp(one.edges[beyond], BITS))
                 for _ in range(12):
                     value, slope = _at(path, theta)
-                    theta -= (value - one.edges[beyond]) / slope
+                    theta -= (value - edge) * ONE // slope
                 if found is None or theta < found[0]:
                     found = (theta, index, segment + int(sign))
         return found
 
-    def pass_interval(self, inputs: Any, h: Any) -> None:
-        done = mpmath.mpf(0)
+    def pass_interval(self, inputs: Whole, h: int) -> None:
+        done = 0
         while True:
-            now = [a + done * (b - a) for a, b in zip(*inputs, strict=True)]
-            terms = self.terms((now, inputs[1]), (1 - done) * h)
+            now = inputs[0] + (done * (inputs[1] - inputs[0]) >> BITS)
+            terms = self.terms(np.array([now, inputs[1]]), (ONE - done) * h >> BITS)
             change = self.first_change(terms)
-            theta = mpmath.mpf(1) if change is None else change[0]
-            columns = list(zip(*terms, strict=True))
-            self.state = [_at(column, theta)[0] for column in columns]
+            theta = ONE if change is None else change[0]
+            self.state, _ = _at(terms, theta)
             if change is None:
                 return
             self.segments[change[1]] = change[2]
-            done += theta * (1 - done)
+            done += theta * (ONE - done) >> BITS
 
 
-def _at(terms: Sequence[Any], theta: Any) -> tuple[Any, Any]:
-    """Value and slope of a polynomial in the fraction of a step."""
-    value, slope = mpmath.mpf(0), mpmath.mpf(0)
-    for term in reversed(terms):
-        value, slope = value * theta + term, slope * theta + value
+def whole(values: Any) -> Whole:
+    """Numbers of mpmath as whole numbers of 2^-BITS, which NumPy multiplies far more quickly."""
+    return np.vectorize(lambda x: int(mpmath.ldexp(x, BITS)), otypes=[object])(np.array(values, dtype=object))
+
+
+def _at(terms: Whole, theta: int) -> tuple[Any, Any]:
+    """Values and slopes of polynomials in the fraction of a step."""
+    value = slope = 0 * terms[0]
+    for term in terms[::-1]:
+        value, slope = (value * theta >> BITS) + term, (slope * theta >> BITS) + value
     return value, slope
 
 
@@ -210,9 +220,9 @@ def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) ->
             )
         found = [_observed(run, outer[0], machine)]
         for k, h in enumerate(reference._intervals(mpmath.mp, motion.time)):
-            ends = [[of[i] for i in run.free] for of in outer[k : k + 2]]
+            ends = [list(run.inverse * mpmath.matrix([of[i] for i in run.free])) for of in outer[k : k + 2]]
             if h:
-                run.pass_interval(ends, h)
+                run.pass_interval(whole(ends), int(mpmath.ldexp(h, BITS)))
             found.append(_observed(run, outer[k + 1], machine))
         return {name: [one[i] for one in found] for i, name in enumerate(reference.OBSERVED)}
 
@@ -226,7 +236,8 @@ def _observed(run: _Run, outer: Numbers, machine: Machine) -> tuple[Any, ...]:
             out[i] = value
         return out
 
-    q, v = all_dofs(run.state[: run.n]), all_dofs(run.state[run.n :])
+    state = [mpmath.ldexp(x, -BITS) for x in run.state]
+    q, v = all_dofs(state[: run.n]), all_dofs(state[run.n :])
     loads, damping = [], []
     for one, segment in zip(run.links, run.segments, strict=True):
         a, stiffness = one.pieces[segment]
@@ -238,7 +249,7 @@ def _observed(run: _Run, outer: Numbers, machine: Machine) -> tuple[Any, ...]:
         - mpmath.fsum(load * one.row[dof] for one, load in zip(run.links, loads, strict=True))
         for dof in run.free
     ]
-    rate = all_dofs([mpmath.fdot(row, pull) for row in run.inverse])
+    rate = all_dofs(run.inverse * mpmath.matrix(pull))
     mp = mpmath.mp
     carriages = reference._carriage_loads(mp, machine, run.links, loads)
     reaction = reference._reaction(mp, run.links, loads, run.free, run.mass, run.weight, rate, outer)

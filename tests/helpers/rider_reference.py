@@ -43,11 +43,17 @@ class Riding:
         body, self.gravity = self.machine.body, np.array(self.machine.gravity)
         self.main = self._matrix(body.mass, np.array(body.center_of_mass), np.array(body.central_inertia()))
         self.weight = self._at(np.array(body.center_of_mass)).T @ (body.mass * self.gravity)
+        # Of each rider: mass, inertia, centre of mass where s = 0, direction, and turn of the direction per (u, phi).
+        self.riders = []
+        for rider in self.machine.riders:
+            along = np.array(rider.direction) / np.linalg.norm(rider.direction)
+            inertia, turn = np.array(rider.central_inertia()), np.hstack([np.zeros((3, 3)), -cross(along)])
+            self.riders.append((rider.mass, inertia, np.array(rider.center_of_mass), along, turn))
 
     @staticmethod
     def _at(point: Array) -> Array:
         """G: motion of a point of the body per unit of (u, phi)."""
-        return np.hstack([np.eye(3), -cross(point)])
+        return np.concatenate([np.eye(3), -cross(point)], axis=1)
 
     def _matrix(self, mass: float, center: Array, inertia: Array) -> Array:
         g = self._at(center)
@@ -60,24 +66,22 @@ class Riding:
         a = self.acceleration(t)
         mass, damping, stiffness = self.main.copy(), self.damping.copy(), self.stiffness.copy()
         force = self.weight - self.main[:, :3] @ a
-        for rider, travel in zip(self.machine.riders, self.travels, strict=True):
+        for (m, inertia, center, along, turn), travel in zip(self.riders, self.travels, strict=True):
             s, v, acceleration = travel(t)
-            along = np.array(rider.direction) / np.linalg.norm(rider.direction)
-            point = np.array(rider.center_of_mass) + s * along
-            g, turn = self._at(point), np.hstack([np.zeros((3, 3)), -cross(along)])
-            mass += self._matrix(rider.mass, point, np.array(rider.central_inertia()))
-            damping += 2.0 * v * rider.mass * g.T @ turn
-            stiffness += acceleration * rider.mass * g.T @ turn
-            force += rider.mass * g.T @ (self.gravity - a - acceleration * along)
+            point = center + s * along
+            g = self._at(point)
+            mass += self._matrix(m, point, inertia)
+            turning = m * g.T @ turn
+            damping += 2.0 * v * turning
+            stiffness += acceleration * turning
+            force += m * g.T @ (self.gravity - a - acceleration * along)
         return mass, damping, stiffness, force
 
     def start(self) -> Array:
         """Position and velocity of the free dofs at rest, with the riders where they start and without acceleration."""
         n, at_rest = len(self.free), self.weight.copy()
-        for rider, travel in zip(self.machine.riders, self.travels, strict=True):
-            along = np.array(rider.direction) / np.linalg.norm(rider.direction)
-            point = np.array(rider.center_of_mass) + travel(0.0)[0] * along
-            at_rest += rider.mass * self._at(point).T @ self.gravity
+        for (m, _, center, along, _), travel in zip(self.riders, self.travels, strict=True):
+            at_rest += m * self._at(center + travel(0.0)[0] * along).T @ self.gravity
         q = np.linalg.solve(self.stiffness[np.ix_(self.free, self.free)], at_rest[self.free])
         return np.concatenate([q, np.zeros(n)])
 

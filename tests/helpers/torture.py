@@ -20,6 +20,7 @@ import reference as ref
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 from precise_contacts import _Link, _links
+from reference import Numbers
 
 from guideload import Link, Machine, Motion
 
@@ -136,7 +137,9 @@ class Path:
             assert root, "critically damped: not among the scenes"
             one, other = -b / 2 + root, -b / 2 - root
             c = ((v - slope) - other * (y - start)) / (one - other)
-            return cls([start, slope], [(c, one), (y - start - c, other)])
+            # The second wave of a vibration is the conjugate of the first.
+            waves = [(2 * c, one)] if mp.im(root) else [(c, one), (y - start - c, other)]
+            return cls([start, slope], waves)
         if b:
             square = rise / (2 * b)
             slope = (force - 2 * square) / b
@@ -144,21 +147,27 @@ class Path:
             return cls([y - c, slope, square], [(c, -b)])
         return cls([y, v, force / 2, rise / 6], [])
 
+    @cached_property
+    def derivatives(self) -> list[tuple[Numbers, Any]]:
+        """Of each wave: c r^order for the orders 0 to 3, and r."""
+        return [([c * r**order for order in range(4)], r) for c, r in self.waves]
+
     def at(self, s: Any, order: int = 0) -> Any:
         """The derivative of an order."""
         value = mpf(0)
         for n in range(len(self.powers) - 1, order - 1, -1):
             value = value * s + self.powers[n] * (factorial(n) // factorial(n - order))
-        for c, r in self.waves:
-            value += mp.re(c * r**order * mp.exp(r * s))
+        for rates, r in self.derivatives:
+            value += mp.re(rates[order] * mp.exp(r * s))
         return value
 
     def bend(self, a: Any, b: Any) -> Any:
         """A bound of |y''| from a to b."""
         powers = [*self.powers, 0, 0][:4]
         poly = max(abs(2 * powers[2] + 6 * powers[3] * s) for s in (a, b))
-        waves = ((abs(c) * abs(r) ** 2, mp.re(r)) for c, r in self.waves)
-        return poly + mp.fsum(size * mp.exp(max(rate * a, rate * b)) for size, rate in waves)
+        return poly + mp.fsum(
+            abs(rates[2]) * mp.exp(max(mp.re(r) * a, mp.re(r) * b)) for rates, r in self.derivatives
+        )
 
 
 class Axis:

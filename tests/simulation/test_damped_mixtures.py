@@ -88,13 +88,13 @@ def test_random_mixtures(first: int) -> None:
     assert not {seed: wrong for seed, (_, wrong) in found.items() if wrong}
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
-def test_implicit_shortens_a_step_that_overflows(rtol: float, shared_data: Path) -> None:
+def test_implicit_shortens_a_step_that_overflows(shared_data: Path) -> None:
     """An iteration that leaves the range of numbers was taken for rounding, and the run ended: "grew without bound"."""
     for machine, motion in scenes(shared_data / "implicit_refused.json"):
         truth, scale = loads(machine, motion, "rk45", 1e-9)
-        got, _ = loads(machine, motion, "implicit", rtol)
-        assert np.abs(got - truth).max() <= MOST_ERROR * rtol * scale
+        for rtol in (1e-3, 1e-6):
+            got, _ = loads(machine, motion, "implicit", rtol)
+            assert np.abs(got - truth).max() <= MOST_ERROR * rtol * scale, rtol
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5, 1e-6])

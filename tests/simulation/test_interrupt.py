@@ -1,78 +1,102 @@
 """Ctrl-C ends every call that takes long; a thread that writes into an array meanwhile changes nothing."""
 
+import signal
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import pytest
-from interrupts import run_process
-
-from guideload._core import draw_motion
-
-LONG = """
-import numpy as np
 from reference import cart, cart_clear, cycle, preloaded
+
 from guideload import Motion, peak_loads, simulate
 from guideload._core import draw_motion, draw_peaks
 from guideload.smoothing.estimation import estimate
-once = cycle()
-repeats = 300  # 2 million samples: each call takes more than a second
-motion = Motion.along_x(1e-3 * np.arange(repeats * once.time.size), np.tile(once.acceleration[:, 0], repeats))
-noise = np.random.default_rng(0).normal(0.0, 1e-6, motion.time.size)
-position = 0.4 * np.sin(0.7 * motion.time) + noise
-count = motion.time.size
-chain = (
-    np.ones(count - 1), np.ones(count), np.eye(4), np.zeros(count - 1, np.uint32), np.array([1e-3]), None
-)
-"""
 
-CALLS = {
-    "simulate, implicit": 'simulate(preloaded(), motion, "implicit", rtol=1e-12)',
-    "simulate, rk45, preload": 'simulate(preloaded(), motion, "rk45", rtol=1e-12)',
-    "simulate, exponential": 'simulate(preloaded(), motion, "exponential", rtol=1e-13)',
-    "simulate, exact, contacts": "[simulate(cart_clear(), motion) for _ in range(99)]",
-    "peak_loads": 'peak_loads(preloaded(), motion, "implicit", rtol=1e-12)',
-    "output times": "simulate(cart(), motion, times=np.linspace(0.0, motion.time[-1], 30_000_000))",
-    "smoothing": "estimate(motion.time, position)",
-    "draws of the motion": "draw_motion(chain, 2, 40, 1)",
-    "peaks": (
-        "draw_peaks(cart().scene, chain, 2, np.ones(count), motion.time, motion.time, np.ones((count, 4, 6)), "
-        "np.ones((count, 4), bool), cart().links_of_carriages, cart().carriage_centers, 10_000, 1, 2)"
+INTO = 0.3  # s from the start of the call to Ctrl-C
+
+
+def repeated(times: int) -> Motion:
+    """The cycle again and again."""
+    acceleration = np.tile(cycle().acceleration[:, 0], times)
+    return Motion.along_x(1e-3 * np.arange(acceleration.size), acceleration)
+
+
+def chain_of(count: int) -> tuple[Any, ...]:
+    """A model of the smoother with so many samples."""
+    segment = np.zeros(count - 1, np.uint32)
+    return np.ones(count - 1), np.ones(count), np.eye(4), segment, np.array([1e-3]), None
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    """2 million samples: each call with them takes more than a second."""
+    return repeated(300)
+
+
+def peaks_of_draws(motion: Motion) -> None:
+    count, time, machine = motion.time.size, motion.time, cart()
+    loads, judged = np.ones((count, 4, 6)), np.ones((count, 4), bool)
+    carriages = machine.links_of_carriages, machine.carriage_centers
+    draw_peaks(
+        machine.scene, chain_of(count), 2, np.ones(count), time, time, loads, judged, *carriages, 10_000, 1, 2
+    )
+
+
+CALLS: dict[str, Callable[[Motion], object]] = {
+    "simulate, implicit": lambda motion: simulate(preloaded(), motion, "implicit", rtol=1e-12),
+    "simulate, rk45, preload": lambda motion: simulate(preloaded(), motion, "rk45", rtol=1e-12),
+    "simulate, exponential": lambda motion: simulate(preloaded(), motion, "exponential", rtol=1e-13),
+    "simulate, exact, contacts": lambda motion: [simulate(cart_clear(), motion) for _ in range(99)],
+    "peak_loads": lambda motion: peak_loads(preloaded(), motion, "implicit", rtol=1e-12),
+    "output times": lambda motion: simulate(
+        cart(), motion, times=np.linspace(0.0, motion.time[-1], 30_000_000)
     ),
+    "smoothing": lambda motion: estimate(motion.time, np.sin(0.7 * motion.time)),
+    "draws of the motion": lambda motion: draw_motion(chain_of(motion.time.size), 2, 40, 1),
+    "peaks": peaks_of_draws,
 }
 
 
+@contextmanager
+def ctrl_c(handler: Callable[..., object] = signal.default_int_handler) -> Iterator[None]:
+    """Send SIGINT to this process a while after the start of the block, and let this handler answer it."""
+    before = signal.signal(signal.SIGINT, handler)
+    timer = threading.Timer(INTO, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_ctrl_c_ends_a_call(call: str) -> None:
-    """The call raises KeyboardInterrupt, and is not at its end."""
-    ended = run_process(f"{LONG}\nprint('begun', flush=True)\n{call}\nprint('finished')", interrupt=True)
-    assert ended.stdout == "begun\n", ended.stderr[-2000:]
-    assert ended.stderr.rstrip().endswith("KeyboardInterrupt"), ended.stderr[-2000:]
+def test_ctrl_c_ends_a_call(call: Callable[[Motion], object], motion: Motion) -> None:
+    with pytest.raises(KeyboardInterrupt), ctrl_c():
+        call(motion)
 
 
 def test_a_handler_of_the_user_decides() -> None:
     """The exception of a signal handler is raised unchanged; without an exception the call goes on to its end."""
-    handler = """
-import signal
-def handle(*_):
-    print("handled", flush=True)
-    {action}
-signal.signal(signal.SIGINT, handle)
-"""
-    call = "peak_loads(preloaded(), motion, 'implicit', rtol=1e-12)"
-    long = LONG.replace("repeats = 300", "repeats = 60")  # runs to its end once
-    setup = f"{long}{handler}\nprint('begun', flush=True)\n{call}\nprint('finished')"
-    ended = run_process(setup.format(action="raise LookupError('mine')"), interrupt=True)
-    assert ended.stdout == "begun\nhandled\n" and "LookupError: mine" in ended.stderr
-    ended = run_process(setup.format(action="pass"), interrupt=True)
-    assert ended.stdout == "begun\nhandled\nfinished\n", ended.stderr[-2000:]
+    handled = []
+
+    def refuses(*_: object) -> None:
+        raise LookupError("mine")
+
+    motion = repeated(40)  # runs to its end once
+    with pytest.raises(LookupError, match="mine"), ctrl_c(refuses):
+        peak_loads(preloaded(), motion, "implicit", rtol=1e-12)
+    with ctrl_c(lambda *_: handled.append("handled")):
+        peak_loads(preloaded(), motion, "implicit", rtol=1e-12)
+    assert handled == ["handled"]
 
 
 def test_arrays_that_another_thread_changes_during_a_call() -> None:
     """A call checks the numbers that it uses: it is refused, or gives the result of the numbers it found sound."""
-    count = 20_000
-    segment = np.zeros(count - 1, np.uint32)
-    chain = np.ones(count - 1), np.ones(count), np.eye(4), segment, np.array([1e-3]), None
-    expected, over = draw_motion(chain, 2, 4, 1), threading.Event()
+    chain, over = chain_of(20_000), threading.Event()
+    expected, segment = draw_motion(chain, 2, 4, 1), chain[3]
 
     def spoil() -> None:
         while not over.is_set():

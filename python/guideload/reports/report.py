@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from math import isfinite, isnan
 from textwrap import wrap
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
-from rich.console import Console, JustifyMethod
-from rich.table import Table as Grid
-from rich.text import Text
 
 from guideload.base.errors import NotFinite
 from guideload.base.number_text import KINDS, NARROW_SPACE, between, joined
@@ -216,7 +212,7 @@ def _encodable(text: str, encoding: str) -> str:
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """Lines of a text; unlike rich it keeps numbers with narrow spaces in one line."""
+    """Lines of a text; a number with narrow spaces stays in one line."""
     return [part for line in text.split("\n") for part in wrap(line, width, break_on_hyphens=False)] or [""]
 
 
@@ -243,17 +239,23 @@ class _Fitted:
 
 
 def _drawn(block: list[_Fitted], left: int) -> str:
-    """A block of a table, drawn by rich; columns of texts get the width that is left."""
+    """A block of a table; columns of texts get the width that is left. Headings stand on the lowest line."""
     for fitted in block[1:]:
         more = max(min(fitted.natural - fitted.width, left), 0)
         fitted.width, left = fitted.width + more, left - more
-    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     has_units = any(fitted.column.unit for fitted in block)
-    for fitted in block:
-        justify: JustifyMethod = "right" if fitted.column.is_number else "left"
-        grid.add_column(Text(fitted.heading(has_units)), justify=justify, no_wrap=True)
-    for row in zip(*(fitted.lines for fitted in block), strict=True):
-        grid.add_row(*map(Text, row))
-    drawn = io.StringIO()
-    Console(file=drawn, width=sum(one.width + GAP for one in block) + GAP, color_system=None).print(grid)
-    return "\n".join(line.rstrip() for line in drawn.getvalue().splitlines()).strip("\n")
+    columns = [[text.split("\n") for text in (fitted.heading(has_units), *fitted.lines)] for fitted in block]
+    widths = [max(cell_len(line) for lines in column for line in lines) for column in columns]
+    heading, *rows = zip(*columns, strict=True)
+    highest = max(map(len, heading))
+    above = [[""] * (highest - len(lines)) + lines for lines in heading]
+    lines = [line for row in (above, *rows) for line in zip_longest(*row, fillvalue="")]
+    drawn = []
+    for line in lines:
+        cells = []
+        for text, width, fitted in zip(line, widths, block, strict=True):
+            space = " " * (width - cell_len(text))
+            cells.append(space + text if fitted.column.is_number else text + space)
+        drawn.append(" " + (" " * GAP).join(cells))
+    drawn.insert(highest, " " + "─" * (sum(widths) + GAP * (len(widths) - 1)))
+    return "\n".join(line.rstrip() for line in drawn).strip("\n")

@@ -9,6 +9,7 @@ variance of a mean is at most n/(n - 1) times that of n independent samples: Owe
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -110,7 +111,7 @@ def quantiles(
     below = np.array([counted(column <= value, replicate) for value in middle]).T
     sizes = counted(np.ones(count, dtype=np.bool_), replicate)
     error, effective = _proportion(parts, below, sizes, tail)
-    ranks = binom.ppf(tail, count, parts), binom.ppf(1 - tail, count, parts) + 1
+    ranks = _ranks(tail, count, tuple(parts.tolist()))
     if sizes.size > 1:
         from_replicates = effective != count  # elsewhere the samples are too few, and count as independent
         low, high = _clopper_pearson(parts, effective, tail)
@@ -123,6 +124,13 @@ def quantiles(
     with np.errstate(invalid="ignore"):
         lower, upper = (np.interp(one, places, ordered) for one in near)
         return Estimates(middle, first, last, np.where(inside, (upper - lower) / 2, np.inf))
+
+
+@lru_cache
+def _ranks(tail: float, count: int, levels: tuple[float, ...]) -> tuple[Array, Array]:
+    """Ranks of the ends of the intervals of quantiles, the same for all columns of a study."""
+    low, high = np.asarray(binom.ppf([[tail], [1 - tail]], count, levels))
+    return low, high + 1
 
 
 def _position(levels: Array, count: int) -> Array:
