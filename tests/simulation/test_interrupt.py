@@ -14,7 +14,7 @@ from guideload import Motion, peak_loads, simulate
 from guideload._core import draw_motion, draw_peaks
 from guideload.smoothing.estimation import estimate
 
-INTO = 0.3  # s from the start of the call to Ctrl-C
+INTO = 0.2  # s from the start of the call to Ctrl-C
 
 
 def repeated(times: int) -> Motion:
@@ -85,7 +85,7 @@ def test_a_handler_of_the_user_decides() -> None:
     def refuses(*_: object) -> None:
         raise LookupError("mine")
 
-    motion = repeated(40)  # runs to its end once
+    motion = repeated(60)  # runs to its end once
     with pytest.raises(LookupError, match="mine"), ctrl_c(refuses):
         peak_loads(preloaded(), motion, "implicit", rtol=1e-12)
     with ctrl_c(lambda *_: handled.append("handled")):
