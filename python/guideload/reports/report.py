@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from math import isfinite, isnan
 from textwrap import wrap
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
-from rich.console import Console, JustifyMethod
-from rich.table import Table as Grid
-from rich.text import Text
 
 from guideload.base.errors import NotFinite
 from guideload.base.number_text import KINDS, NARROW_SPACE, between, joined
@@ -216,7 +212,7 @@ def _encodable(text: str, encoding: str) -> str:
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """Lines of a text; unlike rich it keeps numbers with narrow spaces in one line."""
+    """Lines of a text; numbers with narrow spaces stay in one line."""
     return [part for line in text.split("\n") for part in wrap(line, width, break_on_hyphens=False)] or [""]
 
 
@@ -232,28 +228,36 @@ class _Fitted:
         self.width = self.natural if column.is_number else max(min(self.natural, most), *words)
         self.cells = cells
 
-    def heading(self, with_unit: bool) -> str:
-        """The label and below it the unit; names and texts have none, and stand on the lowest line."""
+    def heading(self, with_unit: bool) -> list[str]:
+        """Lines of the label and below it the unit; names and texts have none, and stand on the lowest line."""
         label = _wrapped(self.column.label, self.width)
-        return "\n".join([*label, self.column.unit or " "] if with_unit and self.column.is_number else label)
+        return [*label, self.column.unit or " "] if with_unit and self.column.is_number else label
 
     @property
-    def lines(self) -> list[str]:
-        return ["\n".join(_wrapped(cell, self.width)) for cell in self.cells]
+    def lines(self) -> list[list[str]]:
+        """Lines of each cell."""
+        return [_wrapped(cell, self.width) for cell in self.cells]
 
 
 def _drawn(block: list[_Fitted], left: int) -> str:
-    """A block of a table, drawn by rich; columns of texts get the width that is left."""
+    """A block of a table; columns of texts get the width that is left."""
     for fitted in block[1:]:
         more = max(min(fitted.natural - fitted.width, left), 0)
         fitted.width, left = fitted.width + more, left - more
-    grid = Grid(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     has_units = any(fitted.column.unit for fitted in block)
-    for fitted in block:
-        justify: JustifyMethod = "right" if fitted.column.is_number else "left"
-        grid.add_column(Text(fitted.heading(has_units)), justify=justify, no_wrap=True)
-    for row in zip(*(fitted.lines for fitted in block), strict=True):
-        grid.add_row(*map(Text, row))
-    drawn = io.StringIO()
-    Console(file=drawn, width=sum(one.width + GAP for one in block) + GAP, color_system=None).print(grid)
-    return "\n".join(line.rstrip() for line in drawn.getvalue().splitlines()).strip("\n")
+    headings = [fitted.heading(has_units) for fitted in block]
+    rows = list(zip_longest(*(reversed(heading) for heading in headings), fillvalue=""))[::-1]
+    height = len(rows)
+    for cells in zip(*(fitted.lines for fitted in block), strict=True):
+        rows += zip_longest(*cells, fillvalue="")
+    columns = [_aligned(*each) for each in zip(zip(*rows, strict=True), block, strict=True)]
+    lines = [(" " * GAP).join(row) for row in zip(*columns, strict=True)]
+    lines.insert(height, "─" * cell_len(lines[0]))
+    return "\n".join(f" {line}".rstrip() for line in lines).strip("\n")
+
+
+def _aligned(texts: Sequence[str], fitted: _Fitted) -> list[str]:
+    """The lines of a column in the width of the widest, numbers on the right."""
+    width = max(map(cell_len, texts))
+    justify = str.rjust if fitted.column.is_number else str.ljust
+    return [justify(text, width - cell_len(text) + len(text)) for text in texts]
