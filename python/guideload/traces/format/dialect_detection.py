@@ -34,7 +34,9 @@ STAMP = re.compile(
     r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{2,4}\.?)?(?:[T ]*\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?\s*"
     r"(?:Z|UTC|[AaPp][Mm]|[+-]\d\d:?\d\d)?"
 )
-VALUE = re.compile("|".join([f"(?i:{NUMBER.pattern})", *(form.pattern for form in (STAMP, *GROUPS.values()))]))
+VALUE = re.compile(
+    "|".join([f"(?i:{NUMBER.pattern})", *(form.pattern for form in (STAMP, *GROUPS.values()))])
+)
 
 
 @dataclass(frozen=True)
