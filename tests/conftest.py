@@ -1,5 +1,6 @@
 """Shared fixtures, and the profile of property tests."""
 
+import os
 import signal
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from hypothesis import HealthCheck, settings
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+# As the commands do, and before numpy is imported: threads of OpenBLAS that wait for each other only cost time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples in every run, on any machine: a failure is one of the program.
 settings.register_profile(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from command_line import guideload
+from command_line import guideload, write_trace
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
@@ -62,7 +62,7 @@ def test_step_by_step_from_an_empty_folder_to_a_life(folder: Path) -> None:
 
 def test_a_record_with_a_space_in_its_name_is_judged_first(folder: Path) -> None:
     (folder / "machine.toml").write_bytes((EXAMPLES / "manipulator.toml").read_bytes())
-    (folder / "a record.csv").write_bytes((EXAMPLES / "manipulator.csv").read_bytes())
+    write_trace(folder / "a record.csv", 1200, 0.5)
     text, commands = told()
     assert ["encoder", "a record.csv"] in commands and "(record)" in text
     run_all(commands, "run", "init", "demo")

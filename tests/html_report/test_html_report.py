@@ -247,12 +247,14 @@ def test_reports_of_commands(pages: dict[str, str], command: str, tmp_path: Path
         assert len(drawn) == sum(len(one["lines"]) for one in charts(page))
 
 
-def test_pictures_that_are_saved_already_make_the_same_page(result: Result, tmp_path: Path) -> None:
+def test_pictures_that_are_saved_already_make_the_same_page(
+    result: Result, page: str, tmp_path: Path
+) -> None:
     pictures = drawings(result)
     save_each(pictures, tmp_path)
     assert pictures["scene.png"]() is pictures["scene.png"]()  # drawn once
     number = re.compile(r"-?\d+\.\d{6}")  # of a picture, in points
-    shown, drawn = html_report.run_page(result, pictures), html_report.run_page(result)
-    assert number.sub("", shown) == number.sub("", drawn)
-    places = [np.array(number.findall(page), dtype=float) for page in (shown, drawn)]
+    shown = html_report.run_page(result, pictures)
+    assert number.sub("", shown) == number.sub("", page)
+    places = [np.array(number.findall(text), dtype=float) for text in (shown, page)]
     np.testing.assert_allclose(*places, rtol=0.0, atol=2e-6)  # places found a second time are rounded anew

@@ -63,10 +63,12 @@ def test_what_fits_is_one_table_and_what_is_empty_is_left_out() -> None:
     assert nothing.text() == "yes\n\nNo warnings.\n"
 
 
-def test_a_number_is_never_broken_at_its_thousands() -> None:
+def test_a_number_is_never_broken_at_its_thousands_nor_cut() -> None:
     words = " ".join(["up to 1234567 N".replace("1234567", fixed(1234567.0))] * 40)
     for width in range(40, 60):
         assert text_of(words, width=width).count(fixed(1234567.0)) == 40
+        table = Table(Column("name-with-hyphens-that-is-long", ["a"]), Column("N", [1234567.0], "N", "load"))
+        assert load_in_table(1234567.0) in text_of(table, width=width)
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252", "cp437", "utf-8"])

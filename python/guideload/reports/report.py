@@ -212,7 +212,7 @@ def _encodable(text: str, encoding: str) -> str:
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """Lines of a text; a number with narrow spaces stays in one line."""
+    """Lines of a text; numbers with narrow spaces stay in one line."""
     return [part for line in text.split("\n") for part in wrap(line, width, break_on_hyphens=False)] or [""]
 
 
@@ -228,34 +228,36 @@ class _Fitted:
         self.width = self.natural if column.is_number else max(min(self.natural, most), *words)
         self.cells = cells
 
-    def heading(self, with_unit: bool) -> str:
-        """The label and below it the unit; names and texts have none, and stand on the lowest line."""
+    def heading(self, with_unit: bool) -> list[str]:
+        """Lines of the label and below it the unit; names and texts have none, and stand on the lowest line."""
         label = _wrapped(self.column.label, self.width)
-        return "\n".join([*label, self.column.unit or " "] if with_unit and self.column.is_number else label)
+        return [*label, self.column.unit or " "] if with_unit and self.column.is_number else label
 
     @property
-    def lines(self) -> list[str]:
-        return ["\n".join(_wrapped(cell, self.width)) for cell in self.cells]
+    def lines(self) -> list[list[str]]:
+        """Lines of each cell."""
+        return [_wrapped(cell, self.width) for cell in self.cells]
 
 
 def _drawn(block: list[_Fitted], left: int) -> str:
-    """A block of a table; columns of texts get the width that is left. Headings stand on the lowest line."""
+    """A block of a table; columns of texts get the width that is left."""
     for fitted in block[1:]:
         more = max(min(fitted.natural - fitted.width, left), 0)
         fitted.width, left = fitted.width + more, left - more
     has_units = any(fitted.column.unit for fitted in block)
-    columns = [[text.split("\n") for text in (fitted.heading(has_units), *fitted.lines)] for fitted in block]
-    widths = [max(cell_len(line) for lines in column for line in lines) for column in columns]
-    heading, *rows = zip(*columns, strict=True)
-    highest = max(map(len, heading))
-    above = [[""] * (highest - len(lines)) + lines for lines in heading]
-    lines = [line for row in (above, *rows) for line in zip_longest(*row, fillvalue="")]
-    drawn = []
-    for line in lines:
-        cells = []
-        for text, width, fitted in zip(line, widths, block, strict=True):
-            space = " " * (width - cell_len(text))
-            cells.append(space + text if fitted.column.is_number else text + space)
-        drawn.append(" " + (" " * GAP).join(cells))
-    drawn.insert(highest, " " + "─" * (sum(widths) + GAP * (len(widths) - 1)))
-    return "\n".join(line.rstrip() for line in drawn).strip("\n")
+    headings = [fitted.heading(has_units) for fitted in block]
+    rows = list(zip_longest(*(reversed(heading) for heading in headings), fillvalue=""))[::-1]
+    height = len(rows)
+    for cells in zip(*(fitted.lines for fitted in block), strict=True):
+        rows += zip_longest(*cells, fillvalue="")
+    columns = [_aligned(*each) for each in zip(zip(*rows, strict=True), block, strict=True)]
+    lines = [(" " * GAP).join(row) for row in zip(*columns, strict=True)]
+    lines.insert(height, "─" * cell_len(lines[0]))
+    return "\n".join(f" {line}".rstrip() for line in lines).strip("\n")
+
+
+def _aligned(texts: Sequence[str], fitted: _Fitted) -> list[str]:
+    """The lines of a column in the width of the widest, numbers on the right."""
+    width = max(map(cell_len, texts))
+    justify = str.rjust if fitted.column.is_number else str.ljust
+    return [justify(text, width - cell_len(text) + len(text)) for text in texts]

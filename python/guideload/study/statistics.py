@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import betaincinv
-from scipy.stats import binom, norm, rankdata, t
+from scipy.special import betaincinv, ndtri, stdtrit
+from scipy.stats import binom, rankdata
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
@@ -78,7 +78,7 @@ def mean(values: ArrayLike, confidence: float = CONFIDENCE, replicate: Replicate
     average, tail = mean_and_deviation(column)[0], (1 - _confidence(confidence)) / 2
     with np.errstate(invalid="ignore"):
         error, freedom = _error_of_mean(column - average, replicate)
-    half = float(t.ppf(1 - tail, freedom)) * error if freedom else np.nan
+    half = float(stdtrit(freedom, 1 - tail)) * error if freedom else np.nan
     return Estimate(average, average - half, average + half, error)
 
 
@@ -192,7 +192,7 @@ def _proportion(share: Array, counts: Any, samples: Any, tail: float) -> tuple[A
         scatter = np.maximum(scatter, np.minimum(binomial, replicates / 12))
         enough = np.minimum(share, 1 - share) * total >= replicates
         variance = np.where(enough, scatter, binomial)
-        ratio = (norm.ppf(tail) / t.ppf(tail, replicates - 1)) ** 2
+        ratio = (ndtri(tail) / stdtrit(replicates - 1, tail)) ** 2
         with np.errstate(invalid="ignore", divide="ignore"):
             effective = np.where(enough, total * ratio * binomial / variance, effective)
     return np.where(variance > 0, np.sqrt(variance) / total, np.nan), effective
@@ -290,7 +290,7 @@ def sobol_indices(
             error, freedom = _error_of_mean(
                 (products - index * squares) / variance, None if replicate is None else replicate[use]
             )
-            half = t.ppf(upper, freedom) * error
+            half = stdtrit(freedom, upper) * error
             indices[which, :, j] = index, index - half, index + half, error
     return SobolIndices(Estimates(*indices[0]), Estimates(*indices[1]), rows)
 
@@ -306,7 +306,7 @@ def rank_correlation(
     factors : columns (n,), taken one by one. Returns three arrays (factor,); NaN where either never varies.
     """
     result = np.asarray(values, dtype=np.float64)
-    score = float(norm.ppf((1 + _confidence(confidence)) / 2))
+    score = float(ndtri((1 + _confidence(confidence)) / 2))
     there = ~np.isnan(result)
     common = _standard_ranks(result[there])
     rows = []

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
 
@@ -33,6 +34,9 @@ STAMP = re.compile(
     r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{2,4}\.?)?(?:[T ]*\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?\s*"
     r"(?:Z|UTC|[AaPp][Mm]|[+-]\d\d:?\d\d)?"
 )
+VALUE = re.compile(
+    "|".join([f"(?i:{NUMBER.pattern})", *(form.pattern for form in (STAMP, *GROUPS.values()))])
+)
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class Row:
         """Number of cells up to the last one that is not empty."""
         return max((i + 1 for i, cell in enumerate(self.cells) if cell), default=0)
 
-    @property
+    @cached_property
     def has_numbers(self) -> bool:
         return any(is_value(cell) for cell in self.cells)
 
@@ -82,9 +86,7 @@ class Dialect:
 
 def is_value(cell: str) -> bool:
     """Whether a cell holds a number in either notation, or a date or time stamp."""
-    return len(cell) <= LONGEST_VALUE and bool(
-        NUMBER.fullmatch(cell) or (cell and STAMP.fullmatch(cell)) or decimal_by_groups(cell)
-    )
+    return 0 < len(cell) <= LONGEST_VALUE and VALUE.fullmatch(cell) is not None
 
 
 def decimal_by_groups(cell: str) -> str:
