@@ -19,6 +19,8 @@ from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.base.errors import PictureError
+    from guideload.plots.run import Pictures
+    from guideload.reports.report import Report
     from guideload.study.execution import Progress
     from guideload.study.result import StudyResult
     from guideload.study.study import Study
@@ -91,14 +93,13 @@ def study(
         for path, reason in result.store.damaged.items():
             click.echo(visible(f"{path} was damaged ({reason}): its samples were run again."), err=True)
         if result.finished:
-            failure = _write(result, output, not no_pictures)
-            from guideload.reports.study import study_report
-
-            print_report(study_report(result))
+            found, pictures, failure = _write(result, output, not no_pictures)
+            print_report(found)
             if report is not None:
                 from guideload import html_report
 
-                html_report.save_page(html_report.study_page(result), report, replace=overwrite or resume)
+                page = html_report.study_page(result, pictures)
+                html_report.save_page(page, report, replace=overwrite or resume)
             print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
             if strict and not interrupted:
                 result.raise_if_doubtful()
@@ -188,27 +189,34 @@ def _bar() -> Iterator[Progress | None]:
         yield progress
 
 
-def _write(result: StudyResult, output: Path, pictures: bool) -> PictureError | None:
-    """Write summary, report and pictures of the finished samples; returns the error of missing pictures."""
+def _write(
+    result: StudyResult, output: Path, with_pictures: bool
+) -> tuple[Report, Pictures | None, PictureError | None]:
+    """Write summary, report and pictures of the finished samples.
+
+    Returns the report, the pictures, which a page may show too, and the error of those that could not be drawn.
+    """
     from guideload.reports.study import study_report
 
-    failure = None
+    found, pictures, failure = study_report(result), None, None
     try:
         with outputs.atomic_output(output, {"": {*outputs.STUDY}}, overwrite=True) as folder:
             with status("writing the summary"):
                 result.to_json(folder / "summary.json")
-                (folder / "report.txt").write_text(study_report(result).text(), encoding="utf-8")
-            if pictures:
+                (folder / "report.txt").write_text(found.text(), encoding="utf-8")
+            if with_pictures:
                 with status("drawing the pictures"):
-                    from guideload.plots.study import save_study
+                    from guideload.plots.saving import save_each
+                    from guideload.plots.study import study_drawings
 
-                    failure = picture_failure(lambda: save_study(result, folder))
+                    drawn = pictures = study_drawings(result)
+                    failure = picture_failure(lambda: save_each(drawn, folder))
     except InputError:
         raise  # of the folder: it has to be mended first
     except click.ClickException as error:
         stored = "the samples are stored: --resume writes the report"
         raise click.ClickException(f"{error.message}; {stored}") from error
-    return failure
+    return found, pictures, failure
 
 
 @click.command()

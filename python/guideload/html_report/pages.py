@@ -128,12 +128,13 @@ def duty_page(duty: DutyCycle) -> str:
     return report_page(duty_report(duty), {PICTURES: _worst_charts(results)})
 
 
-def study_page(result: StudyResult) -> str:
-    """The report of a study with its pictures."""
+def study_page(result: StudyResult, pictures: Pictures | None = None) -> str:
+    """The report of a study with its pictures: those of `plots.study.study_drawings`, if they have been drawn."""
     from guideload.plots.study import study_drawings  # other pages do not need pandas
     from guideload.reports.study import study_report
 
-    drawn = (picture(draw(), caption) for caption, draw in study_drawings(result).items())
+    pictures = pictures or study_drawings(result)
+    drawn = (picture(draw(), name.removesuffix(".png")) for name, draw in pictures.items())
     return report_page(study_report(result), {PICTURES: drawn})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -241,11 +241,11 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    return save_each({f"{name}.png": draw for name, draw in study_drawings(result).items()}, folder)
+    return save_each(study_drawings(result), folder)
 
 
 def study_drawings(result: StudyResult) -> dict[str, Callable[[], Axes]]:
-    """The pictures of a study by name, as functions that draw them; see `save_study`."""
+    """The pictures of a study by file name, see `save_study`; each is drawn at its first call."""
     chosen, is_quantity = result.metadata.chosen, result.leading in result.quantities
     drawn = {distributions: is_quantity, exceedance: is_quantity and not chosen, tornado: not chosen}
     drawings: dict[str, Callable[[], Axes]] = {
@@ -259,7 +259,7 @@ def study_drawings(result: StudyResult) -> dict[str, Callable[[], Axes]]:
     drawings["scatter"] = lambda: scatter(result)[0]
     if result.histories is not None and result.histories.sizes["sample"]:
         drawings["histories"] = partial(_bands, result)
-    return drawings
+    return {f"{name}.png": cache(draw) for name, draw in drawings.items()}
 
 
 def _bands(result: StudyResult) -> Axes:
