@@ -44,8 +44,9 @@ def main() -> None:
         sys.exit("--quick needs the environment that `python3 tests/run.py` makes: run that once")
     if not PYTHON.exists():
         step("virtual environment", lambda: venv.create(ENVIRONMENT, with_pip=True))
-    # Neighbours share fixtures.
-    tests = (str(PYTHON), "-m", "pytest", "-q", "-n", "auto", "--dist", "worksteal")
+    # One worker more than processors, as some tests wait for others; neighbours share fixtures.
+    workers = str((os.cpu_count() or 1) + 1)
+    tests = (str(PYTHON), "-m", "pytest", "-q", "-n", workers, "--dist", "worksteal")
     with ThreadPoolExecutor(2) as beside:
         others = [beside.submit(rust_lints_and_tests, quick)]
         if quick:

@@ -151,16 +151,25 @@ impl Bows {
         for k in 1..BLOCK - 1 {
             curvatures[k + 1] = (slopes[k - 1] - slopes[k]) * quotients[k];
         }
-        let mut passes = false;
+        let mut may_pass = false;
         for k in 0..BLOCK - 1 {
-            let (a, b) = (sign * values[k], sign * values[k + 1]);
             // Where the curvature at an end is not known, it is on a straight line through those beside it.
             let [before, start, end, after] =
                 [curvatures[k], curvatures[k + 1], curvatures[k + 2], curvatures[k + 3]];
             let at_start = if quotients[k] > 0.0 { start } else { 2.0 * end - after };
             let at_end = if quotients[k + 1] > 0.0 { end } else { 2.0 * start - before };
             let bend = if at_start > at_end { at_start } else { at_end };
-            let bow = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
+            most[k] = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
+            let (a, b) = (sign * values[k], sign * values[k + 1]);
+            may_pass |= (if a > b { a } else { b }) + most[k] > least;
+        }
+        // No piece is higher than its higher end and its bow. Most blocks need no division.
+        if !may_pass {
+            return false;
+        }
+        let mut passes = false;
+        for k in 0..BLOCK - 1 {
+            let (a, b, bow) = (sign * values[k], sign * values[k + 1], most[k]);
             let (change, middle) = (b - a, 0.5 * (a + b));
             // The parabola with this bow over the middle of the chord.
             let top = middle + bow + change * change / (16.0 * bow);

@@ -173,24 +173,17 @@ impl<S: Simd> SignalBlock<'_, S> {
         for (known, high, largest) in [(most, high, true), (-least, -low, false)] {
             let known = known + rounding;
             if (largest || self.is_row) && known.less_than(high + reach).any() {
-                self.find(simd, here, (known, high, largest), waiting);
+                self.find(simd, here, (known, largest), waiting);
             }
         }
     }
 
-    /// Lets those wait in which the signal, the negative one if the smallest is sought, may pass the `known` value. `high`: its largest value
-    /// at the samples.
+    /// Lets those wait in which the signal, the negative one if the smallest is sought, may pass the value `known`.
     ///
     /// With the values a and b at its ends and a bow B over the middle of the chord, a piece is highest at `(a + b)/2 + B + (b - a)²/(16 B)`,
     /// if `|b - a| < 4 B`. Where the curvature at one end is not known, it is on a straight line through those before it.
     #[inline(always)]
-    fn find(
-        &self,
-        simd: S,
-        here: &BlockStates<S>,
-        (known, high, largest): (Real<S>, Real<S>, bool),
-        waiting: &mut Waiting,
-    ) {
+    fn find(&self, simd: S, here: &BlockStates<S>, (known, largest): (Real<S>, bool), waiting: &mut Waiting) {
         let Some(bows) = here.timeline.bows.of(here.block) else { return };
         let (zero, half, four) = (Real::splat(simd, 0.0), Real::splat(simd, 0.5), Real::splat(simd, 4.0));
         let sixteenth = Real::splat(simd, 0.0625);
@@ -198,22 +191,15 @@ impl<S: Simd> SignalBlock<'_, S> {
         let sign = Real::splat(simd, if largest { 1.0 } else { -1.0 });
         // From the sample before the block on, values and second difference quotients; those that are not known are zero.
         let (mut values, mut bends) = ([self.last * sign; BLOCK + 1], [zero; BLOCK + 1]);
-        let (mut least, mut most) = (zero, zero);
         for k in 0..BLOCK {
             values[k + 1] = Real::new(simd, self.values[k]) * sign;
         }
         for k in 0..BLOCK - 1 {
             let [first, second] = bows[k].factors.map(|factor| Real::splat(simd, factor));
             bends[k + 1] = first * (values[k + 1] - values[k]) - second * (values[k + 2] - values[k + 1]);
-            (least, most) = (least.min(bends[k + 1]), most.max(bends[k + 1]));
         }
-        // No piece is higher than its higher end and its bow.
-        let MostBow { by_curvature, unknown, .. } = *here.timeline.bows.most(here.block);
-        let bend = (two * most - least).max(zero) + self.hidden;
-        let reach = Real::splat(simd, by_curvature).mul_add(bend, zero.constant(unknown));
-        if !known.less_than(high + reach).any() {
-            return;
-        }
+        // No piece is higher than its higher end and its bow. Most blocks need no division.
+        let (mut sizes, mut highest) = ([zero; BLOCK], zero.constant(f64::NEG_INFINITY));
         for (k, bow) in bows.iter().enumerate() {
             if bow.length == 0.0 {
                 continue;
@@ -224,7 +210,13 @@ impl<S: Simd> SignalBlock<'_, S> {
                 _ => bends[k].max(bends[k + 1]),
             };
             let bent = bend.max(zero) + self.hidden;
-            let size = bent.mul_add(Real::splat(simd, bow.size), zero.constant(bow.unknown));
+            sizes[k] = bent.mul_add(Real::splat(simd, bow.size), zero.constant(bow.unknown));
+            highest = highest.max(values[k].max(values[k + 1]) + sizes[k]);
+        }
+        if !known.less_than(highest).any() {
+            return;
+        }
+        for (k, &size) in sizes.iter().enumerate() {
             let (change, middle) = (values[k + 1] - values[k], half * (values[k] + values[k + 1]));
             let top = (change * change).mul_add(sixteenth / size, middle + size);
             let passes = change.abs().less_than(four * size).and(known.less_than(top));
