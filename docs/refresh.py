@@ -226,6 +226,9 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "figure": figure,
     "limits": limits,
     "study": study_table,
+    "probability": lambda: printed(
+        *("probability", "study.toml", "--limit", "peak_resultant=8 kN", "--error", "20"), choose=first(1)
+    ),
     "report-head": lambda: printed(*RUN, choose=answer_and_table),
     "audit": lambda: f"```text\n{result().audit}\n```",
     "check": lambda: printed("check", "machine.toml"),

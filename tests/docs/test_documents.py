@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from guideload import Machine, Moves, Study
 from guideload.cli.inputs import EXAMPLES
@@ -50,13 +50,14 @@ def with_code(*languages: str) -> list[str]:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the packaged examples, as working directory. Pictures are made there, but not laid out or drawn."""
+    """A folder with the packaged examples, as working directory. Picture files are drawn there, but not rendered."""
+    draw = Figure.savefig
 
-    def touch(_: Axes, path: str | Path) -> Path:
-        Path(path).touch()
-        return Path(path)
+    def touch(figure: Figure, path: Any, **options: Any) -> None:
+        """Pictures within an HTML report are drawn: they go into text."""
+        Path(path).touch() if isinstance(path, str | Path) else draw(figure, path, **options)
 
-    monkeypatch.setattr("guideload.plots.saving.save", touch)
+    monkeypatch.setattr(Figure, "savefig", touch)
     monkeypatch.chdir(tmp_path)
     for file in EXAMPLES.glob("*.*"):
         Path(file.name).write_bytes(file.read_bytes())

@@ -21,12 +21,6 @@ def undecided():
     return one.time, one.value, "position", one.quantum
 
 
-def tried_once(samples, monkeypatch):
-    """Try the orders on positions, and take these trials wherever they would be tried."""
-    trials = selection._trials(samples.excerpts(2), 0)
-    monkeypatch.setattr(selection, "_trials", lambda *_: trials)
-
-
 def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
     """Each order takes part with uneven and with nearly even densities; each of them alone is an estimate too."""
     found = estimate(*undecided())
@@ -54,7 +48,6 @@ def test_the_mixture_has_the_mean_and_the_variance_of_its_orders(monkeypatch):
 def test_orders_that_do_not_survive_rounding_drop_out(monkeypatch):
     time, value, _, quantum = undecided()
     samples = ScaledSamples.of(time, value, quantum)
-    tried_once(samples, monkeypatch)
     before = selection.weighted(samples, 0)
     adapted, failing = selection._component, {before[0].order}
 
@@ -80,7 +73,6 @@ def test_no_oscillator_is_used_because_the_orders_without_one_fail(monkeypatch):
     """Whether the axis rings follows from likelihood, not from the range of numbers."""
     ringing = case("ringing", 1000.0, 1e-6, 0.0, 1.0, np.random.default_rng(SEED))
     samples = ScaledSamples.of(ringing.time, ringing.value, ringing.quantum)
-    tried_once(samples, monkeypatch)
     assert all(each.model.smoother.fit.oscillator for each in selection.weighted(samples, 0))
     monkeypatch.setattr(selection, "RINGING", np.inf)
     assert not any(each.model.smoother.fit.oscillator for each in selection.weighted(samples, 0))
