@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 import reference
 from numpy.typing import NDArray
-from reference import DOFS, Numbers
+from reference import DOFS, Numbers, whole
 
 from guideload import Machine, Motion
 
@@ -107,11 +107,11 @@ class _Run:
         near = [mpmath.mpf(float(x)) for x in rest]
         self.segments = [one.segment(mpmath.fdot(one.row, near) - one.offset) for one in self.links]
         self.rows = mpmath.matrix([[one.row[i] for i in self.free] for one in self.links])
-        self.whole_rows = whole(self.rows.tolist())
+        self.whole_rows = whole(self.rows.tolist(), BITS)
         self.known: dict[tuple[int, ...], tuple[Whole, Whole]] = {}
         stiffness, _, force = self.equations()
         start = mpmath.lu_solve(stiffness, force)
-        self.state = whole([*start, *([mpmath.mpf(0)] * self.n)])
+        self.state = whole([*start, *([mpmath.mpf(0)] * self.n)], BITS)
 
     def equations(self) -> tuple[Any, Any, Any]:
         """K, C and the force that does not depend on the motion, for the free dofs on the present segments."""
@@ -129,7 +129,10 @@ class _Run:
             k, c, force = self.equations()
             by_place, by_speed = ((-self.inverse * of).tolist() for of in (k, c))
             of_force = [x for (x,) in (self.inverse * force).tolist()]
-            self.known[segments] = np.hstack([whole(by_place), whole(by_speed)]), whole(of_force)
+            self.known[segments] = (
+                np.hstack([whole(by_place, BITS), whole(by_speed, BITS)]),
+                whole(of_force, BITS),
+            )
         return self.known[segments]
 
     def terms(self, inputs: Whole, h: int) -> Whole:
@@ -187,11 +190,6 @@ class _Run:
             done += theta * (ONE - done) >> BITS
 
 
-def whole(values: Any) -> Whole:
-    """Numbers of mpmath as whole numbers of 2^-BITS, which NumPy multiplies far more quickly."""
-    return np.vectorize(lambda x: int(mpmath.ldexp(x, BITS)), otypes=[object])(np.array(values, dtype=object))
-
-
 def _at(terms: Whole, theta: int) -> tuple[Any, Any]:
     """Values and slopes of polynomials in the fraction of a step."""
     value = slope = 0 * terms[0]
@@ -222,7 +220,7 @@ def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) ->
         for k, h in enumerate(reference._intervals(mpmath.mp, motion.time)):
             ends = [list(run.inverse * mpmath.matrix([of[i] for i in run.free])) for of in outer[k : k + 2]]
             if h:
-                run.pass_interval(whole(ends), int(mpmath.ldexp(h, BITS)))
+                run.pass_interval(whole(ends, BITS), int(mpmath.ldexp(h, BITS)))
             found.append(_observed(run, outer[k + 1], machine))
         return {name: [one[i] for one in found] for i, name in enumerate(reference.OBSERVED)}
 

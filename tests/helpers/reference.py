@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+import mpmath
 import numpy as np
 from machines import body
 from moves import GENTLE
@@ -506,6 +507,11 @@ def _intervals(mp: Any, time: Array) -> Numbers:
     return [b - a for a, b in zip(stamps[:-1], stamps[1:], strict=True)]
 
 
+def whole(values: Any, bits: int) -> Any:
+    """Numbers of mpmath as an array of whole numbers of 2^-bits, which NumPy multiplies far more quickly."""
+    return np.vectorize(lambda x: int(mpmath.ldexp(x, bits)), otypes=[object])(np.array(values, dtype=object))
+
+
 def _propagator(mp: Any, a: list[Numbers], b: list[Numbers], h: Any) -> list[Numbers]:
     """Rows [P, G0, G1] of x(h) = P x(0) + G0 u(0) + G1 u(h), u linear in between.
 
@@ -518,12 +524,11 @@ def _propagator(mp: Any, a: list[Numbers], b: list[Numbers], h: Any) -> list[Num
             augmented[i, j] = rate * h
     for j in range(m):
         augmented[n + j, n + m + j] = mp.one
-    # Power series of a small part, and squares, in whole numbers of 2^-bits: NumPy multiplies these far more quickly.
+    # Power series of a small part, and squares.
     bits = 2 * mp.prec
     halvings = SMALL + max(0, mp.mag(mp.mnorm(augmented, mp.inf)))
-    whole = np.vectorize(lambda x: int(mp.ldexp(x, bits)), otypes=[object])
-    part = whole(np.array(augmented.tolist())) >> halvings
-    exponential = term = whole(np.array(mp.eye(n + 2 * m).tolist()))
+    part = whole(augmented.tolist(), bits) >> halvings
+    exponential = term = whole(mp.eye(n + 2 * m).tolist(), bits)
     for order in range(1, bits // SMALL):
         term = (term @ part >> bits) // order
         exponential = exponential + term
