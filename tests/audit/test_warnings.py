@@ -39,6 +39,7 @@ Found = Iterable[str]
 MOVES = Moves.from_texts(["distance=0.6 m, speed=1 m/s, acceleration=2 m/s^2, jerk=50 m/s^3"])
 TIME = np.arange(2000) * 1e-3
 SWEEP = 0.1 * (1.0 - np.cos(2.0 * np.pi * TIME))  # m
+MINUTES = Motion.along_x(TIME, 2.0 * np.cos(TIME), velocity=0.12 * np.sin(TIME))  # a speed in km/min
 
 
 def machine(**changes: Any) -> Machine:
@@ -208,6 +209,16 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         "moves over 200 m, beyond 20 m: is the column in mm (--unit",
     ),
     "time of a move": (lambda: motion_warnings(record(SWEEP, 2e3 * TIME)), "a move lasts"),
+    "velocity": (
+        lambda: motion_warnings(MINUTES),
+        "1.88 m/s, 94 % of the largest",
+    ),
+    "position": (
+        lambda: motion_warnings(
+            Motion.along_x(TIME, np.cos(TIME), velocity=np.sin(TIME), position=-np.cos(TIME / 2))
+        ),
+        "of the largest: is one of them in another unit",
+    ),
     "gap": (
         lambda: motion_warnings(
             record(np.delete(SWEEP, slice(300, 330)), np.delete(TIME, slice(300, 330)), repair="all")
@@ -274,6 +285,13 @@ TOGETHER = {
 
 def keys(found: Found) -> set[str]:
     return {text.key for text in found if isinstance(text, WarningText)}
+
+
+def test_a_run_tells_of_histories_that_do_not_belong_together() -> None:
+    (text,) = motion_warnings(MINUTES)
+    assert str(text) in simulate(machine(), MINUTES).audit.warnings
+    whole = simulate(machine(), replace(MINUTES, velocity=MINUTES.velocity / 0.06), times=TIME[::500])
+    assert not any("integral" in text for text in whole.audit.warnings)  # of the stamps, not of the instants
 
 
 def test_every_limit_has_a_scene() -> None:

@@ -263,6 +263,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"method": "rk45", "rtol": -1e-6}, r"rtol: .*got -1e-6"),
     ({"method": "implicit", "rtol": 1e-15}, r'rtol: .*method "exact" has no step error'),
     ({"method": "implicit", "rtol": 0.5}, r"rtol: .*got 5e-1"),
+    ({"method": "exact", "rtol": 5.0}, r"rtol: .*got 5e0"),
+    ({"method": "auto", "rtol": float("inf")}, r"rtol: .*got inf"),
     ({"method": "rk45", "rtol": float("nan")}, r"rtol: .*got NaN"),
     ({"method": "rk45", "step": 0.0}, r"step: expected > 0 s, got 0"),
     ({"method": "rk45", "step": -1e-3}, r"step: expected > 0 s, got -0.001"),

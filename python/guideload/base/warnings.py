@@ -107,6 +107,16 @@ LIMITS = {
     "time of a move": Limit(
         "time without a stop or a turn", "at a creep of 1 mm/s this is 0.6 m", most=600.0, unit="s"
     ),
+    "velocity": Limit(
+        "change of the velocity less the integral of the acceleration, over the largest change; not of records",
+        "2 % is the error of 13 samples in a period of the acceleration; a wrong unit is far more",
+        most=0.02,
+    ),
+    "position": Limit(
+        "change of the position less the integral of the velocity, over the largest change; not of records",
+        "as for the velocity",
+        most=0.02,
+    ),
     "gap": Limit("gaps of a trace that the smoothing bridged", "what happened there is unknown"),
     "other speed": Limit(
         "speed of one column over that of another of the same axis",

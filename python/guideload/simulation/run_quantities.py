@@ -12,6 +12,7 @@ from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
 from guideload.machine.stretches import Stretches
+from guideload.motion.consistency import history_warnings
 from guideload.simulation.peaks import peak_rows, resultants
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
@@ -163,7 +164,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "motion_jumps": jumps if run.stretches is None else jumps + 1 - len(run.stretches.first),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
-        "motion_warnings": "\n".join(run.motion.warnings),
+        "motion_warnings": "\n".join((*history_warnings(run.motion), *run.motion.warnings)),
     }
     if run.stretches is not None:
         attributes["payload_changes"] = finite_json(payload_changes(run.stretches, run.motion.time))

@@ -52,7 +52,7 @@ def simulate(
             choice
     riders  the motion of each rider that moves, by its name: along x, which is its travel; the methods are then rk45
             and implicit. Without riders that move, each is a part of the body at its position
-    rtol    error tolerance of exponential, rk45 and implicit for the link loads, relative to the load scale: largest
+    rtol    1e-13 to 0.1, error tolerance of exponential, rk45 and implicit for link loads, over the load scale: largest
             link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
     step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
             motion

@@ -54,7 +54,7 @@ impl<'a> Batch<'a> {
         let excitation = &motion.excitation;
         requirements::check(&base, measures)?;
         motion.check()?;
-        Control::Adaptive { rtol }.check(method != Some(NamedMethod::Exact))?;
+        Control::Adaptive { rtol }.check()?;
         let drive_is_held = !base.free.contains(Dof::X);
         let mut intervals: Vec<f64> = (1..excitation.count()).map(|k| excitation.interval(k - 1)).collect();
         intervals.retain(|length| *length > 0.0);

@@ -22,10 +22,9 @@ pub enum Control {
 }
 
 impl Control {
-    /// Checks the settings. `adapts`: whether the method estimates its error.
-    pub(crate) fn check(self, adapts: bool) -> Result<(), RunError> {
+    /// Checks the settings, of methods without a step error too.
+    pub(crate) fn check(self) -> Result<(), RunError> {
         match self {
-            Self::Adaptive { .. } if !adapts => Ok(()),
             Self::Adaptive { rtol } if !(1e-13..=0.1).contains(&rtol) => {
                 Err(RunError::Tolerance { got: rtol })
             }

@@ -141,7 +141,7 @@ impl<'a, M: Method> Setup<'a, M> {
         {
             return Err(RunError::NotExponential { link });
         }
-        control.check(M::ERROR_ORDER.is_some())?;
+        control.check()?;
         check_output(output, excitation)?;
         let expected = match output {
             Output::Samples => excitation.count(),

@@ -1,6 +1,6 @@
 //! Steps that are too long, tolerances that are too tight, and methods that are stable at any step.
 
-use guideload::{Control, Excitation, OtherMethod, Output, Radau, Rk45, RunError};
+use guideload::{Control, Exact, Excitation, OtherMethod, Output, Radau, Rk45, RunError};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::{ADAPTIVE, Machine, cart, cart_stiff, difference, largest, one_dof};
@@ -122,6 +122,8 @@ fn invalid_controls_are_refused() {
     let outcome = |control| cart().run(&Rk45, control, &excitation, Output::Samples).1;
     for rtol in [1e-14, 0.2, 0.0, -1e-6] {
         assert_eq!(outcome(Control::Adaptive { rtol }), Err(RunError::Tolerance { got: rtol }));
+        let exact = cart().run(&Exact::<16>, Control::Adaptive { rtol }, &excitation, Output::Samples).1;
+        assert_eq!(exact, Err(RunError::Tolerance { got: rtol }));
     }
     assert!(matches!(outcome(Control::Adaptive { rtol: f64::NAN }), Err(RunError::Tolerance { .. })));
     for step in [0.0, -1e-3, f64::INFINITY] {

@@ -1,0 +1,49 @@
+"""Whether the histories of a motion belong together: velocity and position are integrals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from guideload.base.number_text import digits, percent
+from guideload.base.warnings import LIMITS, WarningText
+from guideload.motion.motion import Motion
+
+
+def history_warnings(motion: Motion) -> Iterator[WarningText]:
+    """Warn of a velocity that is not the integral of the acceleration, and of a position not that of the velocity.
+
+    The acceleration is linear between the stamps, so the velocity is quadratic. Not of records: their smoothing makes
+    all three from the same samples, with differences where these are too far apart or missing, which is told of
+    otherwise.
+    """
+    if motion.recorded:
+        return
+    step, slope = np.diff(motion.time)[:, None], motion.acceleration
+    curved = step**2 / 12.0 * (slope[:-1] - slope[1:])
+    source = f"{motion.source}: " if motion.source else ""
+    for key, history, of, unit, added, use in (
+        (
+            "velocity",
+            motion.velocity,
+            "acceleration",
+            "m/s",
+            0.0,
+            "mean loads and life from the velocity too",
+        ),
+        ("position", motion.position, "velocity", "m", curved, "what depends on the place from the position"),
+    ):
+        if history is None:
+            return
+        parts = step * (slope[1:] + slope[:-1]) / 2.0 + added
+        integral = np.concatenate((np.zeros((1, 3)), np.cumsum(parts, axis=0)))
+        off, *changes = (np.ptp(each, axis=0).max() for each in (history - integral, history, integral))
+        if (largest := max(changes)) and not LIMITS[key].holds(off / largest):
+            yield WarningText(
+                key,
+                f"Note: {source}the change of the {key} differs from the integral of the {of} by up to {digits(off)} "
+                f"{unit}, {percent(off / largest)} of the largest: is one of them in another unit, or are the samples "
+                f"too far apart? Loads follow from the acceleration, {use}.",
+            )
+        slope = history
