@@ -176,7 +176,7 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         lambda: machine_warnings(scaled(stiffness_y=1e-6, stiffness_z=1e-6)),
         "outside 2 to 5000 Hz",
     ),
-    "damping": (lambda: machine_warnings(scaled(damping_y=0.1, damping_z=0.1)), "outside 0.5 to 30 %"),
+    "damping": (lambda: machine_warnings(scaled(damping_y=0.1, damping_z=0.1)), "outside 0.5 to 15 %"),
     "clearance": (lambda: machine_warnings(machine(clearance_y=5.0)), "5000 mm to either side: is it in m?"),
     "weight on the side": (
         lambda: machine_warnings(machine(gravity=(0.0, 0.0, -9.80665))),
@@ -264,6 +264,7 @@ OF_UNITS = {"sag", "frequency", "damping"}
 TOGETHER = {
     "distance": {"inertia", "overlap", *OF_UNITS},
     "inertia": {"damping"},
+    "load at rest": {"damping"},
     "sag": {"damping"},
     "frequency": {"damping", "sag"},
     "clearance": {"sag"},

@@ -22,6 +22,7 @@ from guideload.life.mean_load import integrals
 from guideload.life.rating_life import system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.reports.duty import duty_report
 
 MOTION = moved(GENTLE, 500.0)
 
@@ -117,6 +118,18 @@ def file(tmp_path: Path) -> Path:
     (tmp_path / "machine.toml").write_text(text, encoding="utf-8")
     (tmp_path / "duty.toml").write_text(DUTY, encoding="utf-8")
     return tmp_path / "duty.toml"
+
+
+@pytest.mark.parametrize(
+    ("life", "words"),
+    [
+        ({}, "The static safety is reached."),
+        ({"life": "1 km", "safety": 0.1}, "Life and static safety are reached."),
+        ({"life": "1e9 km", "safety": 1e3}, "NOT REACHED: life and static safety."),
+    ],
+)
+def test_the_verdict_is_on_what_is_asked_for(life: dict[str, Any], words: str) -> None:
+    assert duty_report(duty_cycle(cases(**life))).answer[0].startswith(f"machine: {words} With")
 
 
 def test_the_command_tells_life_shares_and_the_worst_case(file: Path) -> None:

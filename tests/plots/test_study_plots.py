@@ -91,7 +91,9 @@ def test_tornado_has_the_drivers_strongest_on_top(sensitivity: bool) -> None:
     ax = pictures.tornado(result)
     drivers = result.driving()
     main = drivers["total" if sensitivity else "rank_correlation"]
-    assert [label.get_text() for label in ax.get_yticklabels()] == list(drivers.index[:BARS])
+    both = drivers.get("to_both_sides", [False] * len(drivers))
+    names = [f"{'± ' * folded}{name}" for name, folded in zip(drivers.index, both, strict=True)]
+    assert [label.get_text() for label in ax.get_yticklabels()] == names[:BARS]
     widths = [bar.get_width() for bar in ax.patches[:BARS]]
     np.testing.assert_allclose(widths, main.iloc[:BARS])
     assert ax.get_ylim()[0] > ax.get_ylim()[1]  # the first on top

@@ -14,13 +14,15 @@ from lives import PRODUCT, cart, moved
 from moves import GENTLE
 
 from guideload import Machine, Motion, Product, html_report, simulate
+from guideload.audit.plausibility import static_loads
 from guideload.base.errors import ConfigError
+from guideload.base.number_text import load_in_sentence
 from guideload.drive import drive_requirements
 from guideload.life.life import life_of
 from guideload.machine.drive import Friction
 from guideload.reports.guides import STEP, guides_section, rail_lengths, to_order
 from guideload.reports.life import life_report
-from guideload.reports.machine import machine_report
+from guideload.reports.machine import machine_report, placement_lines
 from guideload.reports.run import result_report
 
 MOTION = moved(GENTLE, 500.0)
@@ -70,6 +72,17 @@ def test_what_is_rigid_is_said_and_what_is_given_is_named() -> None:
     ):
         for report in (machine_report(machine), result_report(simulate(machine, MOTION))):
             assert words in " ".join(report.text().split())
+
+
+def test_what_a_mounting_error_would_change_is_said_of_machines_without() -> None:
+    plain = cart()
+    (text,) = placement_lines(plain)
+    first, second, *others = plain.carriages
+    off = second.model_copy(update={"mounting_error": (0.0, 1e-5)})
+    wrong = plain.model_copy(update={"carriages": (first, off, *others)})
+    change = np.linalg.norm((static_loads(wrong) - static_loads(plain))[1, 1:3])
+    assert f"10 um of carriage 1b along z would change its load by {load_in_sentence(change)};" in text
+    assert placement_lines(wrong) == []
 
 
 def test_the_mass_of_the_carriages_is_that_of_all_of_a_product() -> None:

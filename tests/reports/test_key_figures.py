@@ -8,6 +8,7 @@ import guideload
 from guideload.machine.machine import DOFS
 from guideload.reports import KeyFigures, key_figures
 from guideload.reports.key_figures import _judged
+from guideload.reports.run import result_report
 
 MOTION = lives.moved(GENTLE)
 
@@ -54,8 +55,10 @@ def test_the_force_of_an_elastic_drive_is_judged() -> None:
     screw = {"name": "screw", "point": (0, 0, 0), "direction": (1, 0, 0), "stiffness": 2e7, "damping": 4e3}
     elastic = {"links": [screw], "free": DOFS}
     machine = lives.cart(life={"rule": "sum"}, drive={"linear_motor": True, "max_force": "10 N"}, **elastic)
-    level, words = key_figures(guideload.simulate(machine, MOTION)).verdict
+    result = guideload.simulate(machine, MOTION)
+    level, words = key_figures(result).verdict
     assert level == "bad" and "Drive force" in words
+    assert "NOT REACHED by the drive: drive force." in result_report(result).answer
 
 
 def test_the_worst_figure_gives_the_verdict() -> None:

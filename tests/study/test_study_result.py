@@ -7,8 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import studies
+from command_line import EXAMPLES
 from texts import one_line
 
+from guideload import Machine, Motion, Study, run_study
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.reports.study import study_report
 from guideload.study.metadata import StudyMetadata
@@ -152,6 +154,25 @@ def test_what_drives_the_peak_follows_from_the_weights() -> None:
     assert plain.driving().index[0] == "body.mass"
     with pytest.raises(ArgumentError, match="sensitivity = true"):
         plain.sensitivity()
+
+
+def test_a_centre_of_mass_that_loads_either_side_drives_the_peak() -> None:
+    """It has no rank correlation, as its sign does not matter, but the rank correlation of its distance."""
+    machine = Machine.from_toml(EXAMPLES / "kinds" / "gantry.toml")
+    motion = Motion.along_x([0.0, 0.1, 0.2, 0.5, 0.6, 0.7], [0.0, 3.0, 0.0, 0.0, -3.0, 0.0])
+    scatter = {"body.mass": "5 %", "body.center_of_mass.x": "35 mm"}
+    vary = [{"path": path, "distribution": "normal", "sigma": sigma} for path, sigma in scatter.items()]
+    drawn, designed = (
+        run_study(Study(machine=machine, motion=motion, samples=512, seed=1, vary=vary, sensitivity=each))
+        for each in (False, True)
+    )
+    found, shares = drawn.driving(), designed.driving()["first_order"]
+    assert [*found.index] == [*shares.index] == ["body.center_of_mass.x", "body.mass"]
+    assert [*found["to_both_sides"]] == [True, False]
+    assert abs(drawn.rank_correlation().loc["body.center_of_mass.x", "rank_correlation"]) < 0.15
+    np.testing.assert_allclose(found["rank_correlation"] ** 2, shares, atol=0.1)
+    assert "Driven by body.center_of_mass.x (rank correlation" in study_report(drawn).text()
+    assert "to both sides" in study_report(drawn).text()
 
 
 def test_columns_are_read_when_asked_for_and_once_for_the_summary() -> None:

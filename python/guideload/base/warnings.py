@@ -74,7 +74,10 @@ LIMITS = {
         "Hz",
     ),
     "damping": Limit(
-        "damping ratio of a mode", "guides have 1 to 5 %, structures 0.5 % and more", 0.005, 0.3
+        "damping ratio of a mode",
+        "guides have 1 to 5 %, structures 0.5 % and more; more damping hides load",
+        0.005,
+        0.15,
     ),
     "clearance": Limit(
         "clearance of a link to either side", "clearances are micrometres", most=1e-3, unit="m"

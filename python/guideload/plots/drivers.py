@@ -66,12 +66,17 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             draw_effects(ax, strength)
             reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
             ax.set_xlim(-reach, reach)
-            ax.set_xlabel("rank correlation (negative: falls as the parameter grows)")
+            ax.set_xlabel(
+                "rank correlation (negative: falls as the parameter grows; ±: with its distance from the median)"
+            )
         errors = np.clip([strength - low, high - strength], 0, None)
         ax.errorbar(
             strength, places, xerr=errors, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4
         )
-        name_rows(ax, (short(str(one)) for one in shown.index))
+        folded = shown.get("to_both_sides", [False] * len(shown))
+        name_rows(
+            ax, (f"{'± ' * both}{short(str(one))}" for one, both in zip(shown.index, folded, strict=True))
+        )
         for text in weaker_parameters(rows, BARS):
             ax.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", ha="right", color=GREY)
     return ax

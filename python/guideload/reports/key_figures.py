@@ -153,9 +153,10 @@ def _life_figures(life: Life | str, margins: dict[str, float], audited: bool) ->
         return
     target, weakest, least = life.conditions.life, life.weakest, life.conditions.least_safety
     wanted = "" if target is None else f"the {target.text} to be reached"
-    shortest = f"{kilometres(life.machine)} km, shortest: carriage {life.shortest.name}"
+    alone = f"carriage {life.shortest.name} alone {rounded(life.hours(life.shortest.life))} h"
+    place = f"{kilometres(life.machine)} km, all carriages together; {alone}"
     yield KeyFigure(
-        "Life", f"{rounded(life.hours(life.machine))} h", shortest, *_judged(margins, "life", wanted)
+        "Life", f"{rounded(life.hours(life.machine))} h", place, *_judged(margins, "life", wanted)
     )
     at = f"carriage {weakest.name} at {seconds(life.record.travel.time[weakest.static.instant])} s"
     if audited:
@@ -177,8 +178,9 @@ def _drive_figures(drive: DriveRequirements, margins: dict[str, float]) -> Itera
         words = f"rms {digits(motor.rms_torque)} N m, {fixed(turns)} rpm"
         names = [name for name in margins if "motor" in name or "screw" in name]
         worst = min(names, key=lambda name: margins[name], default="")
-        judgement = _judged(margins, worst, f"what the motion needs ({worst})")
-        yield KeyFigure("Motor torque", f"{digits(float(np.abs(motor.torque).max()))} N m", words, *judgement)
+        level, reason = _judged(margins, worst, "what the motion needs")
+        judgement = level, f"{worst} is {reason}" if reason else ""
+        yield KeyFigure("Motor", f"{digits(float(np.abs(motor.torque).max()))} N m", words, *judgement)
     for name in ("speed", "acceleration"):
         if name in margins:
             level, reason = _judged(margins, name, f"the {name} of the motion")

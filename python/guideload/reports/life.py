@@ -77,7 +77,11 @@ def run_life(result: Result) -> Report:
 
 def _main_sections(life: Life, band: LifeBand | None) -> list[Section]:
     """Table and definitions, and the causes of the worst instants."""
-    words = "" if band is None else f"Band: 95 % credible band of the life; {band.method}."
+    words = (
+        ""
+        if band is None
+        else f"Band: 95 % credible band of the life, by the noise of the trace; {band.method}."
+    )
     terms = Definitions(LIFE_DEFINITION, words)
     main = Section("Life and static safety", _life_table(life, band), _above_peak(life), terms)
     return [main, _causes_section(life)]
@@ -88,13 +92,16 @@ def _answer(life: Life, band: LifeBand | None) -> str:
     required = (
         "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
     )
-    risk, ends = "", "" if band is None else f", 95 % credible band {_ends(*band.machine)} km"
+    risk = ends = ""
+    if band is not None and (text := _ends(*band.machine)) != _ends(*band.machine[:1] * 2):
+        ends = f" ({text} km with 95 %, by the noise of the trace alone)"
     words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
     if life.wanted is not None and conditions.life is not None:
         risk = f"The probability that one fails before {conditions.life.text} is "
         risk += f"{percent(life.failure_probability(life.wanted))}. "
+    reached = verdict(life.machine, life.wanted, weakest.static.safety, conditions.least_safety)
     return (
-        f"{_verdict(life)} With {words}. {risk}Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} "
+        f"{reached} With {words}. {risk}Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} "
         f"h. The smallest static safety is {fixed(weakest.static.safety, 2)} ({required}: "
         f"{number(conditions.least_safety)}), on carriage {weakest.name} at {seconds(weakest.worst.time)} s, "
         f"{weakest.worst.phase}."
@@ -143,11 +150,10 @@ def duty_text(conditions: LifeConditions) -> str:
     return "if the motion repeats at once" if cycles is None else f"at {number(cycles)} cycles per hour"
 
 
-def _verdict(life: Life) -> str:
-    """Whether the life, if one is wanted, and the static safety are reached."""
-    conditions = life.conditions
-    reached = {} if life.wanted is None else {"life": life.machine >= life.wanted}
-    reached["static safety"] = life.weakest.static.safety >= conditions.least_safety
+def verdict(life: float, wanted: float | None, safety: float, least_safety: float) -> str:
+    """Whether a life [m], if one is wanted, and the static safety are reached."""
+    reached = {} if wanted is None else {"life": life >= wanted}
+    reached["static safety"] = safety >= least_safety
     if missed := [name for name, held in reached.items() if not held]:
         return f"NOT REACHED: {joined(missed)}."
     return "Life and static safety are reached." if len(reached) > 1 else "The static safety is reached."

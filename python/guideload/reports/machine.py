@@ -9,7 +9,15 @@ import numpy as np
 from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
-from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
+from guideload.base.number_text import (
+    between,
+    counted,
+    digits,
+    joined,
+    load_in_sentence,
+    load_in_table,
+    number,
+)
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
@@ -19,6 +27,7 @@ from guideload.reports.report import Column, Definitions, Part, Report, Section,
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
 )
+MISPLACED = 10e-6  # m: rails are aligned to some hundredths of a millimetre
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
@@ -40,7 +49,7 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
         sections=[
             *machine_sections(machine),
             _static_section(machine),
-            Section("Structure", *structure_lines(machine)),
+            Section("Structure", *structure_lines(machine), *placement_lines(machine)),
         ],
     )
 
@@ -106,7 +115,13 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
         Column("damped", damped, "Hz", "4 digits"),
         Column("moves mostly in", dofs),
     )
-    return Section("Natural modes", table, *nominal_lines(machine, "frequencies"), *structure_lines(machine))
+    return Section(
+        "Natural modes",
+        table,
+        *nominal_lines(machine, "frequencies"),
+        *structure_lines(machine),
+        *placement_lines(machine),
+    )
 
 
 def structure_lines(machine: Machine) -> list[str]:
@@ -122,6 +137,25 @@ def structure_lines(machine: Machine) -> list[str]:
         "The structure, table and base, is rigid in this model: only the guides give way. On an elastic structure "
         "natural frequencies are lower and displacements larger; [base], and compliance_y and compliance_z of "
         "carriages, state it."
+    ]
+
+
+def placement_lines(machine: Machine) -> list[str]:
+    """That rails and carriages without mounting errors are exactly in place, and what one of 10 um would change."""
+    if machine.mounting_errors.any() or not machine.has_straight_rails or len(machine.carriages) < 2:
+        return []
+    nominal, changes = static_loads(machine), {}
+    for i, one in enumerate(machine.carriages):
+        for axis, error in (("y", (MISPLACED, 0.0)), ("z", (0.0, MISPLACED))):
+            moved = [*machine.carriages]
+            moved[i] = one.model_copy(update={"mounting_error": error})
+            loads = static_loads(machine.model_copy(update={"carriages": tuple(moved)}))
+            changes[one.name, axis] = float(np.linalg.norm((loads - nominal)[i, 1:3]))
+    name, axis = max(changes, key=changes.__getitem__)
+    return [
+        f"Rails and carriages are exactly in place in this model. A mounting error of {number(1e6 * MISPLACED)} um of "
+        f"carriage {name} along {axis} would change its load by {load_in_sentence(changes[name, axis])}; state errors "
+        "as mounting_error of rails and carriages, or let them scatter in a study."
     ]
 
 

@@ -12,6 +12,7 @@ from guideload.base.arrays import Array
 from guideload.base.methods import METHODS
 from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
 from guideload.base.quantities import Quantities
+from guideload.drive.requirements import drive_requirements
 from guideload.machine.machine import DOFS
 from guideload.motion.motion import Motion
 from guideload.reports.drive import drive_parts, drive_warnings
@@ -33,10 +34,12 @@ DEFINITIONS = (
 def result_report(result: Result) -> Report:
     """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
     machine, life = result.machine, run_life(result)
+    beyond = [name for name, margin in drive_requirements(result).margins.items() if margin < 1.0]
+    drive = [f"NOT REACHED by the drive: {joined(beyond)}."] if beyond else []
     return Report.of(
         machine,
         "load of the guides",
-        answer=[_largest_load(result), *life.answer],
+        answer=[_largest_load(result), *drive, *life.answer],
         warnings=[*result.audit.warnings, *drive_warnings(result), *life.warnings],
         sections=[
             _peaks_section(result),
@@ -49,7 +52,7 @@ def result_report(result: Result) -> Report:
             Section("Solution", _solution_lines(result.quantities)),
             Section("Audit", audit_table(result)),
         ],
-        failed=life.failed,
+        failed=life.failed or bool(beyond),
     )
 
 
@@ -87,8 +90,9 @@ def _largest_load(result: Result) -> str:
         at = int(peaks["peak_resultant_N"].argmax())
         peak, time, dynamic = (peaks[column][at] for column in ANSWER)
         if "peak_lower_N" in peaks:
-            ends = between(peaks["peak_lower_N"][at], peaks["peak_upper_N"][at], "load")
-            band = f" (95 % credible band {ends} N)"
+            lower, upper = (load_in_table(peaks[f"peak_{end}_N"][at]) for end in ("lower", "upper"))
+            if lower != upper:
+                band = f" ({lower} to {upper} N with 95 %, by the noise of the trace alone)"
     else:
         kind, loads = "link", np.abs(data["link_load"])
         instant, at = divmod(int(loads.argmax()), loads.shape[1])
@@ -150,8 +154,8 @@ def _band_lines(result: Result) -> list[str]:
     if "band_method" not in attributes:
         return []
     return [
-        "Band: 95 % credible band of the largest resultant under the true motion, given the samples, at any time. The "
-        "estimated motion is smoother than the true one, so its peak is often low in the band, or below it. Noise: "
+        "Band: 95 % credible band of the largest resultant at any time, if noise of the trace is the only uncertainty. "
+        "The estimated motion is smoother than the true one, so its peak is often low in the band, or below it. Noise: "
         "1.96 standard deviations of the resultant at the time of the peak, over the peak. Method: "
         f"{attributes['band_method']}."
     ]

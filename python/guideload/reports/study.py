@@ -125,11 +125,11 @@ def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[s
     if stem in summary.index.unique("quantity"):
         quantity, rows = QUANTITIES[stem], summary.loc[stem]
         level = "q01" if quantity.smallest_is_worst else "q99"
-        owners = [name for name in rows.index if name] or [""]
-        worst = min if quantity.smallest_is_worst else max
-        carriage = str(worst(owners, key=rows[level].to_dict().__getitem__))
+        worst = "idxmin" if quantity.smallest_is_worst else "idxmax"
+        carriage = str(getattr(rows[level], worst)())
         value, low, high = (float(rows[f"{level}{end}"][carriage]) for end in ("", "_low", "_high"))
-        between, owner = ends_text(low, high, stem), f"carriage {carriage}" if carriage else "machine"
+        owner = f"carriage {carriage}" if carriage else "the worst carriage of each sample"
+        between = ends_text(low, high, stem)
         title = f"{capitalised(metadata.title(stem))}, {int(level[1:])} % quantile"
         yield f"{title}: {value_text(value, quantity)} ({between} at 95 %), {owner}"
     yield from _life_answer(result, summary)
@@ -144,7 +144,8 @@ def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[s
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"
     if np.isfinite(drivers[measure].iloc[0]):
         words = "total Sobol index" if metadata.sensitivity else "rank correlation"
-        yield f"Driven by {drivers.index[0]} ({words} {fixed(drivers[measure].iloc[0], 2)})"
+        sides = ", to both sides" if drivers.get("to_both_sides", pd.Series([False])).iloc[0] else ""
+        yield f"Driven by {drivers.index[0]} ({words} {fixed(drivers[measure].iloc[0], 2)}{sides})"
 
 
 def _cases_answer(result: StudyResult) -> Iterator[str]:

@@ -33,7 +33,9 @@ INDICES = (
 )
 RANKS = (
     "Spearman's rank correlation: 1 or -1 for an increasing or decreasing function of the parameter. It includes the "
-    "influence of the parameters with which the parameter is correlated."
+    "influence of the parameters with which the parameter is correlated. Acts to both sides: the correlation with the "
+    "distance of the parameter from its median is the larger one, as for a centre of mass that loads another carriage "
+    "on either side."
 )
 CASES_NOTE = "Given cases are not a random sample: they have no statistics, probabilities or sensitivities."
 CONTACT_COUNTS = {
@@ -161,6 +163,10 @@ def driving_parts(result: StudyResult) -> list[Part]:
         i = list(rows.columns).index(name)  # the ends of its interval are in the columns after it
         columns.append(Column(name.replace("_", " "), known_or_empty(first.iloc[:, i]), kind="factor"))
         columns.append(interval(first.iloc[:, i + 1], first.iloc[:, i + 2], kind="factor"))
+    if "to_both_sides" in first:
+        columns.append(
+            Column("acts", ["to both sides" if both else "one way" for both in first["to_both_sides"]])
+        )
     table = Table(Column("parameter", [str(name) for name in first.index]), *columns)
     return [table, *weaker_parameters(rows, MOST_PARAMETERS)]
 

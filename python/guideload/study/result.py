@@ -275,15 +275,24 @@ class StudyResult(StudyColumns):
 
     @checked
     def rank_correlation(
-        self, name: str | None = None, confidence: float = statistics.CONFIDENCE
+        self,
+        name: str | None = None,
+        confidence: float = statistics.CONFIDENCE,
+        *,
+        to_both_sides: bool = False,
     ) -> pd.DataFrame:
         """Spearman's rank correlation of a column with each parameter: rank_correlation, low, high, standard_error.
+
+        to_both_sides: with the distance of each parameter from its median. The correlation with the parameter itself
+        is 0 for a centre of mass that loads another carriage on either side, that with the distance is not.
 
         At most the first RANKED samples are used. For correlated parameters it includes the influence of the others. A
         drawn motion has no rank: `sensitivity` gives its influence.
         """
         names = [one.name for one in self.metadata.parameters if not one.is_draw]
         parameters = (self.column(name)[:RANKED] for name in names)
+        if to_both_sides:
+            parameters = (np.abs(each - np.nanmedian(each)) for each in parameters)
         values = self.column(name or self.leading)[:RANKED]
         estimates = statistics.rank_correlation(parameters, values, confidence)
         columns = ("rank_correlation", "low", "high", "standard_error")
@@ -292,10 +301,13 @@ class StudyResult(StudyColumns):
     @checked
     def driving(self, name: str | None = None) -> pd.DataFrame:
         """Influence of the parameters on a column, strongest first: `sensitivity` if the design allows it, else
-        `rank_correlation`."""
-        table = self.sensitivity(name) if self.metadata.sensitivity else self.rank_correlation(name)
-        strength = table["total"] if self.metadata.sensitivity else table["rank_correlation"].abs()
-        return table.loc[strength.sort_values(ascending=False, kind="stable").index]
+        `rank_correlation`, the one of either kind that is larger, with a column `to_both_sides`."""
+        if self.metadata.sensitivity:
+            return self.sensitivity(name).sort_values("total", ascending=False, kind="stable")
+        one_way, both = (self.rank_correlation(name, to_both_sides=each) for each in (False, True))
+        folded = both["rank_correlation"].abs() > one_way["rank_correlation"].abs()
+        table = one_way.mask(folded, both).assign(to_both_sides=folded)
+        return table.sort_values("rank_correlation", key=abs, ascending=False, kind="stable")
 
     # ---- tables and files
 

@@ -18,8 +18,8 @@
 //!     length: 0.6,                           // m
 //!     stiffness_y: 120e6,                    // N/m
 //!     stiffness_z: 120e6,
-//!     damping_y: 1e5,                        // N s/m
-//!     damping_z: 1e5,
+//!     damping_y: 1e4,                        // N s/m
+//!     damping_z: 1e4,
 //!     ..Carriage::default()
 //! };
 //! let left = machine.add(guide.at([0.0, 0.05, -0.35]))?;
@@ -51,7 +51,7 @@
 //! # fn simulation() -> Result<guideload::Simulation, Error> {
 //! #     let inertia = [[420.0, 0.0, 0.0], [0.0, 310.0, 0.0], [0.0, 0.0, 380.0]];
 //! #     let mut machine = Machine::new(MassProperties { mass: 1250.0, center_of_mass: [0.1, -0.6, 0.1], inertia })?;
-//! #     let guide = Carriage { length: 0.6, stiffness_y: 1e8, stiffness_z: 1e8, damping_y: 1e5, damping_z: 1e5, ..Carriage::default() };
+//! #     let guide = Carriage { length: 0.6, stiffness_y: 1e8, stiffness_z: 1e8, damping_y: 1e4, damping_z: 1e4, ..Carriage::default() };
 //! #     machine.add(guide.at([0.0, 0.05, -0.35]))?;
 //! #     machine.add(guide.at([0.0, 0.05, 0.35]))?;
 //! #     Ok(machine.assemble()?)
