@@ -9,7 +9,17 @@ import pytest
 from numpy.typing import NDArray
 from reference import cart, cart_clear, cycle, preloaded
 
-from guideload import ArgumentError, ConfigError, Machine, SceneError, simulate
+from guideload import (
+    ArgumentError,
+    ConfigError,
+    Machine,
+    Motion,
+    SceneError,
+    Study,
+    peak_loads,
+    run_study,
+    simulate,
+)
 
 Array = NDArray[np.float64]
 
@@ -69,6 +79,30 @@ def test_link_loads_follow_the_compliance_of_all_links_together(free: tuple[str,
 def test_a_base_that_hardly_gives_way_changes_nothing() -> None:
     rigid, stiff = (simulate(one, cycle()) for one in (cart(), on_base(cart(), base(size=1e-14))))
     np.testing.assert_allclose(stiff.carriage_loads, rigid.carriage_loads, atol=1e-7)
+
+
+def test_peaks_are_those_at_any_time() -> None:
+    """Between samples too, of single runs and of studies: largest and smallest loads, and the force of the drive."""
+    machine, rng = on_base(cart(), base(3)), np.random.default_rng(2)
+    time = 4e-3 * np.arange(200)
+    motion = Motion.along_x(time, np.append(0.0, rng.normal(0.0, 2.0, 199)))
+    dense = np.unique(np.append(time, np.linspace(0.0, time[-1], 20_001)))
+    result, found = simulate(machine, motion, times=dense), peak_loads(machine, motion)
+    loads = np.abs(result.carriage_loads)
+    resultant, drive = (
+        result.quantities["resultant"].max(axis=0),
+        np.abs(result.quantities["reaction"][:, 0]).max(),
+    )
+    size = resultant.max()
+    np.testing.assert_allclose(found.largest[:, 6], resultant, atol=1e-4 * size)
+    assert (found.largest[:, 6] >= resultant * (1.0 - 1e-12)).all()
+    peaks = np.maximum(np.abs(found.largest[:, :3]), np.abs(found.smallest[:, :3]))
+    np.testing.assert_allclose(peaks, loads[:, :, :3].max(axis=0), atol=1e-4 * size)
+    cases = {"body.mass": [machine.body.mass] * 3}
+    study = run_study(Study(machine=machine, motion=motion, cases=cases, quantities=("resultant", "drive")))
+    columns = [study.column(f"peak_resultant_N[{one.name}]") for one in machine.carriages]
+    np.testing.assert_allclose(columns, np.repeat(found.largest[:, 6:7], 3, axis=1), rtol=1e-9)
+    np.testing.assert_allclose(study.column("peak_drive_N"), drive, rtol=1e-4)
 
 
 def exact_eigenvalues(machine: Machine, compliance: Array, start: Array) -> Array:

@@ -3,7 +3,7 @@
 use super::{Equations, Moments};
 use crate::excitation::Instant;
 use crate::numeric::float::{add_scaled, fma};
-use crate::system::{Force, LinkRow, NO_FORCE, Square, State, System};
+use crate::system::{Force, LinkRow, ModelLevel, NO_FORCE, Square, State, System};
 
 /// Linear equations of one combination of segments.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +31,11 @@ impl SegmentEquations {
             constant: NO_FORCE,
             key: 0,
         };
+        if system.model_level() == ModelLevel::Linear {
+            // From the modes: on an elastic base the body feels less than the sum of its links.
+            (piece.stiffness, piece.damping) = system.tangent(&[0.0; 12], Instant::FIRST);
+            return piece;
+        }
         for row in system.rows().iter().filter(|row| row.link.law().is_linear()) {
             piece.add(row, row.stiffness, 0.0, true);
         }
