@@ -144,6 +144,15 @@ def test_the_command_tells_life_shares_and_the_worst_case(file: Path) -> None:
     assert "--overwrite" in refused("duty", file, "--report", page)
 
 
+def test_changes_of_a_case_leave_the_rails_as_they_are(file: Path) -> None:
+    (file.parent / "rail.csv").write_text("x [m],dy [um],dz [um]\n-5,0,3\n0,1,2\n5,0,3\n", encoding="utf-8")
+    text = (file.parent / "machine.toml").read_text(encoding="utf-8")
+    text = text.replace('name = "1"', 'name = "1"\nstraightness_file = "rail.csv"', 1)
+    (file.parent / "machine.toml").write_text(text, encoding="utf-8")
+    plain, changed = (case.machine.rails for case in DutyCycle.from_toml(file).cases)
+    assert plain == changed and plain[0].straightness is not None
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -26,6 +26,7 @@ from guideload.life.row_loads import row_loads
 from guideload.machine.bodies import united
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
+from guideload.machine.riders import Rider
 from guideload.motion.motion import Motion
 from guideload.reports.life import life_report
 from guideload.simulation.result import Result
@@ -75,7 +76,7 @@ def test_each_cause_of_the_worst_load_has_its_share() -> None:
     machine = wrong.model_copy(update={"payloads": (part,)})
     life = life_of(simulate(machine, replace(motion, wrench=wrench)))
     parts = life.record.parts
-    assert [*parts, "preload"] == list(CAUSES)  # no preload is known
+    assert [*parts] == [cause for cause in CAUSES if cause not in ("rider", "preload")]  # there are none
     for one in life.carriages:
         assert sum(one.worst.shares.values()) == pytest.approx(one.worst.load, rel=1e-12)
 
@@ -87,6 +88,28 @@ def test_each_cause_of_the_worst_load_has_its_share() -> None:
     carried = parts["weight"] + parts["payload"] + parts["acceleration"]
     np.testing.assert_allclose(carried[after:], loaded.quasi_static[after - 1 :], atol=1e-9 * size)
     assert not parts["payload"][:after].any()
+
+
+def test_the_weight_of_a_rider_elsewhere_is_a_cause_of_its_own() -> None:
+    """A rider that moves slowly by 0.3 m; the acceleration has the share that it has with a rider that stands."""
+    keys = {"center_of_mass": (-0.1, -0.2, 0.1), "inertia": np.diag([3.0, 4.0, 5.0]).tolist()}
+    rider = Rider(name="slide", mass=300.0, direction=(1.0, 0.0, 0.0), **keys)
+    machine, motion = cart().model_copy(update={"riders": (rider,)}), moved(GENTLE)
+    time = motion.time
+    jerk = np.array([1.0, -1.0, -1.0, 1.0]) * 0.3 / 2.0 / (0.25 * time[-1]) ** 3
+    slide = Motion.along_x(
+        time[0] + 0.25 * time[-1] * np.arange(5), np.append(0.0, np.cumsum(jerk) * 0.25 * time[-1])
+    )
+    parts, still = (
+        load_parts(simulate(machine, motion, riders=one, times=time)) for one in ({"slide": slide}, {})
+    )
+    size = np.abs(parts["weight"]).max()
+    np.testing.assert_allclose(parts["acceleration"], still["acceleration"], atol=1e-9 * size)
+    there = machine.model_copy(update={"riders": (rider.model_copy(update={"position": 0.3}),)})
+    # The body still vibrates a little, and with it the rider.
+    np.testing.assert_allclose(
+        parts["rider"][-1], static(there) - static(machine), rtol=1e-6, atol=1e-7 * size
+    )
 
 
 def static(machine: Machine) -> np.ndarray:

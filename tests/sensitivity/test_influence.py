@@ -5,7 +5,7 @@ import pytest
 from command_line import MACHINE, TRACE, guideload, refused
 from reference import cart, piece, pulse
 
-from guideload import Machine, peak_loads, plots
+from guideload import Machine, Rider, peak_loads, plots
 from guideload.base.errors import ArgumentError
 from guideload.reports.sensitivities import sensitivities_report
 from guideload.sensitivity import rank_influences
@@ -50,3 +50,15 @@ def test_command_prints_the_table() -> None:
     arguments = ("sensitivities", MACHINE, TRACE, "--to", "body.mass")
     assert "body.mass" in guideload(*arguments).stdout
     assert "known path" in refused(*arguments, "--to", "body.weight")
+
+
+def test_a_rider_that_moves_is_refused() -> None:
+    """The derivatives are those of riders at their positions."""
+    keys = {"center_of_mass": (0, 0, 0), "inertia": np.eye(3).tolist(), "direction": (1, 0, 0)}
+    standing, moving = (
+        cart().model_copy(update={"riders": (Rider(name="slide", mass=60.0, motion=motion, **keys),)})
+        for motion in (None, "slide.toml")
+    )
+    assert rank_influences(standing, MOTION, to=["body.mass"]).value
+    with pytest.raises(ArgumentError, match='riders: a sensitivity .* "slide" has the motion'):
+        rank_influences(moving, MOTION)

@@ -81,6 +81,23 @@ def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
     np.testing.assert_allclose(after, before, rtol=0.0, atol=1e-14 * np.abs(before).max() + 1e-18)
 
 
+@pytest.mark.parametrize("error", [0.0, 1e-12, 2e-6])
+def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(error: float):
+    """Whether a carriage has a mounting error or not; the weight of a payload is a change of the quasi-static load."""
+    first, *others = ref.cart().carriages
+    off = first.model_copy(update={"mounting_error": (error, 0.0)})
+    machine = ref.cart().model_copy(update={"carriages": (off, *others)})
+    part, time = payload(times=[(0.5, 1.5)]), np.arange(2001) / 1000.0
+    result = simulate(carrying(machine, part), Motion.along_x(time, np.zeros(2001)))
+    scenes = [one.scene for one in (carrying(machine, part).carrying(["part"]), machine)]
+    groups = machine.links_of_carriages, machine.carriage_places
+    laden, bare = (np.linalg.norm(one.static_group_loads(*groups)[:, 1:3], axis=1) for one in scenes)
+    models = result.audit.simpler_models
+    np.testing.assert_allclose(models.quasi_static, np.maximum(laden, bare), rtol=1e-9)
+    change = np.abs(np.subtract(*(one.static_link_loads() for one in scenes)))
+    np.testing.assert_allclose(models.quasi_static_dynamic, change, atol=1e-9 * laden.max())
+
+
 def test_the_second_look_solves_all_stretches_again():
     machine = carrying(ref.preloaded(), payload(times=[(0.7, 1.1)]))
     result = simulate(machine, ref.piece(ref.cycle(), 500, 1400))

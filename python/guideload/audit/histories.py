@@ -55,11 +55,16 @@ class Histories:
         self.rides = "rider_wrench" in data  # like an external load that depends on the motion of the body
         if self.rides:
             self.excitation = self.excitation + data["rider_wrench"]
+        self.payload_weight: Array = np.zeros(
+            6
+        )  # of payloads, more than at the start; (time, 6) if they come and go
         if self.changes:  # masses and weight change
+            at_start = self.weight
             self.excitation = np.concatenate([part.excitation for part in self.stretches])
             self.weight = np.concatenate(
                 [np.broadcast_to(part.weight, (part.time.size, 6)) for part in self.stretches]
             )
+            self.payload_weight = self.weight - at_start
         self.foot_load: Array | None = data.get("foot_load")
         self.load: Array = data["link_load"] if self.foot_load is None else data["link_load"] - self.foot_load
         self.deflection: Array = self.position @ (self.rows @ self.relative).T - self.machine.offsets
@@ -116,16 +121,14 @@ class Histories:
 
     @cached_property
     def quasi_static_change(self) -> Array:
-        """Quasi-static link loads (time, link) [N] less those at rest: K q = E - M_u a at every instant."""
-        loads = self.excitation @ self.response
+        """Quasi-static link loads (time, link) [N] less those at rest, of E - M_u a and payloads that come and go."""
+        loads = (self.excitation + self.payload_weight) @ self.response
         return loads if self.foot_load is None else loads + self.foot_load
 
     @cached_property
     def quasi_static(self) -> Array:
         """Quasi-static link loads (time, link) [N]: K q = Q + E - M_u a at every instant."""
-        if self.machine.offsets.any():
-            return np.asarray(self.machine.nominal_scene.static_link_loads() + self.quasi_static_change)
-        return np.asarray(self.weight @ self.response + self.quasi_static_change)
+        return np.asarray(self.machine.nominal_scene.static_link_loads() + self.quasi_static_change)
 
     def resultants(self, loads: Array) -> Array:
         """Resultants (time, carriage) [N] in the y-z plane of link loads (time, link) [N]."""

@@ -18,6 +18,7 @@ from guideload.base.toml import missing_files, read_toml
 from guideload.catalogue.life_target import HOUR
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
+from guideload.machine.straightness import with_straightness
 from guideload.study.options import TraceOptions
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
@@ -101,7 +102,8 @@ def _machine(file: Path, index: int, case: CaseFile) -> Machine:
     if not case.change:
         return machine
     try:
-        return Machine(**with_catalogue(_merged(read_toml(file)[0], case.change), file))
+        values = with_straightness(_merged(read_toml(file)[0], case.change), file.parent)
+        return Machine(**with_catalogue(values, file))
     except ConfigError as error:
         place = ("cases", index, "change")
         problems = [replace(problem, path=(*place, *problem.path)) for problem in error.problems]

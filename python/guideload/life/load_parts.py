@@ -13,6 +13,7 @@ CAUSES = {
     "weight": "static load of the body, on straight rails",
     "payload": "static load and m a of the payloads that are on the machine then",
     "acceleration": "quasi-static load of the acceleration of the body (m a)",
+    "rider": "quasi-static load of the travel of riders: of their weight at another place, and of m a along it",
     "process force": "quasi-static load of the forces on the body",
     "rail error": "quasi-static load of mounting errors and of rails that are not straight",
     "vibration": "dynamic overshoot, and what the elastic laws add if they are not linear",
@@ -55,6 +56,9 @@ def load_parts(result: Result) -> LoadParts:
         weight = straight
     parts["weight"] = np.broadcast_to(weight, shape)
     inertia = histories.excitation - histories.wrench
+    if histories.rides:
+        parts["rider"] = quasi_static(result.quantities["rider_wrench"])
+        inertia = inertia - result.quantities["rider_wrench"]
     if machine.payloads:
         of_bare = -histories.cart_acceleration @ bare.scene.matrices()[0][0][:, :3].T
         static = [

@@ -128,13 +128,8 @@ class Machine(FileModel):
         """
         import tomli_w
 
-        # The products of a catalogue are among the products, and the points of a file are those of its rail.
-        values = self.model_dump(
-            mode="json",
-            exclude_defaults=True,
-            exclude_none=True,
-            exclude={"catalogue": True, "rails": {"__all__": {"straightness_file"}}},
-        )
+        # The products of a catalogue are among the products.
+        values = self.model_dump(mode="json", exclude_defaults=True, exclude_none=True, exclude={"catalogue"})
         with atomic_write(Path(file)) as draft:
             draft.write_bytes(tomli_w.dumps(values).encode())
 
@@ -166,6 +161,15 @@ class Machine(FileModel):
                 f"payloads: {what} knows no payloads that come and go; run the machine (simulate, guideload run), or "
                 f"make them part of its body: machine.carrying([{shown(self.payloads[0].name)}])"
             )
+
+    def require_standing_riders(self, what: str) -> None:
+        """Raise ArgumentError for a machine with a rider that names its motion, which `what` does not know."""
+        for rider in self.riders:
+            if rider.motion is not None:
+                raise ArgumentError(
+                    f"riders: {what} has riders at their positions, but {shown(rider.name)} has the motion "
+                    f"{shown(rider.motion)}; run the machine (simulate, guideload run), or leave the key motion out"
+                )
 
     @cached_property
     def _carrying(self) -> dict[frozenset[str], Machine]:

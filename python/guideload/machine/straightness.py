@@ -81,7 +81,7 @@ def spline_through(points: tuple[tuple[float, float, float], ...]) -> Profile:
 
 
 def with_straightness(values: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The values of a machine file with the points of the files that its rails name by `straightness_file`.
+    """The values of a machine file with the points of the files in place of their names, `straightness_file` of rails.
 
     Raises ConfigError, with the key path of the machine file, for a file that does not exist or has other columns.
     """
@@ -89,6 +89,7 @@ def with_straightness(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     for i, name in find_texts(values, "rails", "straightness_file"):
         try:
             rails[i] = {**rails[i], "straightness": _parse_points(folder / name, rails[i])}
+            del rails[i]["straightness_file"]
         except ValueRefused as refused:
             path = ("rails", i, "straightness_file")
             raise refused_at(path, refused.expected, name, refused.hint) from None

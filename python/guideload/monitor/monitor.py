@@ -156,6 +156,7 @@ def _judged(criteria: Criteria | None, settings: MonitorSettings) -> tuple[Judge
 def require_supported(machine: Machine) -> None:
     """Refuse what a monitor does not compute."""
     machine.require_no_payloads("a load monitor")
+    machine.require_standing_riders("a load monitor")
     if not machine.has_straight_rails:
         raise SceneError(
             "monitor: a rail is not straight, which a monitor does not know; leave its profile out"

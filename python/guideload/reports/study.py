@@ -243,6 +243,12 @@ def _study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]
         return
     if result.finished < result.runs:
         yield f"{result.finished} of {result.runs} {what} have run. Resume the study to run the others."
+    drive = result.metadata.machine.drive
+    if drive is not None and drive.push_direction is not None:
+        yield (
+            f"All {what} have the push of the rack of the machine as it is in the file, though it grows with the "
+            "moving mass. Where masses vary, run single machines with their own push."
+        )
     if result.metadata.chosen:
         return
     if result.failed > MANY_FAILURES * result.finished:

@@ -159,7 +159,8 @@ def _tops_of_parabolas(places: Array, values: Array) -> Array:
 
 
 def _require_plain(machine: Machine) -> None:
-    """Raise ArgumentError for what changes the forces on the body with the loads."""
+    """Raise ArgumentError for what derivatives do not follow."""
+    machine.require_standing_riders("a sensitivity")
     if machine.drive is not None and machine.drive.push_direction is not None:
         raise ArgumentError(
             "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; leave "
