@@ -54,7 +54,7 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
         strength, low, high = (shown[key].to_numpy(dtype=np.float64) for key in (main, *ends))
         if result.too_few or not np.isfinite(strength).any():
             return write_instead(ax, TOO_FEW if result.too_few else "nothing varies")
-        places = np.arange(len(shown))
+        places, folded = np.arange(len(shown)), shown.get("to_both_sides", [False] * len(shown))
         if sensitivity:
             first = np.clip(shown["first_order"].to_numpy(dtype=np.float64), 0, None)
             ax.barh(places, strength, 0.68, color="#9ecae6", label="total")
@@ -66,14 +66,14 @@ def tornado(result: StudyResult, name: str | None = None, ax: Axes | None = None
             draw_effects(ax, strength)
             reach = min(1.0, 1.15 * float(np.nanmax(np.abs([low, high]))))
             ax.set_xlim(-reach, reach)
+            words = "rank correlation; negative: falls as the parameter grows"
             ax.set_xlabel(
-                "rank correlation (negative: falls as the parameter grows; ±: with its distance from the median)"
+                f"{words}\n±: with the distance of the parameter from its median" if any(folded) else words
             )
         errors = np.clip([strength - low, high - strength], 0, None)
         ax.errorbar(
             strength, places, xerr=errors, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2, zorder=4
         )
-        folded = shown.get("to_both_sides", [False] * len(shown))
         name_rows(
             ax, (f"{'± ' * both}{short(str(one))}" for one, both in zip(shown.index, folded, strict=True))
         )

@@ -306,6 +306,7 @@ class StudyResult(StudyColumns):
             return self.sensitivity(name).sort_values("total", ascending=False, kind="stable")
         one_way, both = (self.rank_correlation(name, to_both_sides=each) for each in (False, True))
         folded = both["rank_correlation"].abs() > one_way["rank_correlation"].abs()
+        folded &= both["low"] * both["high"] > 0.0  # no zero in the interval: not by chance
         table = one_way.mask(folded, both).assign(to_both_sides=folded)
         return table.sort_values("rank_correlation", key=abs, ascending=False, kind="stable")
 
