@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -60,6 +60,11 @@ class ConfigModel(BaseModel):
     # Pydantic's mark (as on RootModel) of an __init__ that only wraps: nested models are then validated without it,
     # so that the ConfigError of the outermost model has the problems of all.
     vars(__init__)["__pydantic_base_init__"] = True
+
+
+def optional(description: str, default: Any = None, **checks: Any) -> Any:
+    """The field of a key that may be left out."""
+    return Field(default=default, description=description, **checks)
 
 
 def not_required(*keys: str) -> ConfigDict:

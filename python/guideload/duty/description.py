@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, field_validator
 
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import CYCLES, PERIOD
@@ -33,15 +33,12 @@ class CaseFile(ConfigModel):
     cycles: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0, within=CYCLES))] = Field(
         description="repetitions of the motion in each period"
     )
-    machine: FileName | None = Field(
-        default=None, description="a machine file, instead of that of the duty cycle"
+    machine: FileName | None = optional("a machine file, instead of that of the duty cycle")
+    change: dict[str, Any] = optional(
+        'keys of the machine file with other values, e.g. { body = { mass = "1400 kg" } }', {}
     )
-    change: dict[str, Any] = Field(
-        default={},
-        description='keys of the machine file with other values, e.g. { body = { mass = "1400 kg" } }',
-    )
-    reading: TraceOptions = Field(
-        default=TraceOptions(), description="how the trace is read, as in the table [reading] of a study"
+    reading: TraceOptions = optional(
+        "how the trace is read, as in the table [reading] of a study", TraceOptions()
     )
 
 
@@ -51,11 +48,9 @@ class DutyFile(FileModel):
     FILE: ClassVar = "duty.toml"
     WRITTEN_BY: ClassVar = "`guideload schema duty` lists its keys"
 
-    machine: FileName | None = Field(
-        default=None, description='machine file of all cases that have none, e.g. "machine.toml"'
-    )
-    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = Field(
-        default=HOUR, description='time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"'
+    machine: FileName | None = optional('machine file of all cases that have none, e.g. "machine.toml"')
+    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = optional(
+        'time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"', HOUR
     )
     cases: tuple[CaseFile, ...] = Field(min_length=1, description="one [[cases]] table for each load case")
     _machines: tuple[Machine, ...] = PrivateAttr(())

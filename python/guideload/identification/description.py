@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, StrictStr, model_validator
 
-from guideload.base.config import ConfigModel, in_range, number
+from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
 from guideload.base.number_text import joined
 from guideload.base.ranges import DEFLECTION, FORCE
@@ -37,7 +37,7 @@ from guideload.identification.tables import (
 from guideload.identification.unknowns import UnknownTable, resolve_unknowns
 from guideload.machine.machine import Machine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import NumberOrText, optional
+from guideload.study.varied_parameters import NumberOrText
 
 # ---- measurements that could be made next, and what each would show of the fitted machine
 

@@ -23,7 +23,7 @@ from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range, not_required
+from guideload.base.config import ConfigModel, entries, in_range, not_required, optional
 from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -94,8 +94,8 @@ class Body(ConfigModel):
 
     mass: Mass = Field(description='mass of all that moves with the carriages, e.g. "1250 kg"')
     center_of_mass: Point = Field(description='x, y, z from L, e.g. ["120 mm", "-650 mm", "180 mm"]')
-    inertia_about: Literal["center_of_mass", "L"] = Field(
-        default="center_of_mass", description="the reference point of the inertia; its axes are x, y, z"
+    inertia_about: Literal["center_of_mass", "L"] = optional(
+        "the reference point of the inertia; its axes are x, y, z", "center_of_mass"
     )
     inertia: Tensor = Field(
         description="inertia tensor in kg m^2, e.g. [[420, 15, -8], [15, 310, 22], [-8, 22, 380]]"
@@ -132,25 +132,20 @@ class Rail(ConfigModel):
 
     name: Name = Field(description='a unique name, e.g. "1"')
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
-    roll: Roll = Field(
-        default=0.0,
-        description='angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"',
+    roll: Roll = optional(
+        'angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"', 0.0
     )
-    mounting_error: Cross = Field(
-        default=(0.0, 0.0),
-        description='y, z by which it is mounted beside its position, e.g. ["20 um", "-5 um"]; it loads the carriages',
+    mounting_error: Cross = optional(
+        'y, z by which it is mounted beside its position, e.g. ["20 um", "-5 um"]; it loads the carriages',
+        (0.0, 0.0),
     )
-    straightness: Straightness | None = Field(
-        default=None,
-        description='points [x, dy, dz] of its displacement, x in the fixed frame, e.g. [["0 m", "0 um", "0 um"], ...]',
+    straightness: Straightness | None = optional(
+        'points [x, dy, dz] of its displacement, x in the fixed frame, e.g. [["0 m", "0 um", "0 um"], ...]'
     )
-    straightness_file: Name | None = Field(
-        default=None,
-        description='a CSV file with these points, relative to the machine file: columns "x [mm],dy [um],dz [um]"',
+    straightness_file: Name | None = optional(
+        'a CSV file with these points, relative to the machine file: columns "x [mm],dy [um],dz [um]"'
     )
-    waviness: Waviness | None = Field(
-        default=None, description="a random displacement in addition, with rms, wavelengths and seed"
-    )
+    waviness: Waviness | None = optional("a random displacement in addition, with rms, wavelengths and seed")
 
     @field_validator("straightness_file")
     @classmethod
@@ -196,30 +191,23 @@ class Carriage(ElasticModel):
 
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
-    type: Name | None = Field(
-        default=None, description="a table of [carriage_types], which gives the keys that are left out here"
-    )
+    type: Name | None = optional("a table of [carriage_types], which gives the keys that are left out here")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    stiffness_pitch: RotationalStiffness | None = Field(
-        default=None,
-        description='stiffness against rotation about z, e.g. "250 kN m/rad", in place of the one by length',
+    stiffness_pitch: RotationalStiffness | None = optional(
+        'stiffness against rotation about z, e.g. "250 kN m/rad", in place of the one by length'
     )
-    stiffness_yaw: RotationalStiffness | None = Field(
-        default=None,
-        description='stiffness against rotation about y, e.g. "250 kN m/rad", in place of the one by length',
+    stiffness_yaw: RotationalStiffness | None = optional(
+        'stiffness against rotation about y, e.g. "250 kN m/rad", in place of the one by length'
     )
-    stiffness_roll: RotationalStiffness | None = Field(
-        default=None, description='stiffness against rotation about x, e.g. "80 kN m/rad" (or width instead)'
+    stiffness_roll: RotationalStiffness | None = optional(
+        'stiffness against rotation about x, e.g. "80 kN m/rad" (or width instead)'
     )
-    length: PositiveLength | None = Field(
-        default=None,
-        validate_default=True,
-        description='distance between its two ends along x, e.g. "85 mm"; a product may give it',
+    length: PositiveLength | None = optional(
+        'distance between its two ends along x, e.g. "85 mm"; a product may give it', validate_default=True
     )
-    width: PositiveLength | None = Field(
-        default=None,
-        description='distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
-        "a product may give it",
+    width: PositiveLength | None = optional(
+        'distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
+        "a product may give it"
     )
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
@@ -235,17 +223,16 @@ class Carriage(ElasticModel):
     damping_y: Damping = Field(description=f"damping of the whole carriage along y{NO_CATALOGUE}")
     damping_z: Damping = Field(description=f"damping of the whole carriage along z{NO_CATALOGUE}")
     damping_in_contact: DampingInContact = False
-    mounting_error: Cross = Field(
-        default=(0.0, 0.0),
-        description='y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+    mounting_error: Cross = optional(
+        'y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+        (0.0, 0.0),
     )
-    product: Name | None = Field(
-        default=None,
-        description='a packaged product, or one of the catalogue file or of [[products]], e.g. "HGH25CA"; it gives '
-        "length, width and stiffness if they are left out",
+    product: Name | None = optional(
+        'a packaged product, or one of the catalogue file or of [[products]], e.g. "HGH25CA"; it gives '
+        "length, width and stiffness if they are left out"
     )
-    preload_class: Name | None = Field(
-        default=None, description='preload class of the product, e.g. "ZA"; needed if the product has several'
+    preload_class: Name | None = optional(
+        'preload class of the product, e.g. "ZA"; needed if the product has several'
     )
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, field_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, entries, in_range, optional
 from guideload.base.errors import ValueRefused, refused_at
 from guideload.base.ranges import LENGTH, POSITION, POWER
 from guideload.base.units import quantity
@@ -138,8 +138,8 @@ class Waviness(ConfigModel):
         tuple[PositiveLength, PositiveLength],
         BeforeValidator(partial(entries, names=("shortest", "longest"))),
     ] = Field(description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]')
-    exponent: Annotated[float, in_range(POWER, least=0.0)] = Field(
-        default=2.0, description="of the fall of the power density with the wave number"
+    exponent: Annotated[float, in_range(POWER, least=0.0)] = optional(
+        "of the fall of the power density with the wave number", 2.0
     )
     seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(
         description="of the random phases: the same seed gives the same profile"

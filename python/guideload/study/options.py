@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hi
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
-from guideload.base.config import ConfigModel, in_range
+from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, problem_at, refused_at
 from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
@@ -26,7 +26,7 @@ from guideload.simulation.start import Start
 from guideload.study.factors import Correlation
 from guideload.study.quantities import STATISTICS, Recorded, Statistic
 from guideload.study.sampling import Sampling, Sobol
-from guideload.study.varied_parameters import DistributionSpec, NumberOrText, optional
+from guideload.study.varied_parameters import DistributionSpec, NumberOrText
 from guideload.traces.channels import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
