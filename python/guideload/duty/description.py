@@ -14,7 +14,7 @@ from guideload.base.config import ConfigModel, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import CYCLES, PERIOD
-from guideload.base.toml import missing_files, read_toml
+from guideload.base.toml import read_toml, require_files
 from guideload.catalogue.life_target import HOUR
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
@@ -76,8 +76,7 @@ class DutyFile(FileModel):
             for i, machine_file in enumerate(machine_files)
             if machine_file is None
         ]
-        if problems := [*problems, *missing_files(file.parent, names)]:
-            raise ConfigError(problems)
+        require_files(file.parent, names, problems)
         described._machines = tuple(
             _machine(file.parent / str(machine_file), i, case)
             for i, (machine_file, case) in enumerate(zip(machine_files, described.cases, strict=True))

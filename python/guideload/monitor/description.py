@@ -10,10 +10,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, StrictStr
 
 from guideload.base.config import ConfigModel, in_range, optional
-from guideload.base.errors import ArgumentError, ConfigError
+from guideload.base.errors import ArgumentError
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD, SMOOTHER
-from guideload.base.toml import missing_files
+from guideload.base.toml import require_files
 from guideload.monitor.settings import MonitorSettings
 
 Load = Annotated[float, in_range(FORCE, above=0.0)]
@@ -74,8 +74,7 @@ class MonitorFile(FileModel):
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> MonitorFile:
         described = cls(**values)
-        if problems := missing_files(file.parent, {("machine",): described.machine}):
-            raise ConfigError(problems)
+        require_files(file.parent, {("machine",): described.machine})
         try:
             _ = described.settings
         except ArgumentError as error:

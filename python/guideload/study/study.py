@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from guideload.audit.motion_plausibility import motion_warnings
 from guideload.base.config import optional
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
-from guideload.base.toml import located
+from guideload.base.toml import located, require_files
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
@@ -60,7 +60,7 @@ class Study(StudyOptions):
         folder = Path(file).parent
         try:
             described = StudyFile(**{**values, **replaced})
-            described.require_files(folder)
+            require_files(folder, described.files)
             machine = Machine.from_toml(folder / described.machine)
             motion = described.reading.motion(folder / described.trace, machine)
             sources = [Path(file), folder / described.machine, folder / described.trace]
