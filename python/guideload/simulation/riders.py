@@ -9,8 +9,8 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
-from guideload.simulation.stamps import find_jumps, find_place, is_late, with_stamps
+from guideload.motion.motion import Motion, find_jumps, with_stamps
+from guideload.motion.stamps import find_place, is_late
 
 # Speed at the ends of a rider's motion over its largest speed: below it the rider stands still before and after.
 STILL = 1e-3
