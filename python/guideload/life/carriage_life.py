@@ -11,10 +11,9 @@ from guideload.base.arrays import Array
 from guideload.base.number_text import digits
 from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
-from guideload.life.equivalent_load import AXES
+from guideload.life.equivalent_load import AXES, row_loads
 from guideload.life.mean_load import integrals, mean_load
 from guideload.life.record import Record
-from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
 from guideload.motion.uncertainty import COVER
 

@@ -274,6 +274,12 @@ class Machine(FileModel):
         return tuple(map(read_only, _places(self.link_table().carriage, len(self.carriages))))
 
     @cached_property
+    def static_carriage_loads(self) -> Array:
+        """Static loads of the carriages (carriage, 6): force [N], and moment about the carriage centre [N m]."""
+        loads = self.scene.static_group_loads(self.links_of_carriages, self.carriage_places)
+        return read_only(loads)
+
+    @cached_property
     def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
         """For each rail, the indices of the links of its carriages in the link table."""
         table = self.link_table()

@@ -14,7 +14,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.life.criteria import Criteria, criteria_of
-from guideload.life.equivalent_load import EquivalentLoad
+from guideload.life.equivalent_load import PLAIN_SUM
 from guideload.machine.machine import Machine
 from guideload.monitor.description import MonitorFile
 from guideload.monitor.estimator import filter_taps
@@ -144,9 +144,7 @@ def _rules(machine: Machine, settings: MonitorSettings) -> tuple[list[Judged], b
 def _judged(criteria: Criteria | None, settings: MonitorSettings) -> tuple[Judged, float]:
     """Rule, limit, bin and capacity of a carriage, and its exponent. Without ratings: |Fy| + |Fz|, and no life."""
     if criteria is None:
-        weights = np.zeros((2, 5, 2))
-        weights[0, :2] = 1.0
-        return (EquivalentLoad(weights, 1.0).of_core, settings.limit, settings.bin, 0.0), 3.0
+        return (PLAIN_SUM.of_core, settings.limit, settings.bin, 0.0), 3.0
     for axis in criteria.rule.missing:
         raise criteria.unrated(axis, f"may carry a {axis} moment")
     capacity = float(criteria.life_under(1.0))  # of 1 N, so it is life times load^p

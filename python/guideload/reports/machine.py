@@ -8,7 +8,7 @@ import numpy as np
 
 from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
-from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
+from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
@@ -305,7 +305,7 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
 
 def _static_section(machine: Machine) -> Section:
     """A row per carriage: static force and moment, with sign."""
-    loads = static_loads(machine)
+    loads = machine.static_carriage_loads
     axes = {"Fy": "N", "Fz": "N", "Mx": "N m", "My": "N m", "Mz": "N m"}
     table = Table(
         Column("carriage", [one.name for one in machine.carriages]),

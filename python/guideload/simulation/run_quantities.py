@@ -89,8 +89,7 @@ def _reference_point(run: Run) -> Iterator[Row]:
 
 
 def _static(run: Run) -> Iterator[Row]:
-    machine, scene = run.machine, run.machine_at_start.scene
-    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
+    scene, loads = run.machine_at_start.scene, run.machine_at_start.static_carriage_loads
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
     yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"
