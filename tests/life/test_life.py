@@ -23,7 +23,7 @@ from guideload.life.equivalent_load import row_loads
 from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
-from guideload.machine.bodies import united
+from guideload.machine.components import united
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 from guideload.motion.motion import Motion

@@ -50,7 +50,7 @@ class CarriageLife(Criteria):
     @cached_property
     def factor_life(self) -> float:
         """Load factor f_W of the catalogues for the life: mean load over that of the quasi-static loads."""
-        quasi_static = self.record.quasi_static[:, self.index]
+        quasi_static = self.record.parts.quasi_static[:, self.index]
         exponent = self.rating.exponent
         mean = mean_load(*integrals(self.record.travel, quasi_static, self.rule, exponent), exponent)
         return self.mean_load / mean if mean else float("nan")
@@ -58,7 +58,7 @@ class CarriageLife(Criteria):
     @cached_property
     def factor_safety(self) -> float:
         """Load factor f_W of the catalogues for the static safety: peak over that of the quasi-static loads."""
-        peak = float(self.static_rule(self.record.quasi_static[:, self.index]).max())
+        peak = float(self.static_rule(self.record.parts.quasi_static[:, self.index]).max())
         return self.static.peak / peak if peak else float("nan")
 
     @cached_property

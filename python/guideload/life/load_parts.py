@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from guideload.audit.histories import Histories
@@ -27,7 +29,7 @@ class LoadParts(dict[str, Array]):
     Their sum is the load. Causes that the run does not have are missing. Quasi-static parts have nominal stiffness.
     """
 
-    @property
+    @cached_property
     def quasi_static(self) -> Array:
         """Quasi-static loads, inertia forces included: what catalogues put into their formulas."""
         return np.asarray(sum(part for cause, part in self.items() if cause != "vibration"))

@@ -6,6 +6,7 @@ A value is an SI number or a string with its unit; it is stored as an SI number.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import partial
 from typing import Annotated, Literal, NamedTuple, cast
 
@@ -38,7 +39,7 @@ from guideload.base.ranges import (
     TRAVEL,
 )
 from guideload.base.visible_text import HIDDEN, escaped
-from guideload.machine.inertia import PRINTED_DIGITS, central, require_physical
+from guideload.machine.inertia import PRINTED_DIGITS, central, point_inertia, require_physical
 from guideload.machine.laws import (
     Clearance,
     Compliance,
@@ -125,6 +126,24 @@ class Body(ConfigModel):
     def central_inertia(self) -> Array:
         """Inertia tensor about the centre of mass, shape (3, 3) [kg m^2]: J_S = J_L + m skew(r_S)^2."""
         return central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
+
+
+def united(body: Body, others: Iterable[Body]) -> Body:
+    """Bodies that move as one: sums of mass, first moment, and inertia about the common centre of mass."""
+    for other in others:
+        body = joined(body, other.mass, np.array(other.center_of_mass), other.central_inertia())
+    return body
+
+
+def joined(body: Body, mass: float, center: Array, inertia: Array) -> Body:
+    """A body together with a mass [kg], its centre (3,) [m] from L and its inertia (3, 3) [kg m^2] about it."""
+    total, own = body.mass + mass, np.array(body.center_of_mass)
+    reduced = body.mass * mass / total
+    return Body(
+        mass=total,
+        center_of_mass=((body.mass * own + mass * center) / total).tolist(),
+        inertia=(body.central_inertia() + inertia + point_inertia(reduced, center - own)).tolist(),
+    )
 
 
 class Rail(ConfigModel):

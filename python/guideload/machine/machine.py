@@ -30,9 +30,8 @@ from guideload.base.number_text import number
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
-from guideload.machine.bodies import united
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, with_types
-from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition, united
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import LinkTable, feet_on, own_axes, read_only, table_of
@@ -278,6 +277,12 @@ class Machine(FileModel):
         """Static loads of the carriages (carriage, 6): force [N], and moment about the carriage centre [N m]."""
         loads = self.scene.static_group_loads(self.links_of_carriages, self.carriage_places)
         return read_only(loads)
+
+    def resultants(self, loads: Array) -> Array:
+        """Resultants (time, carriage) [N] in the y-z plane of link loads (time, link) [N]."""
+        directions = self.link_table().directions[:, 1:]
+        sums = [loads[:, links] @ directions[links] for links in self.links_of_carriages]
+        return np.asarray(np.linalg.norm(np.array(sums).reshape(len(sums), len(loads), 2), axis=2).T)
 
     @cached_property
     def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:

@@ -13,7 +13,7 @@ from guideload._core import Monitor as CoreMonitor
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError
-from guideload.life.criteria import Criteria, criteria_of
+from guideload.life.criteria import Criteria, known_criteria
 from guideload.life.equivalent_load import PLAIN_SUM
 from guideload.machine.machine import Machine
 from guideload.monitor.description import MonitorFile
@@ -127,11 +127,7 @@ Judged = tuple[tuple[Array, float, float, str], float, float, float]
 
 def _rules(machine: Machine, settings: MonitorSettings) -> tuple[list[Judged], bool]:
     """Rule, limit, bin and capacity of each carriage, and whether they have rollers."""
-    rated = {}
-    if any(
-        product is not None and product.dynamic and product.static for product in machine.product_of_carriage
-    ):
-        rated = {one.index: one for one in criteria_of(machine, machine.life)}
+    rated = {one.index: one for one in known_criteria(machine, machine.life)}
     rules = [_judged(rated.get(index), settings) for index in range(len(machine.carriages))]
     exponents = {exponent for _, exponent in rules}
     if len(exponents) > 1:

@@ -11,7 +11,6 @@ from guideload.base.arrays import Array, median_step
 from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
-from guideload.machine.stretches import Stretches
 from guideload.simulation.peaks import peak_rows, resultants
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
@@ -132,12 +131,6 @@ def _riders(run: Run) -> Iterator[Row]:
     yield "rider_wrench", ("time", "dof"), solution.rider_wrench(), LOAD_UNITS, text
 
 
-def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tuple[str, ...]]]:
-    """The time at which each stretch begins [s], and the payloads that are on the machine then."""
-    began = (float(time[first]) for first in stretches.first)
-    return list(zip(began, stretches.payloads, strict=True))
-
-
 def _attributes(run: Run) -> dict[str, str | float | int]:
     solution, bandwidth = run.solution, run.motion.usable_bandwidth
     more = "" if run.original_times is None else ", and more between them"
@@ -165,7 +158,9 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "motion_warnings": "\n".join(run.motion.warnings),
     }
     if run.stretches is not None:
-        attributes["payload_changes"] = finite_json(payload_changes(run.stretches, run.motion.time))
+        # When each stretch begins [s], and the payloads that are on the machine then.
+        began = run.motion.time[list(run.stretches.first)].tolist()
+        attributes["payload_changes"] = finite_json(list(zip(began, run.stretches.payloads, strict=True)))
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes
