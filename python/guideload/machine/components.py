@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from functools import partial
 from typing import Annotated, Literal, NamedTuple, cast
 
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     Field,
     StrictStr,
     ValidationInfo,
@@ -24,7 +22,7 @@ from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range, not_required, optional
+from guideload.base.config import ConfigModel, in_range, listed, not_required, optional
 from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -79,9 +77,9 @@ Damping = Annotated[float, in_range(DAMPING, least=0.0)]
 Acceleration = Annotated[float, in_range(ACCELERATION)]
 Plain = Annotated[float, in_range(DIRECTION)]
 
-_XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
-_YZ = BeforeValidator(partial(entries, names=("y", "z")))
-_ROWS = BeforeValidator(partial(entries, names=("[Jxx, Jxy, Jxz]", "[Jyx, Jyy, Jyz]", "[Jzx, Jzy, Jzz]")))
+_XYZ = listed("x", "y", "z")
+_YZ = listed("y", "z")
+_ROWS = listed("[Jxx, Jxy, Jxz]", "[Jyx, Jyy, Jyz]", "[Jzx, Jzy, Jzz]")
 Point = Annotated[tuple[Length, Length, Length], _XYZ]
 Cross = Annotated[tuple[Length, Length], _YZ]
 Vector = Annotated[tuple[Plain, Plain, Plain], _XYZ]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from guideload.base.config import ConfigModel, entries, in_range, optional
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.ranges import (
     ANGLE,
@@ -31,7 +30,7 @@ CurvePoint = Annotated[
     tuple[
         Annotated[float, in_range(ANGULAR_SPEED, least=0.0)], Annotated[float, in_range(MOMENT, least=0.0)]
     ],
-    BeforeValidator(partial(entries, names=("speed", "torque"))),
+    listed("speed", "torque"),
 ]
 OUTPUTS = ("pinion_diameter", "pulley_diameter", "screw_lead", "linear_motor")
 

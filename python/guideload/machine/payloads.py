@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from guideload.base.config import ConfigModel, entries, in_range, optional
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import TIME, TRAVEL
 from guideload.machine.components import Body, Name
 
 Seconds = Annotated[float, in_range(TIME)]
-Stay = Annotated[tuple[Seconds, Seconds], BeforeValidator(partial(entries, names=("from", "to")))]
+Stay = Annotated[tuple[Seconds, Seconds], listed("from", "to")]
 
 
 class Place(ConfigModel):

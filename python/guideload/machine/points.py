@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import Field, field_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range, optional
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import LENGTH
 from guideload.machine.components import Name, Point, Vector, unit_vector
 
 SQUARE = 1e-6  # largest cosine between the two axes of a point: the rounding of printed directions
 
-_AXES = BeforeValidator(partial(entries, names=("direction of its x", "direction of its y")))
+_AXES = listed("direction of its x", "direction of its y")
 
 
 class PointOfInterest(ConfigModel):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, model_validator
+from pydantic import model_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range, optional
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.number_text import number
 from guideload.base.ranges import FORCE, MOMENT
@@ -19,7 +18,7 @@ from guideload.motion.profiles import Pieces
 Phase = Literal["speeding up", "constant speed", "braking", "at rest"]
 Force = Annotated[float, in_range(FORCE)]
 Moment = Annotated[float, in_range(MOMENT)]
-_XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
+_XYZ = listed("x", "y", "z")
 
 
 class PhaseForce(ConfigModel):
