@@ -19,11 +19,11 @@ from guideload.catalogue.product import Product
 from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.arrangement import arrangements
 from guideload.life.by_place import rail_damage
+from guideload.life.equivalent_load import row_loads
 from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
-from guideload.life.row_loads import row_loads
-from guideload.machine.bodies import united
+from guideload.machine.components import united
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 from guideload.machine.riders import Rider

@@ -14,7 +14,6 @@ from lives import PRODUCT, cart, moved
 from moves import GENTLE
 
 from guideload import Machine, Motion, Product, html_report, simulate
-from guideload.audit.plausibility import static_loads
 from guideload.base.errors import ConfigError
 from guideload.base.number_text import load_in_sentence
 from guideload.drive import drive_requirements
@@ -80,7 +79,7 @@ def test_what_a_mounting_error_would_change_is_said_of_machines_without() -> Non
     first, second, *others = plain.carriages
     off = second.model_copy(update={"mounting_error": (0.0, 1e-5)})
     wrong = plain.model_copy(update={"carriages": (first, off, *others)})
-    change = np.linalg.norm((static_loads(wrong) - static_loads(plain))[1, 1:3])
+    change = np.linalg.norm((wrong.static_carriage_loads - plain.static_carriage_loads)[1, 1:3])
     assert f"10 um of carriage 1b along z would change its load by {load_in_sentence(change)};" in text
     assert placement_lines(wrong) == []
 

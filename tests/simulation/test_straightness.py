@@ -85,7 +85,7 @@ def test_a_slow_passage_gives_the_loads_at_rest_of_each_place() -> None:
     # Not while it starts and stops, which excites vibration.
     steady = slice(place.size // 4, 3 * place.size // 4)
     histories = Histories(result.machine, result.quantities)
-    quasi_static = histories.resultants(histories.quasi_static)
+    quasi_static = histories.machine.resultants(histories.quasi_static)
     np.testing.assert_allclose(
         result.data["resultant"].values[steady], quasi_static[steady], atol=2e-3 * size
     )

@@ -32,7 +32,7 @@ from guideload.base.number_text import digits
 from guideload.base.warnings import WarningText
 from guideload.cli.inputs import EXAMPLES
 from guideload.drive import drive_requirements
-from guideload.machine.bodies import joined
+from guideload.machine.components import joined
 from guideload.machine.drive import Drive
 from guideload.machine.modes import Modes
 from guideload.reports.report import Table

@@ -281,7 +281,7 @@ def vibration(histories: Histories) -> tuple[float, float]:
     """Largest difference of a resultant from the quasi-static one, and the largest one [N]; else of link loads."""
     load, quasi_static = histories.data["link_load"], histories.quasi_static
     if histories.machine.carriages:
-        load, quasi_static = histories.data["resultant"], histories.resultants(quasi_static)
+        load, quasi_static = histories.data["resultant"], histories.machine.resultants(quasi_static)
     return float(np.abs(load - quasi_static).max()), float(np.abs(load).max())
 
 
@@ -296,7 +296,7 @@ def peak_instants(data: Quantities) -> NDArray[np.intp]:
 
 def _peak(histories: Histories, load: Array) -> Array:
     """Peaks (name,) [N], from link loads (n, link) [N]: see `SimplerModels.peak`."""
-    sizes = histories.resultants(load) if histories.machine.carriages else np.abs(load)
+    sizes = histories.machine.resultants(load) if histories.machine.carriages else np.abs(load)
     return np.asarray(sizes.max(axis=0))
 
 

@@ -130,12 +130,6 @@ class Histories:
         """Quasi-static link loads (time, link) [N]: K q = Q + E - M_u a at every instant."""
         return np.asarray(self.machine.nominal_scene.static_link_loads() + self.quasi_static_change)
 
-    def resultants(self, loads: Array) -> Array:
-        """Resultants (time, carriage) [N] in the y-z plane of link loads (time, link) [N]."""
-        directions = self.links.directions[:, 1:]
-        sums = [loads[:, links] @ directions[links] for links in self.machine.links_of_carriages]
-        return np.asarray(np.linalg.norm(np.array(sums).reshape(len(sums), len(loads), 2), axis=2).T)
-
     @property
     def starts_at_rest(self) -> bool:
         """Whether nothing moves at the first instant, because it is the start of the run."""

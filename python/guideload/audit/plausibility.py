@@ -181,7 +181,7 @@ def _rest(machine: Machine) -> Iterator[WarningText]:
             f"Note: at rest {names[at]} sags by {digits(1e3 * sags[at])} mm: are stiffness in N/m and mass in kg "
             f'({mass})? {SI} "350 N/um".',
         )
-    loads = np.linalg.norm(static_loads(machine)[:, 1:3], axis=1)
+    loads = np.linalg.norm(machine.static_carriage_loads[:, 1:3], axis=1)
     ratings = [(one and one.static) or np.inf for one in machine.product_of_carriage]
     use = loads / np.array(ratings)
     if use.size and not LIMITS["load at rest"].holds(float(use.max())):
@@ -231,7 +231,7 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
 def _weight(machine: Machine) -> Iterator[WarningText]:
     """On gravity along held dofs of L, and across the carriages."""
     gravity = np.array(machine.gravity)
-    reaction, loads = machine.scene.static_reaction(), static_loads(machine)
+    reaction, loads = machine.scene.static_reaction(), machine.static_carriage_loads
     for index, axis in enumerate(DOFS[:3]):
         if axis in machine.free or axis == "x" or not gravity[index]:
             continue
@@ -297,8 +297,3 @@ def _own_stiffness(machine: Machine) -> Iterator[WarningText]:
 
 def _carriages(machine: Machine, names: list[str]) -> str:
     return "all carriages" if len(names) == len(machine.carriages) else f"carriage {joined(names)}"
-
-
-def static_loads(machine: Machine) -> Array:
-    """Static loads (carriage, 6) of the carriages: Fx Fy Fz [N], Mx My Mz [N m]."""
-    return np.asarray(machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places))

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from guideload.base.errors import RunError, WriteError
+from guideload.base.errors import RunError, ValueRefused, WriteError
 
 if sys.platform == "win32":
     import msvcrt
@@ -27,6 +27,14 @@ DRAFT = ".draft"  # ending of the name of a draft folder
 COMMITTED = "complete"  # in a draft folder: complete outputs whose move into the target has begun
 _held = set[Path]()  # locks of this process, which the system does not keep apart by thread
 _held_guard = threading.Lock()
+
+
+def with_ending(path: str | os.PathLike[str], ending: str) -> Path:
+    """`path`. Raises ValueRefused if its name has another ending, by which readers know the format."""
+    path = Path(path)
+    if path.suffix != ending:
+        raise ValueRefused(f"a file name that ends in {ending}", str(path))
+    return path
 
 
 @contextmanager

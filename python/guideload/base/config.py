@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -62,6 +62,11 @@ class ConfigModel(BaseModel):
     vars(__init__)["__pydantic_base_init__"] = True
 
 
+def optional(description: str, default: Any = None, **checks: Any) -> Any:
+    """The field of a key that may be left out."""
+    return Field(default=default, description=description, **checks)
+
+
 def not_required(*keys: str) -> ConfigDict:
     """Configuration of a model whose `keys` may be left out in a file, because another table of it gives them."""
 
@@ -108,6 +113,11 @@ def entries(value: object, names: tuple[str, ...]) -> object:
     if not isinstance(value, list | tuple) or len(value) != len(names):
         raise ValueRefused(f"[{', '.join(names)}]", value)
     return value
+
+
+def listed(*names: str) -> BeforeValidator:
+    """The validator of a list that has one entry per name."""
+    return BeforeValidator(partial(entries, names=names))
 
 
 def interval(value: object) -> object:

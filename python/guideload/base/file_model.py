@@ -66,4 +66,4 @@ class FileModel(ConfigModel):
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> Self:
         """The model of the values of a file. Raises ConfigError."""
-        raise NotImplementedError
+        return cls(**values)

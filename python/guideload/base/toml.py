@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from bisect import bisect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from os import PathLike
@@ -137,13 +138,17 @@ def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> Conf
     return ConfigError(sorted(problems, key=lambda problem: problem.row or 0), file, error.others)
 
 
-def missing_files(folder: Path, names: Mapping[KeyPath, str] | Mapping[KeyPath, str | None]) -> list[Problem]:
-    """The problems of the files that do not exist, by their keys; None stands for no file."""
-    missing = {key: name for key, name in names.items() if name is not None and not (folder / name).is_file()}
-    return [
+def require_files(
+    folder: Path, names: Mapping[KeyPath, str | None], problems: Sequence[Problem] = ()
+) -> None:
+    """Raise ConfigError with `problems` and those of the files that do not exist; None stands for no file."""
+    missing = [
         problem_at(key, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
-        for key, name in missing.items()
+        for key, name in names.items()
+        if name is not None and not os.path.exists(folder / name)  # of a name no system takes: False
     ]
+    if problems or missing:
+        raise ConfigError([*problems, *missing])
 
 
 # A string that does not end reaches to the end of its row or, with three quotes, of the text: so each character is

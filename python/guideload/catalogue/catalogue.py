@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from os import PathLike
+from typing import ClassVar
 
 from pydantic import Field, field_validator
 
-from guideload.base.arguments import checked
-from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError, ValueRefused, did_you_mean, shown
+from guideload.base.errors import ValueRefused, did_you_mean, shown
+from guideload.base.file_model import FileModel
 from guideload.base.number_text import first_names
-from guideload.base.toml import located, read_toml
 from guideload.catalogue.product import Product
 
 
@@ -33,20 +31,13 @@ def _as_part(word: str) -> str:
     return f"{before}{re.escape(word)}{after}"
 
 
-class Catalogue(ConfigModel):
+class Catalogue(FileModel):
     """A catalogue of carriages. Raises ConfigError with all problems at once."""
 
-    products: tuple[Product, ...] = Field(min_length=1, description="one [[products]] table per product")
+    FILE: ClassVar = "catalogue.toml"
+    WRITTEN_BY: ClassVar = "`guideload init --catalogue` writes one"
 
-    @classmethod
-    @checked
-    def from_toml(cls, file: str | PathLike[str]) -> Catalogue:
-        """The catalogue of a TOML file. Raises ConfigError naming file, row, key and value."""
-        values, places = read_toml(file, "`guideload init --catalogue` writes one")
-        try:
-            return cls(**values)
-        except ConfigError as error:
-            raise located(error, str(file), places) from None
+    products: tuple[Product, ...] = Field(min_length=1, description="one [[products]] table per product")
 
     @field_validator("products")
     @classmethod

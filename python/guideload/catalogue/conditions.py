@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
-from guideload.base.config import ConfigModel, in_range, number
+from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import CYCLES, FACTOR, YEARLY
 from guideload.catalogue.life_target import HOUR, LifeTarget, Repetition, life_target
@@ -36,40 +36,32 @@ def _probability(value: object) -> float:
 class LifeConditions(ConfigModel):
     """How life and static safety are judged."""
 
-    rule: RuleName = Field(default="sum", description="rule of the equivalent load; sum is on the safe side")
-    preload_in_life: bool = Field(
-        default=True,
-        description="whether the preload counts, if it is known; false: as the maker prints the rule",
+    rule: RuleName = optional("rule of the equivalent load; sum is on the safe side", "sum")
+    preload_in_life: bool = optional(
+        "whether the preload counts, if it is known; false: as the maker prints the rule", True
     )
-    reliability: Annotated[float, PlainValidator(_probability)] = Field(
-        default=0.9, description="probability that the life is reached"
+    reliability: Annotated[float, PlainValidator(_probability)] = optional(
+        "probability that the life is reached", 0.9
     )
-    hardness_factor: Factor = Field(default=1.0, description="f_H, 1 for raceways of 58 to 64 HRC")
-    temperature_factor: Factor = Field(default=1.0, description="f_T, 1 up to 100 C")
-    contact_factor: Factor | None = Field(
-        default=None,
-        description="f_C of carriages side by side on a rail; by default 1, 0.81, 0.72, 0.66, 0.61 for 1 to 5",
+    hardness_factor: Factor = optional("f_H, 1 for raceways of 58 to 64 HRC", 1.0)
+    temperature_factor: Factor = optional("f_T, 1 up to 100 C", 1.0)
+    contact_factor: Factor | None = optional(
+        "f_C of carriages side by side on a rail; by default 1, 0.81, 0.72, 0.66, 0.61 for 1 to 5"
     )
-    load_factor: Factor = Field(
-        default=1.0, description="f_W; 1, because simulated loads contain the dynamics already"
+    load_factor: Factor = optional("f_W; 1, because simulated loads contain the dynamics already", 1.0)
+    application: Application = optional(
+        "kind of use, which sets the least static safety: 1, 2 or 3", "normal"
     )
-    application: Application = Field(
-        default="normal", description="kind of use, which sets the least static safety: 1, 2 or 3"
+    life: Target | None = optional(
+        "life to be reached, in travel, hours of operation, years or cycles (repetitions of the motion), "
+        'e.g. "20000 km", "10000 h", "10 years", "5e6 cycles"'
     )
-    life: Target | None = Field(
-        default=None,
-        description="life to be reached, in travel, hours of operation, years or cycles (repetitions of the motion), "
-        'e.g. "20000 km", "10000 h", "10 years", "5e6 cycles"',
+    safety: Factor | None = optional("static safety to be reached, instead of that of the use")
+    cycles_per_hour: Annotated[float, in_range(CYCLES, above=0.0)] | None = optional(
+        "repetitions of the motion per hour; by default it repeats at once"
     )
-    safety: Factor | None = Field(
-        default=None, description="static safety to be reached, instead of that of the use"
-    )
-    cycles_per_hour: Annotated[float, in_range(CYCLES, above=0.0)] | None = Field(
-        default=None, description="repetitions of the motion per hour; by default it repeats at once"
-    )
-    hours_per_year: Annotated[float, in_range(YEARLY, above=0.0)] | None = Field(
-        default=None,
-        description="operating hours, e.g. 4000 for two shifts; by default 8766, continuous operation",
+    hours_per_year: Annotated[float, in_range(YEARLY, above=0.0)] | None = optional(
+        "operating hours, e.g. 4000 for two shifts; by default 8766, continuous operation"
     )
 
     @property

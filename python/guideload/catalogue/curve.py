@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated
 
 import numpy as np
-from pydantic import BeforeValidator
 
-from guideload.base.config import entries, in_range
+from guideload.base.config import in_range, listed
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import DEFLECTION, FORCE, STIFFNESS
 
 CurvePoints = tuple[tuple[float, float], ...]  # deflection [m], force [N]
 CurvePoint = Annotated[
     tuple[Annotated[float, in_range(DEFLECTION)], Annotated[float, in_range(FORCE)]],
-    BeforeValidator(partial(entries, names=("deflection", "force"))),
+    listed("deflection", "force"),
 ]
 MOST_POINTS = 16  # that the core takes for a curve
 ROUNDING = 1e-12  # relative to the largest force of a curve: rounding of the force interpolated at 0 m

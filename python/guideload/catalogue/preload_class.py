@@ -7,7 +7,7 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, StrictStr, model_validator
 
-from guideload.base.config import ConfigModel, in_range, interval, number
+from guideload.base.config import ConfigModel, in_range, interval, number, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import CLEARANCE, PRELOAD, SHARE, STIFFNESS
 from guideload.catalogue.curve import CurvePoint, from_zero
@@ -70,23 +70,18 @@ class PreloadClass(ConfigModel):
 
     name: Text = Field(description='a name that is unique in the product, e.g. "ZA"')
     stiffness: Annotated[float | Directions, BeforeValidator(partial(stiffness_or, Directions))] | None = (
-        Field(
-            default=None, description='stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }'
-        )
+        optional('stiffness, e.g. "539 N/um", or { press = ..., lift = ..., side = ... }')
     )
-    curve: Curves | None = Field(default=None, description="load-deflection curves instead of the stiffness")
-    preload: Preload | None = Field(
-        default=None,
-        description='preload of each row, e.g. "2.09 kN", which makes the law that of preloaded rows',
+    curve: Curves | None = optional("load-deflection curves instead of the stiffness")
+    preload: Preload | None = optional(
+        'preload of each row, e.g. "2.09 kN", which makes the law that of preloaded rows'
     )
-    share_of_C: Shares | None = Field(
-        default=None, description="printed preload over C, a number or [least, largest], e.g. [0.05, 0.07]"
+    share_of_C: Shares | None = optional(
+        "printed preload over C, a number or [least, largest], e.g. [0.05, 0.07]"
     )
-    share_of_C0: Shares | None = Field(
-        default=None, description="printed preload over C0, a number or [least, largest], e.g. 0.02"
-    )
-    radial_clearance: Clearances | None = Field(
-        default=None, description='printed radial clearance, negative with preload, e.g. ["-12 um", "-5 um"]'
+    share_of_C0: Shares | None = optional("printed preload over C0, a number or [least, largest], e.g. 0.02")
+    radial_clearance: Clearances | None = optional(
+        'printed radial clearance, negative with preload, e.g. ["-12 um", "-5 um"]'
     )
 
     @model_validator(mode="after")

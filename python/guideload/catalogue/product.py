@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from guideload.base.config import ConfigModel, in_range
+from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ValueRefused, did_you_mean
 from guideload.base.ranges import (
     ACCELERATION,
@@ -48,9 +48,9 @@ PRINTED = "by catalogue"  # source of a stiffness
 class Moments(ConfigModel):
     """Rated moments about the carriage's axes."""
 
-    roll: Moment | None = Field(default=None, description='about x, along the rail, e.g. "0.42 kN m"')
-    pitch: Moment | None = Field(default=None, description='about z, the side direction, e.g. "0.33 kN m"')
-    yaw: Moment | None = Field(default=None, description='about y, the lift direction, e.g. "0.33 kN m"')
+    roll: Moment | None = optional('about x, along the rail, e.g. "0.42 kN m"')
+    pitch: Moment | None = optional('about z, the side direction, e.g. "0.33 kN m"')
+    yaw: Moment | None = optional('about y, the lift direction, e.g. "0.33 kN m"')
 
 
 class SealForce(ConfigModel):
@@ -71,54 +71,38 @@ class Product(ConfigModel):
     name: Text = Field(description='a unique name, by which carriages select it, e.g. "HGH25CA"')
     maker: Text = Field(description='maker, e.g. "HIWIN"')
     edition: Text = Field(description="catalogue and edition: ratings of one product differ between editions")
-    page: StrictStr = Field(
-        default="", description="page or table of the catalogue; empty if it is not known"
+    page: StrictStr = optional("page or table of the catalogue; empty if it is not known", "")
+    unverified: tuple[Text, ...] = optional(
+        "keys whose values were not compared with the cited page; reports tell them", ()
     )
-    unverified: tuple[Text, ...] = Field(
-        default=(), description="keys whose values were not compared with the cited page; reports tell them"
-    )
-    series: StrictStr = Field(default="", description='series of the maker, e.g. "HG"')
-    size: StrictInt | StrictStr = Field(
-        default="", description='nominal size, a number or text, e.g. 25 or "55/85"'
-    )
+    series: StrictStr = optional('series of the maker, e.g. "HG"', "")
+    size: StrictInt | StrictStr = optional('nominal size, a number or text, e.g. 25 or "55/85"', "")
     type: Literal["ball", "roller"] = Field(description='rolling elements: "ball" or "roller"')
-    dynamic: Rating | None = Field(
-        default=None, description='dynamic load rating, e.g. { value = "34.9 kN", base = "50 km" }'
+    dynamic: Rating | None = optional('dynamic load rating, e.g. { value = "34.9 kN", base = "50 km" }')
+    static: Force | None = optional('static load rating C0, e.g. "52.8 kN"')
+    static_moments: Moments = optional("static moments M0", Moments())
+    dynamic_moments: Moments = optional("dynamic moments M", Moments())
+    lift_factor: Factor = optional(
+        "factor on lifting loads in the equivalent load (k_r of IKO, Y of THK)", 1.0
     )
-    static: Force | None = Field(default=None, description='static load rating C0, e.g. "52.8 kN"')
-    static_moments: Moments = Field(default=Moments(), description="static moments M0")
-    dynamic_moments: Moments = Field(default=Moments(), description="dynamic moments M")
-    lift_factor: Factor = Field(
-        default=1.0, description="factor on lifting loads in the equivalent load (k_r of IKO, Y of THK)"
+    side_factor: Factor = optional("factor on side loads in the equivalent load (k_a of IKO, Y of THK)", 1.0)
+    preload_classes: tuple[PreloadClass, ...] = optional(
+        'elastic laws, e.g. [{ name = "ZA", stiffness = "539 N/um" }]', ()
     )
-    side_factor: Factor = Field(
-        default=1.0, description="factor on side loads in the equivalent load (k_a of IKO, Y of THK)"
+    row_spacing: Length | None = optional("distance of the rows across the rail, the `width` of a carriage")
+    row_length: Length | None = optional("length of the loaded rows along the rail")
+    body_length: Length | None = optional(
+        "length of the steel body without end caps, which the rows nearly have"
     )
-    preload_classes: tuple[PreloadClass, ...] = Field(
-        default=(), description='elastic laws, e.g. [{ name = "ZA", stiffness = "539 N/um" }]'
+    carriage_length: Length | None = optional("length of the carriage with end caps")
+    mass: Annotated[float, in_range(MASS, above=0.0)] | None = optional("mass of the carriage")
+    seal_force: SealForce | None = optional('e.g. { value = "1.96 N", per = "end seal" }')
+    friction_coefficient: Annotated[float, in_range(FRICTION, above=0.0)] | None = optional(
+        "of the rolling contacts, without seals"
     )
-    row_spacing: Length | None = Field(
-        default=None, description="distance of the rows across the rail, the `width` of a carriage"
-    )
-    row_length: Length | None = Field(default=None, description="length of the loaded rows along the rail")
-    body_length: Length | None = Field(
-        default=None, description="length of the steel body without end caps, which the rows nearly have"
-    )
-    carriage_length: Length | None = Field(default=None, description="length of the carriage with end caps")
-    mass: Annotated[float, in_range(MASS, above=0.0)] | None = Field(
-        default=None, description="mass of the carriage"
-    )
-    seal_force: SealForce | None = Field(
-        default=None, description='e.g. { value = "1.96 N", per = "end seal" }'
-    )
-    friction_coefficient: Annotated[float, in_range(FRICTION, above=0.0)] | None = Field(
-        default=None, description="of the rolling contacts, without seals"
-    )
-    max_speed: Annotated[float, in_range(SPEED, above=0.0)] | None = Field(
-        default=None, description='largest speed, e.g. "5 m/s"'
-    )
-    max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] | None = Field(
-        default=None, description='largest acceleration, e.g. "50 m/s^2"'
+    max_speed: Annotated[float, in_range(SPEED, above=0.0)] | None = optional('largest speed, e.g. "5 m/s"')
+    max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] | None = optional(
+        'largest acceleration, e.g. "50 m/s^2"'
     )
 
     @model_validator(mode="before")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -41,33 +41,30 @@ def list_series(file: Path | None) -> None:
 @click.option("--series", help="Series, e.g. HG.")
 @click.option("--size", help="Size, e.g. 25.")
 @click.option("--type", "kind", type=click.Choice(("ball", "roller")), help="Rolling elements.")
-@click.option("--least-C", "least", help='Least dynamic load rating for 100 km of travel, e.g. "30 kN".')
-@click.option("--longest-body", "longest", help='Longest steel body, e.g. "80 mm".')
+@click.option(
+    "--least-C",
+    "least",
+    type=options.Quantity("N"),
+    metavar="TEXT",
+    help='Least dynamic load rating for 100 km of travel, e.g. "30 kN".',
+)
+@click.option(
+    "--longest-body",
+    "longest",
+    type=options.Quantity("m"),
+    metavar="TEXT",
+    help='Longest steel body, e.g. "80 mm".',
+)
 @file_argument
-def find(
-    maker: str | None,
-    series: str | None,
-    size: str | None,
-    kind: str | None,
-    least: str | None,
-    longest: str | None,
-    file: Path | None,
-) -> None:
+def find(file: Path | None, **wanted: Any) -> None:
     """Find products, sorted by their dynamic load rating."""
     if file is not None and not file.exists() and not file.suffix:
         hint = f"`guideload catalogue show {file}` shows a product, and --series or --size find some"
         raise click.UsageError(f"{file}: expected a catalogue file; {hint}")
-    from guideload.base.units import quantity
     from guideload.catalogue.catalogue import Catalogue
     from guideload.reports.catalogue import catalogue_report
 
-    try:
-        amounts = [
-            None if text is None else quantity(text, unit) for text, unit in ((least, "N"), (longest, "m"))
-        ]
-    except ValueRefused as refused:
-        raise InputError(str(refused)) from None
-    found = _catalogue(file).selected(maker, series, size, kind, *amounts)
+    found = _catalogue(file).selected(**wanted)
     if not found:
         raise InputError(
             "no product is so: leave an option out; `guideload catalogue list` shows makers and series"

@@ -45,7 +45,7 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
 
     with status("reading"):
         described, machine, data = read_identify(identify_file)
-    inputs = (identify_file, *(identify_file.parent / name for name in described.files().values()))
+    inputs = (identify_file, *(identify_file.parent / name for name in described.files.values() if name))
     folder, failure = None, None
     with ExitStack() as stack:
         if output is not None:

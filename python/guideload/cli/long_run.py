@@ -11,12 +11,11 @@ from guideload.base.errors import GuideloadError
 from guideload.cli import options
 from guideload.cli.exit_codes import INTERRUPTED
 from guideload.cli.inputs import read_machine
-from guideload.cli.outputs import file_draft, require_file
+from guideload.cli.outputs import require_file, write_table
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
     from guideload.base.methods import Method
-    from guideload.long_runs.long_run import LongRun
     from guideload.simulation.start import Start
 
 ENDINGS = (".csv", ".parquet")
@@ -72,7 +71,7 @@ def long_run(
             ended = error
     print_report(long_run_report(run))
     if output is not None:
-        _write(run, output, overwrite)
+        write_table(run.table(), output, overwrite)
         print_text(f"Wrote {output}.")
     if ended is not None:
         cause = "Interrupted" if isinstance(ended, KeyboardInterrupt) else "The next block failed"
@@ -80,15 +79,3 @@ def long_run(
         if isinstance(ended, KeyboardInterrupt):
             raise SystemExit(INTERRUPTED)
         raise ended
-
-
-def _write(run: LongRun, output: Path, overwrite: bool) -> None:
-    from guideload.base.finite import require_finite_table
-
-    table = run.table()
-    require_finite_table(table)
-    with file_draft(output, overwrite) as draft:
-        if output.suffix.lower() == ".csv":
-            table.to_csv(draft, index=False)
-        else:
-            table.to_parquet(draft, index=False)

@@ -7,11 +7,15 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from guideload.base.atomic import DRAFT, atomic_folder, atomic_write
 from guideload.cli.exit_codes import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMATS = {"netcdf": "loads.nc", "parquet": "loads.parquet", "csv": "loads.csv"}
 PICTURES = ("scene.png", "figures_7_to_11.png", "resultant.png", "moments.png", "modes.png", "spectrum.png")
@@ -116,6 +120,15 @@ def file_draft(file: Path, overwrite: bool) -> Iterator[Path]:
             yield draft
     except OSError as error:
         raise unwritable(file, error) from error
+
+
+def write_table(table: pd.DataFrame, file: Path, overwrite: bool) -> None:
+    """Write a table without its index, as CSV or by its ending as Parquet. Raises NotFinite, InputError."""
+    from guideload.base.finite import require_finite_table
+
+    require_finite_table(table)
+    with file_draft(file, overwrite) as draft:
+        (table.to_parquet if file.suffix.lower() == ".parquet" else table.to_csv)(draft, index=False)
 
 
 @contextmanager

@@ -9,10 +9,12 @@ import click
 
 from guideload.cli import options
 from guideload.cli.inputs import read_machine
-from guideload.cli.outputs import file_draft, require_file
+from guideload.cli.outputs import require_file, write_table
 from guideload.cli.reporting import Shown, draws_report
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from guideload.machine.response import FrequencyResponse
 
 
@@ -64,12 +66,14 @@ def response(
     machine = read_machine(machine_file)
     found = frequency_response(machine, force_at=force_at, direction=direction)
     if table is not None:
-        _write(found, table, overwrite)
+        write_table(_table(found), table, overwrite)
     return Shown(response_report(machine, found), lambda plots: plots.frequency_response(machine, found)[0])
 
 
-def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
-    """The response as CSV: frequency, then real and imaginary part of each point along x, y and z."""
+def _table(found: FrequencyResponse) -> pd.DataFrame:
+    """The response as a table: frequency, then real and imaginary part of each point along x, y and z."""
+    import pandas as pd
+
     parts = (("re", found.displacement.real), ("im", found.displacement.imag))
     columns = {"frequency [Hz]": found.frequency}
     for i, name in enumerate(found.points):
@@ -77,11 +81,4 @@ def _write(found: FrequencyResponse, table: Path, overwrite: bool) -> None:
             columns |= {
                 f"{name} {'xyz'[axis]} {part} [{found.unit}]": values[:, i, axis] for part, values in parts
             }
-    import pandas as pd
-
-    from guideload.base.finite import require_finite_table
-
-    rows = pd.DataFrame(columns)
-    require_finite_table(rows)
-    with file_draft(table, overwrite) as draft:
-        rows.to_csv(draft, index=False)
+    return pd.DataFrame(columns)

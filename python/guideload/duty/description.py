@@ -10,11 +10,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, field_validator
 
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import CYCLES, PERIOD
-from guideload.base.toml import missing_files, read_toml
+from guideload.base.toml import read_toml, require_files
 from guideload.catalogue.life_target import HOUR
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
@@ -34,15 +34,12 @@ class CaseFile(ConfigModel):
     cycles: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0, within=CYCLES))] = Field(
         description="repetitions of the motion in each period"
     )
-    machine: FileName | None = Field(
-        default=None, description="a machine file, instead of that of the duty cycle"
+    machine: FileName | None = optional("a machine file, instead of that of the duty cycle")
+    change: dict[str, Any] = optional(
+        'keys of the machine file with other values, e.g. { body = { mass = "1400 kg" } }', {}
     )
-    change: dict[str, Any] = Field(
-        default={},
-        description='keys of the machine file with other values, e.g. { body = { mass = "1400 kg" } }',
-    )
-    reading: TraceOptions = Field(
-        default=TraceOptions(), description="how the trace is read, as in the table [reading] of a study"
+    reading: TraceOptions = optional(
+        "how the trace is read, as in the table [reading] of a study", TraceOptions()
     )
 
 
@@ -52,11 +49,9 @@ class DutyFile(FileModel):
     FILE: ClassVar = "duty.toml"
     WRITTEN_BY: ClassVar = "`guideload schema duty` lists its keys"
 
-    machine: FileName | None = Field(
-        default=None, description='machine file of all cases that have none, e.g. "machine.toml"'
-    )
-    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = Field(
-        default=HOUR, description='time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"'
+    machine: FileName | None = optional('machine file of all cases that have none, e.g. "machine.toml"')
+    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = optional(
+        'time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"', HOUR
     )
     cases: tuple[CaseFile, ...] = Field(min_length=1, description="one [[cases]] table for each load case")
     _machines: tuple[Machine, ...] = PrivateAttr(())
@@ -82,8 +77,7 @@ class DutyFile(FileModel):
             for i, machine_file in enumerate(machine_files)
             if machine_file is None
         ]
-        if problems := [*problems, *missing_files(file.parent, names)]:
-            raise ConfigError(problems)
+        require_files(file.parent, names, problems)
         described._machines = tuple(
             _machine(file.parent / str(machine_file), i, case)
             for i, (machine_file, case) in enumerate(zip(machine_files, described.cases, strict=True))

@@ -11,11 +11,11 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, StrictStr, model_validator
 
-from guideload.base.config import ConfigModel, in_range, number
+from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
 from guideload.base.number_text import joined
 from guideload.base.ranges import DEFLECTION, FORCE
-from guideload.base.toml import located, missing_files, read_toml
+from guideload.base.toml import located, read_toml, require_files
 from guideload.identification.measured import Measured
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import Excitation, ModelAt, parse_place
@@ -37,7 +37,7 @@ from guideload.identification.tables import (
 from guideload.identification.unknowns import UnknownTable, resolve_unknowns
 from guideload.machine.machine import Machine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import NumberOrText, optional
+from guideload.study.varied_parameters import NumberOrText
 
 # ---- measurements that could be made next, and what each would show of the fitted machine
 
@@ -215,7 +215,8 @@ class IdentifyFile(ConfigModel):
             raise ValueRefused("no figure without [[candidates]]", str(self.figure))
         return self
 
-    def files(self) -> dict[KeyPath, str]:
+    @property
+    def files(self) -> dict[KeyPath, str | None]:
         """Names of the files that it names, by their keys."""
         files: dict[KeyPath, str | None] = {("machine",): self.machine, ("trace",): self.trace}
         for kind, keys in FILES.items():
@@ -223,12 +224,7 @@ class IdentifyFile(ConfigModel):
                 files |= {(kind, i, key): getattr(table, key) for key in keys}
         if isinstance(self.figure, TargetTable):
             files |= {("figure", key): getattr(self.figure, key) for key in ("motion", "duty")}
-        return {key: name for key, name in files.items() if name is not None}
-
-    def require_files(self, folder: Path) -> None:
-        """Raises ConfigError for files that do not exist."""
-        if problems := missing_files(folder, self.files()):
-            raise ConfigError(problems)
+        return files
 
     def require_parameters(self, machine: Machine, folder: Path) -> None:
         """Raises ConfigError for unknowns that the machine does not have, or that of an alternative."""
@@ -273,13 +269,11 @@ def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, lis
     folder = Path(file).parent
     try:
         described = IdentifyFile(**values)
-        described.require_files(folder)
+        require_files(folder, described.files)
         machine = Machine.from_toml(folder / described.machine)
         described.require_parameters(machine, folder)
         return described, machine, described.data(machine, folder)
     except ConfigError as error:
-        if error.file is not None:  # the machine's own file
-            raise
         raise located(error, str(file), places) from None
 
 

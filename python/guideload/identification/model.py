@@ -16,10 +16,9 @@ from guideload.identification.unknowns import Unknown
 from guideload.machine.machine import Machine
 from guideload.machine.response import AXES
 from guideload.motion.motion import Motion
-from guideload.sensitivity.instants import History, Instants
 from guideload.sensitivity.linearised import Linearised
 from guideload.sensitivity.modes import Complex, ModeDerivatives
-from guideload.sensitivity.run import RunDerivatives
+from guideload.sensitivity.run import History, Instants, RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 from guideload.simulation.start import StartState, start_of
 

@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field, StrictStr, model_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel
+from guideload.base.config import ConfigModel, optional
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.number_text import joined
 from guideload.duty.duty_cycle import LoadCase, load_cases
@@ -33,7 +33,6 @@ from guideload.motion.motion import Motion
 from guideload.sensitivity.figures import UNITS, CarriageQuantities, most_critical
 from guideload.sensitivity.varied import VariedMachine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import optional
 
 # ---- the target quantity
 

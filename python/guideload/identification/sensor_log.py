@@ -25,9 +25,8 @@ from guideload.identification.records import Record, Whitening, Windows, draw_de
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
-from guideload.sensitivity.instants import History, Instants
 from guideload.sensitivity.linearised import Linearised
-from guideload.sensitivity.run import RunDerivatives
+from guideload.sensitivity.run import History, Instants, RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 
 Kind = Literal["acceleration", "velocity", "displacement", "load"]

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, field_validator, model_validator
 
-from guideload.base.config import ConfigModel, in_range, number
+from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
     COMPONENT,
@@ -37,7 +37,7 @@ from guideload.identification.responses import (
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.study.options import TraceOptions
-from guideload.study.varied_parameters import PERCENT, NumberOrText, optional
+from guideload.study.varied_parameters import PERCENT, NumberOrText
 from guideload.traces.channels import Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from guideload.base.arrays import Array
+from guideload.base.config import optional
 from guideload.base.errors import ConfigError, KeyPath, KeyRefused, Problem, ValueRefused, problem_at
 from guideload.base.number_text import joined
 from guideload.base.ranges import FACTOR
@@ -20,7 +21,7 @@ from guideload.machine.machine import Machine
 from guideload.parameters.parameters import Parameter, Parameters
 from guideload.sensitivity.varied import NO_MOTION
 from guideload.study.factors import parameters_by_draw
-from guideload.study.varied_parameters import NumberOrText, ParameterPaths, optional
+from guideload.study.varied_parameters import NumberOrText, ParameterPaths
 
 # ---- names and units, as reports and comments show them
 

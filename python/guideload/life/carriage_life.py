@@ -11,10 +11,9 @@ from guideload.base.arrays import Array
 from guideload.base.number_text import digits
 from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
-from guideload.life.equivalent_load import AXES
+from guideload.life.equivalent_load import AXES, row_loads
 from guideload.life.mean_load import integrals, mean_load
 from guideload.life.record import Record
-from guideload.life.row_loads import row_loads
 from guideload.life.static_safety import StaticSafety, static_safety
 from guideload.motion.uncertainty import COVER
 
@@ -51,7 +50,7 @@ class CarriageLife(Criteria):
     @cached_property
     def factor_life(self) -> float:
         """Load factor f_W of the catalogues for the life: mean load over that of the quasi-static loads."""
-        quasi_static = self.record.quasi_static[:, self.index]
+        quasi_static = self.record.parts.quasi_static[:, self.index]
         exponent = self.rating.exponent
         mean = mean_load(*integrals(self.record.travel, quasi_static, self.rule, exponent), exponent)
         return self.mean_load / mean if mean else float("nan")
@@ -59,7 +58,7 @@ class CarriageLife(Criteria):
     @cached_property
     def factor_safety(self) -> float:
         """Load factor f_W of the catalogues for the static safety: peak over that of the quasi-static loads."""
-        peak = float(self.static_rule(self.record.quasi_static[:, self.index]).max())
+        peak = float(self.static_rule(self.record.parts.quasi_static[:, self.index]).max())
         return self.static.peak / peak if peak else float("nan")
 
     @cached_property

@@ -70,20 +70,24 @@ class Criteria:
         )
 
 
-def criteria_of(machine: Machine, conditions: LifeConditions) -> tuple[Criteria, ...]:
-    """The criteria of the carriages whose products have dynamic and static rating. Raises LifeError if none has."""
+def known_criteria(machine: Machine, conditions: LifeConditions) -> tuple[Criteria, ...]:
+    """The criteria of the carriages whose products have dynamic and static rating, maybe of none."""
     places = arrangements(machine)
-    rated = [
+    return tuple(
         _criteria(machine, index, product, places[index], conditions)
         for index, product in enumerate(machine.product_of_carriage)
         if product is not None and product.dynamic and product.static
-    ]
-    if not rated:
+    )
+
+
+def criteria_of(machine: Machine, conditions: LifeConditions) -> tuple[Criteria, ...]:
+    """As `known_criteria`. Raises LifeError if no carriage has ratings."""
+    if not (rated := known_criteria(machine, conditions)):
         raise LifeError(
             f"{machine.name}: no carriage has a product with dynamic and static rating; name a catalogue file by "
             'catalogue = "..." and at each carriage product = "..."'
         )
-    return tuple(rated)
+    return rated
 
 
 def _criteria(

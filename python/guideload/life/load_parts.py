@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from guideload.audit.histories import Histories
@@ -28,7 +30,7 @@ class LoadParts(dict[str, Array]):
     Their sum is the load. Causes that the run does not have are missing. Quasi-static parts have nominal stiffness.
     """
 
-    @property
+    @cached_property
     def quasi_static(self) -> Array:
         """Quasi-static loads, inertia forces included: what catalogues put into their formulas."""
         return np.asarray(sum(part for cause, part in self.items() if cause != "vibration"))
@@ -48,10 +50,10 @@ def load_parts(result: Result) -> LoadParts:
         return np.asarray((excitation @ (histories.response @ to_carriages)).reshape(shape))
 
     bare = machine.carrying(()) if machine.payloads else machine
-    weight = _static(bare)
+    weight = bare.static_carriage_loads
     parts = LoadParts()
     if bare.offsets.any():
-        straight = _static(_without_errors(bare))
+        straight = _without_errors(bare).static_carriage_loads
         parts["rail error"] = np.broadcast_to(weight - straight, shape)
         weight = straight
     parts["weight"] = np.broadcast_to(weight, shape)
@@ -62,7 +64,9 @@ def load_parts(result: Result) -> LoadParts:
     if machine.payloads:
         of_bare = -histories.cart_acceleration @ bare.scene.matrices()[0][0][:, :3].T
         static = [
-            np.broadcast_to(_static(part.machine) - _static(bare), (part.time.size, *shape[1:]))
+            np.broadcast_to(
+                part.machine.static_carriage_loads - bare.static_carriage_loads, (part.time.size, *shape[1:])
+            )
             for part in histories.stretches
         ]
         parts["payload"] = np.concatenate(static) + quasi_static(inertia - of_bare)
@@ -89,11 +93,6 @@ def _to_carriages(machine: Machine) -> Array:
     for i, (of_carriage, center, axes) in enumerate(places):
         to_carriage[i][:, of_carriage] = links.arms(of_carriage, center, axes).T
     return to_carriage.reshape(-1, len(links.names)).T
-
-
-def _static(machine: Machine) -> Array:
-    """Static loads of the carriages (carriage, 6) [N, N m]."""
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
 
 
 def _without_errors(machine: Machine) -> Machine:

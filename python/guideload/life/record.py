@@ -36,11 +36,6 @@ class Record:
         return load_parts(self.result)
 
     @cached_property
-    def quasi_static(self) -> Array:
-        """Loads (time, carriage, 6) of statics with m a."""
-        return self.parts.quasi_static
-
-    @cached_property
     def phase(self) -> Array:
         """The phase of the cycle in each interval (n - 1,), as index into `PHASES`."""
         return phases(self.travel)

@@ -19,7 +19,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.methods import Method
 from guideload.catalogue.life_target import Repetition
-from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
+from guideload.life.criteria import Criteria, known_criteria, require_rated_moments
 from guideload.life.mean_load import Travel, integrals, load_bows
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
@@ -89,8 +89,7 @@ class LongRun:
                     f"{what}: a run in blocks does not support them; use simulate, over parts of the record"
                 )
         self.machine, self.blocks = machine, list[Block]()
-        rated = any(one is not None and one.dynamic and one.static for one in machine.product_of_carriage)
-        self.criteria: tuple[Criteria, ...] = criteria_of(machine, machine.life) if rated else ()
+        self.criteria: tuple[Criteria, ...] = known_criteria(machine, machine.life)
         for one in self.criteria:
             require_rated_moments(machine, one)
         self._method: str = method

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import Field, field_validator
 
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, in_range, listed
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import ENTRY
 
@@ -17,12 +16,10 @@ ROUNDING = 1e-6  # relative to the diagonal: six printed digits of a finite elem
 
 Number = Annotated[float, in_range(ENTRY)]
 DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
-Row = Annotated[
-    tuple[Number, Number, Number, Number, Number, Number], BeforeValidator(partial(entries, names=DIRECTIONS))
-]
+Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], listed(*DIRECTIONS)]
 Compliance = Annotated[
     tuple[Row, Row, Row, Row, Row, Row],
-    BeforeValidator(partial(entries, names=tuple(f"row {name}" for name in DIRECTIONS))),
+    listed(*(f"row {name}" for name in DIRECTIONS)),
 ]
 
 

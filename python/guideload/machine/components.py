@@ -6,13 +6,12 @@ A value is an SI number or a string with its unit; it is stored as an SI number.
 from __future__ import annotations
 
 import math
-from functools import partial
+from collections.abc import Iterable
 from typing import Annotated, Literal, NamedTuple, cast
 
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     Field,
     StrictStr,
     ValidationInfo,
@@ -23,7 +22,7 @@ from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range, not_required
+from guideload.base.config import ConfigModel, in_range, listed, not_required, optional
 from guideload.base.errors import SceneError, ValueRefused
 from guideload.base.ranges import (
     ACCELERATION,
@@ -38,7 +37,7 @@ from guideload.base.ranges import (
     TRAVEL,
 )
 from guideload.base.visible_text import HIDDEN, escaped
-from guideload.machine.inertia import PRINTED_DIGITS, central, require_physical
+from guideload.machine.inertia import PRINTED_DIGITS, central, point_inertia, require_physical
 from guideload.machine.laws import (
     Clearance,
     Compliance,
@@ -78,9 +77,9 @@ Damping = Annotated[float, in_range(DAMPING, least=0.0)]
 Acceleration = Annotated[float, in_range(ACCELERATION)]
 Plain = Annotated[float, in_range(DIRECTION)]
 
-_XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
-_YZ = BeforeValidator(partial(entries, names=("y", "z")))
-_ROWS = BeforeValidator(partial(entries, names=("[Jxx, Jxy, Jxz]", "[Jyx, Jyy, Jyz]", "[Jzx, Jzy, Jzz]")))
+_XYZ = listed("x", "y", "z")
+_YZ = listed("y", "z")
+_ROWS = listed("[Jxx, Jxy, Jxz]", "[Jyx, Jyy, Jyz]", "[Jzx, Jzy, Jzz]")
 Point = Annotated[tuple[Length, Length, Length], _XYZ]
 Cross = Annotated[tuple[Length, Length], _YZ]
 Vector = Annotated[tuple[Plain, Plain, Plain], _XYZ]
@@ -94,8 +93,8 @@ class Body(ConfigModel):
 
     mass: Mass = Field(description='mass of all that moves with the carriages, e.g. "1250 kg"')
     center_of_mass: Point = Field(description='x, y, z from L, e.g. ["120 mm", "-650 mm", "180 mm"]')
-    inertia_about: Literal["center_of_mass", "L"] = Field(
-        default="center_of_mass", description="the reference point of the inertia; its axes are x, y, z"
+    inertia_about: Literal["center_of_mass", "L"] = optional(
+        "the reference point of the inertia; its axes are x, y, z", "center_of_mass"
     )
     inertia: Tensor = Field(
         description="inertia tensor in kg m^2, e.g. [[420, 15, -8], [15, 310, 22], [-8, 22, 380]]"
@@ -127,30 +126,43 @@ class Body(ConfigModel):
         return central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
 
 
+def united(body: Body, others: Iterable[Body]) -> Body:
+    """Bodies that move as one: sums of mass, first moment, and inertia about the common centre of mass."""
+    for other in others:
+        body = joined(body, other.mass, np.array(other.center_of_mass), other.central_inertia())
+    return body
+
+
+def joined(body: Body, mass: float, center: Array, inertia: Array) -> Body:
+    """A body together with a mass [kg], its centre (3,) [m] from L and its inertia (3, 3) [kg m^2] about it."""
+    total, own = body.mass + mass, np.array(body.center_of_mass)
+    reduced = body.mass * mass / total
+    return Body(
+        mass=total,
+        center_of_mass=((body.mass * own + mass * center) / total).tolist(),
+        inertia=(body.central_inertia() + inertia + point_inertia(reduced, center - own)).tolist(),
+    )
+
+
 class Rail(ConfigModel):
     """A rail along x."""
 
     name: Name = Field(description='a unique name, e.g. "1"')
     position: Cross = Field(description='y, z from L, e.g. ["50 mm", "-350 mm"]')
-    roll: Roll = Field(
-        default=0.0,
-        description='angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"',
+    roll: Roll = optional(
+        'angle about x by which y and z of its carriages are turned, y towards z, e.g. "90 deg"', 0.0
     )
-    mounting_error: Cross = Field(
-        default=(0.0, 0.0),
-        description='y, z by which it is mounted beside its position, e.g. ["20 um", "-5 um"]; it loads the carriages',
+    mounting_error: Cross = optional(
+        'y, z by which it is mounted beside its position, e.g. ["20 um", "-5 um"]; it loads the carriages',
+        (0.0, 0.0),
     )
-    straightness: Straightness | None = Field(
-        default=None,
-        description='points [x, dy, dz] of its displacement, x in the fixed frame, e.g. [["0 m", "0 um", "0 um"], ...]',
+    straightness: Straightness | None = optional(
+        'points [x, dy, dz] of its displacement, x in the fixed frame, e.g. [["0 m", "0 um", "0 um"], ...]'
     )
-    straightness_file: Name | None = Field(
-        default=None,
-        description='a CSV file with these points, relative to the machine file: columns "x [mm],dy [um],dz [um]"',
+    straightness_file: Name | None = optional(
+        'a CSV file with these points, relative to the machine file: columns "x [mm],dy [um],dz [um]"'
     )
-    waviness: Waviness | None = Field(
-        default=None, description="a random displacement in addition, with rms, wavelengths and seed"
-    )
+    waviness: Waviness | None = optional("a random displacement in addition, with rms, wavelengths and seed")
 
     @field_validator("straightness_file")
     @classmethod
@@ -196,30 +208,23 @@ class Carriage(ElasticModel):
 
     name: Name = Field(description='a unique name, e.g. "1"')
     rail: Name = Field(description="the name of the rail it runs on")
-    type: Name | None = Field(
-        default=None, description="a table of [carriage_types], which gives the keys that are left out here"
-    )
+    type: Name | None = optional("a table of [carriage_types], which gives the keys that are left out here")
     x: Length = Field(description='x of its centre from L, e.g. "-500 mm"')
-    stiffness_pitch: RotationalStiffness | None = Field(
-        default=None,
-        description='stiffness against rotation about z, e.g. "250 kN m/rad", in place of the one by length',
+    stiffness_pitch: RotationalStiffness | None = optional(
+        'stiffness against rotation about z, e.g. "250 kN m/rad", in place of the one by length'
     )
-    stiffness_yaw: RotationalStiffness | None = Field(
-        default=None,
-        description='stiffness against rotation about y, e.g. "250 kN m/rad", in place of the one by length',
+    stiffness_yaw: RotationalStiffness | None = optional(
+        'stiffness against rotation about y, e.g. "250 kN m/rad", in place of the one by length'
     )
-    stiffness_roll: RotationalStiffness | None = Field(
-        default=None, description='stiffness against rotation about x, e.g. "80 kN m/rad" (or width instead)'
+    stiffness_roll: RotationalStiffness | None = optional(
+        'stiffness against rotation about x, e.g. "80 kN m/rad" (or width instead)'
     )
-    length: PositiveLength | None = Field(
-        default=None,
-        validate_default=True,
-        description='distance between its two ends along x, e.g. "85 mm"; a product may give it',
+    length: PositiveLength | None = optional(
+        'distance between its two ends along x, e.g. "85 mm"; a product may give it', validate_default=True
     )
-    width: PositiveLength | None = Field(
-        default=None,
-        description='distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
-        "a product may give it",
+    width: PositiveLength | None = optional(
+        'distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
+        "a product may give it"
     )
     curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
     curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
@@ -235,17 +240,16 @@ class Carriage(ElasticModel):
     damping_y: Damping = Field(description=f"damping of the whole carriage along y{NO_CATALOGUE}")
     damping_z: Damping = Field(description=f"damping of the whole carriage along z{NO_CATALOGUE}")
     damping_in_contact: DampingInContact = False
-    mounting_error: Cross = Field(
-        default=(0.0, 0.0),
-        description='y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+    mounting_error: Cross = optional(
+        'y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+        (0.0, 0.0),
     )
-    product: Name | None = Field(
-        default=None,
-        description='a packaged product, or one of the catalogue file or of [[products]], e.g. "HGH25CA"; it gives '
-        "length, width and stiffness if they are left out",
+    product: Name | None = optional(
+        'a packaged product, or one of the catalogue file or of [[products]], e.g. "HGH25CA"; it gives '
+        "length, width and stiffness if they are left out"
     )
-    preload_class: Name | None = Field(
-        default=None, description='preload class of the product, e.g. "ZA"; needed if the product has several'
+    preload_class: Name | None = optional(
+        'preload class of the product, e.g. "ZA"; needed if the product has several'
     )
 
     @property

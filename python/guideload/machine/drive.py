@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.ranges import (
     ANGLE,
@@ -31,7 +30,7 @@ CurvePoint = Annotated[
     tuple[
         Annotated[float, in_range(ANGULAR_SPEED, least=0.0)], Annotated[float, in_range(MOMENT, least=0.0)]
     ],
-    BeforeValidator(partial(entries, names=("speed", "torque"))),
+    listed("speed", "torque"),
 ]
 OUTPUTS = ("pinion_diameter", "pulley_diameter", "screw_lead", "linear_motor")
 
@@ -39,49 +38,39 @@ OUTPUTS = ("pinion_diameter", "pulley_diameter", "screw_lead", "linear_motor")
 class Drive(ConfigModel):
     """The drive from the motor to the cart: a gear, then a pinion on a rack, a belt or a screw; or a linear motor."""
 
-    gear_ratio: Ratio = Field(
-        default=1.0,
-        description="motor turns per turn of pinion, pulley or screw; negative if the cart runs backwards",
+    gear_ratio: Ratio = optional(
+        "motor turns per turn of pinion, pulley or screw; negative if the cart runs backwards", 1.0
     )
-    pinion_diameter: PositiveLength | None = Field(
-        default=None, description='pitch diameter of the pinion on a rack, e.g. "127.3 mm"'
+    pinion_diameter: PositiveLength | None = optional(
+        'pitch diameter of the pinion on a rack, e.g. "127.3 mm"'
     )
-    pulley_diameter: PositiveLength | None = Field(
-        default=None, description='pitch diameter of the pulley of a belt, e.g. "60 mm"'
+    pulley_diameter: PositiveLength | None = optional('pitch diameter of the pulley of a belt, e.g. "60 mm"')
+    screw_lead: PositiveLength | None = optional('travel per turn of the screw, e.g. "20 mm"')
+    linear_motor: bool = optional("true: the motor pushes the cart without a gear", False)
+    efficiency: Efficiency = optional(
+        "of gear and pinion, belt or screw together, e.g. 0.95; above 0, at most 1", 1.0
     )
-    screw_lead: PositiveLength | None = Field(
-        default=None, description='travel per turn of the screw, e.g. "20 mm"'
+    motor_inertia: Annotated[float, in_range(INERTIA, least=0.0)] = optional(
+        'of rotor, coupling and gear at the shaft of the motor, e.g. "0.004 kg m^2"', 0.0
     )
-    linear_motor: bool = Field(default=False, description="true: the motor pushes the cart without a gear")
-    efficiency: Efficiency = Field(
-        default=1.0, description="of gear and pinion, belt or screw together, e.g. 0.95; above 0, at most 1"
+    torque_curve: Annotated[tuple[CurvePoint, ...], Field(min_length=2)] | None = optional(
+        'largest torque of the motor by its speed, e.g. [["0 rpm", "40 N m"], ["3000 rpm", "25 N m"]]'
     )
-    motor_inertia: Annotated[float, in_range(INERTIA, least=0.0)] = Field(
-        default=0.0, description='of rotor, coupling and gear at the shaft of the motor, e.g. "0.004 kg m^2"'
+    rated_torque: Torque | None = optional(
+        "continuous torque of the motor, which the rms torque is compared with"
     )
-    torque_curve: Annotated[tuple[CurvePoint, ...], Field(min_length=2)] | None = Field(
-        default=None,
-        description='largest torque of the motor by its speed, e.g. [["0 rpm", "40 N m"], ["3000 rpm", "25 N m"]]',
+    critical_speed: Annotated[float, in_range(ANGULAR_SPEED, above=0.0)] | None = optional(
+        'largest speed of the screw, e.g. "1800 rpm": its critical speed, or that of its nut'
     )
-    rated_torque: Torque | None = Field(
-        default=None, description="continuous torque of the motor, which the rms torque is compared with"
+    max_force: Annotated[float, in_range(FORCE, above=0.0)] | None = optional(
+        'largest force at the cart, e.g. "12 kN": buckling of the screw, pull of the belt, peak of a motor'
     )
-    critical_speed: Annotated[float, in_range(ANGULAR_SPEED, above=0.0)] | None = Field(
-        default=None,
-        description='largest speed of the screw, e.g. "1800 rpm": its critical speed, or that of its nut',
+    pressure_angle: Angle | None = optional(
+        'of the teeth of the rack, e.g. "20 deg": the rack then pushes the body away; needs push_direction'
     )
-    max_force: Annotated[float, in_range(FORCE, above=0.0)] | None = Field(
-        default=None,
-        description='largest force at the cart, e.g. "12 kN": buckling of the screw, pull of the belt, peak of a motor',
-    )
-    pressure_angle: Angle | None = Field(
-        default=None,
-        description='of the teeth of the rack, e.g. "20 deg": the rack then pushes the body away; needs push_direction',
-    )
-    helix_angle: Angle = Field(default=0.0, description='of the teeth of the rack, e.g. "19.5 deg"')
-    push_direction: Vector | None = Field(
-        default=None,
-        description="vector across the rails from the rack to the pinion's axis, e.g. [0, 1, 0]",
+    helix_angle: Angle = optional('of the teeth of the rack, e.g. "19.5 deg"', 0.0)
+    push_direction: Vector | None = optional(
+        "vector across the rails from the rack to the pinion's axis, e.g. [0, 1, 0]"
     )
 
     @field_validator("push_direction")
@@ -151,13 +140,12 @@ class Drive(ConfigModel):
 class Friction(ConfigModel):
     """Friction of the guides along the travel, opposite to the velocity: mu sum(|Fy| + |Fz|) + n F_seal + c |v|."""
 
-    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] = Field(
-        default=0.0, description="mu of the loaded carriages without seals, e.g. 0.003"
+    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] = optional(
+        "mu of the loaded carriages without seals, e.g. 0.003", 0.0
     )
-    seal: Annotated[float, in_range(FORCE, least=0.0)] | None = Field(
-        default=None,
-        description='friction of the seals of one carriage, e.g. "12 N"; by default that of its product',
+    seal: Annotated[float, in_range(FORCE, least=0.0)] | None = optional(
+        'friction of the seals of one carriage, e.g. "12 N"; by default that of its product'
     )
-    viscous: Annotated[float, in_range(DAMPING, least=0.0)] = Field(
-        default=0.0, description='c of all carriages together, e.g. "15 N s/m"'
+    viscous: Annotated[float, in_range(DAMPING, least=0.0)] = optional(
+        'c of all carriages together, e.g. "15 N s/m"', 0.0
     )

@@ -23,7 +23,7 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
-from guideload.base.config import ConfigModel, in_range
+from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import CLEARANCE, COMPLIANCE, PRELOAD, STIFFNESS
 from guideload.catalogue.curve import CurvePoint, CurvePoints, through_zero
@@ -92,28 +92,28 @@ DampingInContact = Annotated[
 def curve_field(where: str, suffix: str = "") -> Any:
     text = f"points [deflection, force] {where} instead of stiffness{suffix}, e.g. "
     example = '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions'
-    return Field(default=None, description=text + example)
+    return optional(text + example)
 
 
 def stiffness_field(where: str, suffix: str = "") -> Any:
     text = f'stiffness {where}, e.g. "350 N/um" (or curve{suffix} instead)'
-    return Field(default=None, validate_default=True, description=text)
+    return optional(text, validate_default=True)
 
 
 def preload_field(where: str, suffix: str = "") -> Any:
     text = (
         f'preload {where}, e.g. "2.09 kN", beside stiffness{suffix} at no load; leave it out if there is none'
     )
-    return Field(default=None, description=text)
+    return optional(text)
 
 
 def compliance_field(where: str) -> Any:
     text = f'compliance {where} of what is in series with the carriage, as bolted joint and table, e.g. "2 um/kN"'
-    return Field(default=0.0, description=text)
+    return optional(text, 0.0)
 
 
 def clearance_field(where: str) -> Any:
-    return Field(default=0.0, description=f'clearance {where} to either side, e.g. "5 um"')
+    return optional(f'clearance {where} to either side, e.g. "5 um"', 0.0)
 
 
 # ---- the model

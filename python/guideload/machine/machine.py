@@ -22,6 +22,7 @@ from guideload._core import Law, Scene
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.atomic import atomic_write
+from guideload.base.config import optional
 from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
 from guideload.base.file_model import FileModel
 from guideload.base.notebook import as_html
@@ -29,9 +30,8 @@ from guideload.base.number_text import number
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
-from guideload.machine.bodies import united
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, with_types
-from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition, united
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import LinkTable, feet_on, own_axes, read_only, table_of
@@ -53,60 +53,47 @@ class Machine(FileModel):
     FILE: ClassVar = "machine.toml"
     WRITTEN_BY: ClassVar = "`guideload init` writes one"
 
-    name: Name = Field(default="machine", description="a title for tables and pictures")
-    free: tuple[Dof, ...] = Field(
-        default=("y", "z", "rx", "ry", "rz"),
+    name: Name = optional("a title for tables and pictures", "machine")
+    free: tuple[Dof, ...] = optional(
+        'dofs of L that may move, of "x", "y", "z", "rx", "ry", "rz"; the drive holds the others',
+        ("y", "z", "rx", "ry", "rz"),
         min_length=1,
-        description='dofs of L that may move, of "x", "y", "z", "rx", "ry", "rz"; the drive holds the others',
     )
-    gravity: Gravity = Field(
-        default=(0.0, -9.80665, 0.0), description="acceleration of gravity, points down, in m/s^2"
-    )
+    gravity: Gravity = optional("acceleration of gravity, points down, in m/s^2", (0.0, -9.80665, 0.0))
     body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
-    riders: tuple[Rider, ...] = Field(
-        default=(),
+    riders: tuple[Rider, ...] = optional(
+        "one [[riders]] table for each body that moves along the main body, such as a cross slide",
+        (),
         max_length=MOST_RIDERS,
-        description="one [[riders]] table for each body that moves along the main body, such as a cross slide",
     )
-    drive: Drive | None = Field(
-        default=None, description="the table [drive]; needed for a trace of the motor, and for torques"
+    drive: Drive | None = optional("the table [drive]; needed for a trace of the motor, and for torques")
+    friction: Friction | None = optional("the table [friction] of the guides; it adds to the drive's force")
+    rest_at: TravelPosition = optional(
+        "position of the cart at rest, where rails are not straight; a run rests where it starts", 0.0
     )
-    friction: Friction | None = Field(
-        default=None, description="the table [friction] of the guides; it adds to the drive's force"
-    )
-    rest_at: TravelPosition = Field(
-        default=0.0,
-        description="position of the cart at rest, where rails are not straight; a run rests where it starts",
-    )
-    base: Base | None = Field(
-        default=None, description="the table [base]: its compliance; left out if it is rigid"
-    )
-    rails: tuple[Rail, ...] = Field(default=(), description="one [[rails]] table per rail")
-    carriages: tuple[Carriage, ...] = Field(default=(), description="one [[carriages]] table per carriage")
+    base: Base | None = optional("the table [base]: its compliance; left out if it is rigid")
+    rails: tuple[Rail, ...] = optional("one [[rails]] table per rail", ())
+    carriages: tuple[Carriage, ...] = optional("one [[carriages]] table per carriage", ())
     carriage_types: CarriageTypes = Field(
         default_factory=TypesByName,
         description="a table [carriage_types.NAME] of keys for each type that carriages name by `type`",
     )
-    links: tuple[Link, ...] = Field(default=(), description="one [[links]] table for each extra link")
-    points: tuple[PointOfInterest, ...] = Field(
-        default=(), description="one [[points]] table for each point of the body whose motion matters"
+    links: tuple[Link, ...] = optional("one [[links]] table for each extra link", ())
+    points: tuple[PointOfInterest, ...] = optional(
+        "one [[points]] table for each point of the body whose motion matters", ()
     )
-    payloads: tuple[Payload, ...] = Field(
-        default=(), description="one [[payloads]] table for each mass that comes and goes"
+    payloads: tuple[Payload, ...] = optional("one [[payloads]] table for each mass that comes and goes", ())
+    catalogue: Name | None = optional(
+        'a file of products that are not packaged, relative to the machine file, e.g. "mine.toml"'
     )
-    catalogue: Name | None = Field(
-        default=None,
-        description='a file of products that are not packaged, relative to the machine file, e.g. "mine.toml"',
+    products: tuple[Product, ...] = optional(
+        "one [[products]] table for each product that is not in a catalogue file", ()
     )
-    products: tuple[Product, ...] = Field(
-        default=(), description="one [[products]] table for each product that is not in a catalogue file"
+    life: LifeConditions = optional(
+        "the table [life]: how life and static safety are judged", LifeConditions()
     )
-    life: LifeConditions = Field(
-        default=LifeConditions(), description="the table [life]: how life and static safety are judged"
-    )
-    report: ReportHead = Field(
-        default=ReportHead(),
-        description="the table [report]: project, customer and others, for the head of reports",
+    report: ReportHead = optional(
+        "the table [report]: project, customer and others, for the head of reports", ReportHead()
     )
 
     def _repr_html_(self) -> str:
@@ -288,6 +275,18 @@ class Machine(FileModel):
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
         """For each carriage, the indices of its links in the link table."""
         return tuple(map(read_only, _places(self.link_table().carriage, len(self.carriages))))
+
+    @cached_property
+    def static_carriage_loads(self) -> Array:
+        """Static loads of the carriages (carriage, 6): force [N], and moment about the carriage centre [N m]."""
+        loads = self.scene.static_group_loads(self.links_of_carriages, self.carriage_places)
+        return read_only(loads)
+
+    def resultants(self, loads: Array) -> Array:
+        """Resultants (time, carriage) [N] in the y-z plane of link loads (time, link) [N]."""
+        directions = self.link_table().directions[:, 1:]
+        sums = [loads[:, links] @ directions[links] for links in self.links_of_carriages]
+        return np.asarray(np.linalg.norm(np.array(sums).reshape(len(sums), len(loads), 2), axis=2).T)
 
     @cached_property
     def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import TIME, TRAVEL
 from guideload.machine.components import Body, Name
 
 Seconds = Annotated[float, in_range(TIME)]
-Stay = Annotated[tuple[Seconds, Seconds], BeforeValidator(partial(entries, names=("from", "to")))]
+Stay = Annotated[tuple[Seconds, Seconds], listed("from", "to")]
 
 
 class Place(ConfigModel):
     """A position of the cart at which a payload comes or goes."""
 
     x: Annotated[float, in_range(TRAVEL)] = Field(description='position of the cart, e.g. "1.2 m"')
-    travel: Literal["+x", "-x", "any"] = Field(
-        default="any", description='direction in which the cart reaches it: "+x", "-x" or "any"'
+    travel: Literal["+x", "-x", "any"] = optional(
+        'direction in which the cart reaches it: "+x", "-x" or "any"', "any"
     )
 
 
@@ -29,18 +28,14 @@ class Payload(Body):
     """A mass that the body grips and releases on the way; the machine is the body alone without it."""
 
     name: Name = Field(description="a unique name for reports")
-    times: tuple[Stay, ...] | None = Field(
-        default=None,
+    times: tuple[Stay, ...] | None = optional(
+        'from when to when it is on the machine, e.g. [["0.5 s", "2 s"]], by the time of the motion',
         min_length=1,
-        description='from when to when it is on the machine, e.g. [["0.5 s", "2 s"]], by the time of the motion',
     )
-    picked_at: Place | None = Field(
-        default=None,
-        description='in place of times: where it is gripped, e.g. { x = "1.2 m", travel = "+x" }',
+    picked_at: Place | None = optional(
+        'in place of times: where it is gripped, e.g. { x = "1.2 m", travel = "+x" }'
     )
-    released_at: Place | None = Field(
-        default=None, description="in place of times: where it is released; without it, it stays"
-    )
+    released_at: Place | None = optional("in place of times: where it is released; without it, it stays")
 
     @field_validator("times")
     @classmethod

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import Field, field_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import LENGTH
 from guideload.machine.components import Name, Point, Vector, unit_vector
 
 SQUARE = 1e-6  # largest cosine between the two axes of a point: the rounding of printed directions
 
-_AXES = BeforeValidator(partial(entries, names=("direction of its x", "direction of its y")))
+_AXES = listed("direction of its x", "direction of its y")
 
 
 class PointOfInterest(ConfigModel):
@@ -24,14 +24,13 @@ class PointOfInterest(ConfigModel):
 
     name: Name = Field(description='a unique name, e.g. "tool"')
     at: Point = Field(description='x, y, z from L, e.g. ["0 mm", "-400 mm", "120 mm"]')
-    axes: Annotated[tuple[Vector, Vector], _AXES] = Field(
-        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-        description="directions of the point's own x and y, at right angles, in the axes of the machine; its z "
+    axes: Annotated[tuple[Vector, Vector], _AXES] = optional(
+        "directions of the point's own x and y, at right angles, in the axes of the machine; its z "
         "completes them. Forces may be given in these axes",
+        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
     )
-    settle_window: Annotated[float, in_range(LENGTH, above=0.0)] | None = Field(
-        default=None,
-        description='the point has settled when it stays this close to its place at rest, e.g. "10 um"',
+    settle_window: Annotated[float, in_range(LENGTH, above=0.0)] | None = optional(
+        'the point has settled when it stays this close to its place at rest, e.g. "10 um"'
     )
 
     @field_validator("axes")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from datetime import date
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator
 
-from guideload.base.config import ConfigModel
+from guideload.base.config import ConfigModel, optional
 from guideload.machine.components import Name
 
 SIGN = "_" * 20  # where to sign on paper
@@ -21,15 +21,13 @@ def _day(value: object) -> object:
 class ReportHead(ConfigModel):
     """The head of all reports of the machine; keys that are left out are not shown."""
 
-    project: Name | None = Field(default=None, description="name or number of the project")
-    customer: Name | None = Field(default=None, description="for whom the machine is built")
-    drawing: Name | None = Field(default=None, description="number of the drawing, with its revision")
-    author: Name | None = Field(default=None, description="who computed it")
-    checked_by: Name | None = Field(
-        default=None, description="who checks it; the head has a line to sign in any case"
-    )
-    date: Annotated[Name, BeforeValidator(_day)] | None = Field(
-        default=None, description='a day, e.g. 2026-03-31; "today" is that of the run'
+    project: Name | None = optional("name or number of the project")
+    customer: Name | None = optional("for whom the machine is built")
+    drawing: Name | None = optional("number of the drawing, with its revision")
+    author: Name | None = optional("who computed it")
+    checked_by: Name | None = optional("who checks it; the head has a line to sign in any case")
+    date: Annotated[Name, BeforeValidator(_day)] | None = optional(
+        'a day, e.g. 2026-03-31; "today" is that of the run'
     )
 
     @property

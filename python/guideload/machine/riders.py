@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field, field_validator
 
+from guideload.base.config import optional
 from guideload.base.errors import ValueRefused
 from guideload.machine.components import Body, Length, Name, Vector
 
@@ -18,14 +19,13 @@ class Rider(Body):
     direction: Vector = Field(
         description="its travel in the axes of the machine, of any length, e.g. [0, 0, 1]"
     )
-    position: Length = Field(
-        default=0.0,
-        description="travel at which it stands where it does not move: for static loads and modes, "
+    position: Length = optional(
+        "travel at which it stands where it does not move: for static loads and modes, "
         "and in runs that give it no motion",
+        0.0,
     )
-    motion: Name | None = Field(
-        default=None,
-        description='trace or motion file of its travel, relative to the machine file, e.g. "slide.toml"',
+    motion: Name | None = optional(
+        'trace or motion file of its travel, relative to the machine file, e.g. "slide.toml"'
     )
 
     @field_validator("direction")

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import csv
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Protocol
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, field_validator
+from pydantic import AfterValidator, Field, field_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused, refused_at
 from guideload.base.ranges import LENGTH, POSITION, POWER
 from guideload.base.units import quantity
@@ -56,7 +56,7 @@ def _checked(points: tuple[Any, ...]) -> tuple[Any, ...]:
     return points
 
 
-ProfilePoint = Annotated[tuple[Length, Length, Length], BeforeValidator(partial(entries, names=COLUMNS))]
+ProfilePoint = Annotated[tuple[Length, Length, Length], listed(*COLUMNS)]
 Straightness = Annotated[tuple[ProfilePoint, ...], AfterValidator(_checked)]
 
 
@@ -132,15 +132,15 @@ def _parse_points(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:
 class Waviness(ConfigModel):
     """A random profile: waves with random phases, whose power density falls as 1/k^exponent with the wave number k."""
 
-    rms: Annotated[tuple[Length, Length], BeforeValidator(partial(entries, names=("y", "z")))] = Field(
+    rms: Annotated[tuple[Length, Length], listed("y", "z")] = Field(
         description='root mean squares of the displacement along y and z, e.g. ["10 um", "5 um"]'
     )
     wavelengths: Annotated[
         tuple[PositiveLength, PositiveLength],
-        BeforeValidator(partial(entries, names=("shortest", "longest"))),
+        listed("shortest", "longest"),
     ] = Field(description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]')
-    exponent: Annotated[float, in_range(POWER, least=0.0)] = Field(
-        default=2.0, description="of the fall of the power density with the wave number"
+    exponent: Annotated[float, in_range(POWER, least=0.0)] = optional(
+        "of the fall of the power density with the wave number", 2.0
     )
     seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(
         description="of the random phases: the same seed gives the same profile"

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload._core import Solution
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step
 from guideload.base.number_text import counted, digits, scientific
 from guideload.machine.machine import Machine
 from guideload.method_comparison.diagram import Reference
@@ -69,8 +69,7 @@ def _growth(reference: Reference) -> str:
 
 def _damping(motion: Motion, eigenvalues: NDArray[np.complex128]) -> str:
     """Vibrations that hardly decay, and decays that are over within a part of the interval between samples."""
-    steps = np.diff(motion.time)
-    interval = float(np.median(steps[steps > 0.0]))
+    interval = median_step(motion.time)
     sizes = np.abs(eigenvalues)
     hardly = eigenvalues[(eigenvalues.imag > 0.0) & (-eigenvalues.real < HARDLY_DAMPED * sizes)]
     quick = -eigenvalues.real[(eigenvalues.imag == 0.0) & (-eigenvalues.real * interval > QUICK_DECAY)]

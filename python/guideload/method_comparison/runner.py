@@ -10,7 +10,7 @@ import numpy as np
 
 from guideload._core import Solution
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError, GuideloadError, RunError
 from guideload.base.methods import METHODS
 from guideload.machine.laws import NO_EXACT
@@ -115,12 +115,11 @@ class ErrorMetric:
         The two ends of a carriage can take the motion by opposite forces: in the paper's scene the carriages'
         forces change by 2 N while the load of each of their links changes by 1 556 N.
         """
-        scene, carriages = machine.scene, machine.carriages
-        static_links = scene.static_link_loads()
-        if not carriages:
+        static_links = machine.scene.static_link_loads()
+        if not machine.carriages:
             text = "the loads of the links: the machine has no carriages"
             return cls(machine, static_links.size, static_links, text)
-        forces = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)[:, :3]
+        forces = machine.static_carriage_loads[:, :3]
         by_carriage = cls(machine, None, forces, "the forces of the carriages along x, y and z")
         count = sum(links.size for links in machine.links_of_carriages)  # these come before the extra links
         by_link = cls(machine, count, static_links[:count], "")
@@ -178,10 +177,8 @@ def has_exponential(machine: Machine) -> bool:
 
 def _curves(machine: Machine, motion: Motion) -> list[list[Setting]]:
     """The settings of each curve of the diagram, from coarse to fine."""
-    intervals = np.diff(motion.time)
-    intervals = intervals[intervals > 0.0]
-    interval = float(np.median(intervals)) if intervals.size else None
-    steps = [] if interval is None else [interval / steps for steps in STEPS_PER_SAMPLE]
+    interval = median_step(motion.time)
+    steps = [interval / steps for steps in STEPS_PER_SAMPLE] if interval else []
     some = has_exponential(machine)
     methods = sorted(name for name, of in METHODS.items() if of.with_edges or of.with_edges is False and some)
     return [

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from guideload._core import Solution
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, median_step
 from guideload.base.errors import ArgumentError, RunError
 from guideload.base.methods import METHODS
 from guideload.machine.machine import DOFS, Machine
@@ -101,8 +101,7 @@ class Stability:
     @cached_property
     def sample_interval(self) -> float:
         """Median interval between samples of the motion [s]."""
-        steps = np.diff(self.motion.time)
-        return float(np.median(steps[steps > 0.0]))
+        return median_step(self.motion.time)
 
     def moving(self, index: int) -> list[str]:
         """The dofs that move most in the mode of an eigenvalue, largest first; none if only L turns."""

@@ -9,11 +9,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, StrictStr
 
-from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ArgumentError, ConfigError
+from guideload.base.config import ConfigModel, in_range, optional
+from guideload.base.errors import ArgumentError
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD, SMOOTHER
-from guideload.base.toml import missing_files
+from guideload.base.toml import require_files
 from guideload.monitor.settings import MonitorSettings
 
 Load = Annotated[float, in_range(FORCE, above=0.0)]
@@ -44,20 +44,16 @@ class MonitorFile(FileModel):
         description='travel of the cart per count, e.g. "20 um"; negative if the counter counts backwards'
     )
     lag: Annotated[int, Field(ge=0, le=200)] = Field(description="samples after the instant of the loads")
-    encoder_bits: Annotated[int, Field(ge=8, le=32)] = Field(default=32, description="width of the counter")
-    ticks: Annotated[int, Field(ge=1, le=2**24)] = Field(
-        default=1, description="time stamps per period; 1 if the stamp is the number of the sample"
+    encoder_bits: Annotated[int, Field(ge=8, le=32)] = optional("width of the counter", 32)
+    ticks: Annotated[int, Field(ge=1, le=2**24)] = optional(
+        "time stamps per period; 1 if the stamp is the number of the sample", 1
     )
     max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] = Field(
         description="what the axis cannot exceed: a sample that asks for more is wrong"
     )
-    most_missing: Annotated[int, Field(ge=0, le=64)] = Field(
-        default=8, description="samples that may be missing in a row"
-    )
-    load_limit: Load | None = Field(
-        default=None, description="limit of the equivalent load of every carriage"
-    )
-    bin: Load = Field(default=500.0, description="width of a bin of the histogram of the equivalent load")
+    most_missing: Annotated[int, Field(ge=0, le=64)] = optional("samples that may be missing in a row", 8)
+    load_limit: Load | None = optional("limit of the equivalent load of every carriage")
+    bin: Load = optional("width of a bin of the histogram of the equivalent load", 500.0)
     smoother: Smoother = Field(description="the smoother, which `guideload monitor build` chooses")
 
     @property
@@ -78,8 +74,7 @@ class MonitorFile(FileModel):
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> MonitorFile:
         described = cls(**values)
-        if problems := missing_files(file.parent, {("machine",): described.machine}):
-            raise ConfigError(problems)
+        require_files(file.parent, {("machine",): described.machine})
         try:
             _ = described.settings
         except ArgumentError as error:

@@ -19,6 +19,7 @@ from guideload.monitor.estimator import filter_taps
 from guideload.monitor.monitor import Monitor, require_supported
 from guideload.monitor.settings import MonitorSettings
 from guideload.motion.motion import Motion
+from guideload.motion.travel import travel_at, travel_of
 from guideload.simulation.simulation import simulate
 
 ORDERS = (3, 5)
@@ -104,7 +105,9 @@ class SampledPath:
                 "tried with every smoother; give a part of the motion with its fastest moves, or check the period"
             )
         grid: Array = start + settings.period * np.arange(steps + 1, dtype=np.float64)
-        position = _position(motion, grid)
+        begin = 0.0 if motion.velocity is None else float(motion.velocity[0, 0])
+        moved = travel_at(motion.time, travel_of(motion.excitation), grid)[:, 0]
+        position = moved + begin * (grid - start)
         if grid.size < 8 or float(np.ptp(position)) < 100.0 * abs(settings.quantum):
             raise ArgumentError(
                 "monitor: the motion needs at least 8 samples and a travel of 100 counts, got "
@@ -126,19 +129,3 @@ class SampledPath:
         peaks = [np.hypot(each[..., 0], each[..., 1]).max(axis=0) for each in (found, self.loads)]
         rms = float(np.sqrt(np.mean(np.square(found[..., :2] - self.loads[..., :2]))))
         return float(np.abs(peaks[0] / peaks[1] - 1.0).max()), rms
-
-
-def _position(motion: Motion, instants: Array) -> Array:
-    """Travel (m,) along x since the start, exact for the acceleration, which is linear between stamps."""
-    time, acceleration = motion.time, motion.acceleration[:, 0]
-    step = np.diff(time)
-    start = 0.0 if motion.velocity is None else float(motion.velocity[0, 0])
-    velocity = start + np.concatenate([[0.0], np.cumsum(step * (acceleration[1:] + acceleration[:-1]) / 2.0)])
-    change = step * velocity[:-1] + step**2 * (2.0 * acceleration[:-1] + acceleration[1:]) / 6.0
-    travel = np.concatenate([[0.0], np.cumsum(change)])
-    at = np.clip(np.searchsorted(time, instants, side="right") - 1, 0, step.size - 1)
-    since = instants - time[at]
-    jerk = np.diff(acceleration)[at] / np.where(step[at] > 0.0, step[at], 1.0)
-    return np.asarray(
-        travel[at] + since * (velocity[at] + since * (acceleration[at] / 2.0 + since * jerk / 6.0))
-    )

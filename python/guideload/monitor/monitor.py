@@ -13,8 +13,8 @@ from guideload._core import Monitor as CoreMonitor
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError
-from guideload.life.criteria import Criteria, criteria_of
-from guideload.life.equivalent_load import EquivalentLoad
+from guideload.life.criteria import Criteria, known_criteria
+from guideload.life.equivalent_load import PLAIN_SUM
 from guideload.machine.machine import Machine
 from guideload.monitor.description import MonitorFile
 from guideload.monitor.estimator import filter_taps
@@ -127,11 +127,7 @@ Judged = tuple[tuple[Array, float, float, str], float, float, float]
 
 def _rules(machine: Machine, settings: MonitorSettings) -> tuple[list[Judged], bool]:
     """Rule, limit, bin and capacity of each carriage, and whether they have rollers."""
-    rated = {}
-    if any(
-        product is not None and product.dynamic and product.static for product in machine.product_of_carriage
-    ):
-        rated = {one.index: one for one in criteria_of(machine, machine.life)}
+    rated = {one.index: one for one in known_criteria(machine, machine.life)}
     rules = [_judged(rated.get(index), settings) for index in range(len(machine.carriages))]
     exponents = {exponent for _, exponent in rules}
     if len(exponents) > 1:
@@ -144,9 +140,7 @@ def _rules(machine: Machine, settings: MonitorSettings) -> tuple[list[Judged], b
 def _judged(criteria: Criteria | None, settings: MonitorSettings) -> tuple[Judged, float]:
     """Rule, limit, bin and capacity of a carriage, and its exponent. Without ratings: |Fy| + |Fz|, and no life."""
     if criteria is None:
-        weights = np.zeros((2, 5, 2))
-        weights[0, :2] = 1.0
-        return (EquivalentLoad(weights, 1.0).of_core, settings.limit, settings.bin, 0.0), 3.0
+        return (PLAIN_SUM.of_core, settings.limit, settings.bin, 0.0), 3.0
     for axis in criteria.rule.missing:
         raise criteria.unrated(axis, f"may carry a {axis} moment")
     capacity = float(criteria.life_under(1.0))  # of 1 N, so it is life times load^p

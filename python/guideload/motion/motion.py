@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
 from guideload.machine.points import PointOfInterest
+from guideload.motion.stamps import is_late, sampled
 from guideload.motion.uncertainty import Uncertainty
 
 CORNER_STEP = 0.5  # of the median step: a shorter step shows a profile given by its corners, not by samples
@@ -251,22 +252,11 @@ class Motion:
 
     def _with_wrench(self, time: Array, wrench: Array) -> Motion:
         """This motion plus a wrench (k, 6) at `time` (k,), zero outside `time`; the result has the stamps of both."""
-        motion = with_instants(self, time)
         added = np.pad(time, 1, mode="edge"), np.pad(wrench, ((1, 1), (0, 0)))
-        before, after = _sides(*added, motion.time)
-        # A jump needs two stamps. At the ends one is enough: the motion starts after a jump at the first stamp and ends
-        # before a jump at the last.
-        alone = np.diff(motion.time, prepend=-np.inf) > 0.0
-        alone[:-1] &= alone[1:]
-        jumps = alone & np.any(before != after, axis=1)
-        jumps[[0, -1]] = False
-        index = np.repeat(np.arange(jumps.size), 1 + jumps)
-        stamps = motion.time[index]
-        late = np.append(stamps[0] < stamps[1], np.diff(stamps) == 0.0)
-        histories = {name: getattr(motion, name) for name in HISTORIES}
-        united = {name: values[index] for name, values in histories.items() if values is not None}
-        united["wrench"] = united.get("wrench", 0.0) + np.where(late[:, None], after[index], before[index])
-        return replace(motion, time=stamps, uncertainty=_own_uncertainty(motion), **united)
+        before, after = (sampled(*added, time, np.full(time.size, late)) for late in (False, True))
+        motion = with_stamps(self, time, time[np.any(before != after, axis=1)])
+        load = sampled(*added, motion.time, is_late(motion.time))
+        return replace(motion, wrench=load if motion.wrench is None else motion.wrench + load)
 
 
 def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
@@ -289,6 +279,29 @@ def with_instants(motion: Motion, times: Array) -> Motion:
     shares = np.insert(np.zeros(stamps.size - 1), before + 1, share)
     time = np.insert(stamps[:-1], before + 1, new)
     return _at(motion, first, shares, time)
+
+
+def with_stamps(motion: Motion, times: Array, twice: Array) -> Motion:
+    """The motion with stamps at these times [s] too, as far as it lasts then, and with two stamps at each of `twice`.
+
+    At its ends one stamp is enough for a jump: a run begins after it, and ends before it.
+    """
+    motion = with_instants(motion, times)
+    single = np.diff(motion.time, prepend=-np.inf) > 0.0
+    single[:-1] &= single[1:]
+    single[[0, -1]] = False
+    index = np.repeat(np.arange(single.size), 1 + (single & np.isin(motion.time, twice)))
+    if index.size == single.size:
+        return motion
+    given = {name: values for name in HISTORIES if (values := getattr(motion, name)) is not None}
+    histories: dict[str, Any] = {name: values[index] for name, values in given.items()}
+    return replace(motion, time=motion.time[index], uncertainty=_own_uncertainty(motion), **histories)
+
+
+def find_jumps(motion: Motion) -> Array:
+    """The times [s] at which a motion has two stamps."""
+    jumps: Array = motion.time[1:][np.diff(motion.time) == 0.0]
+    return jumps
 
 
 def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) -> Motion:
@@ -382,19 +395,3 @@ def _samples(name: str, values: ArrayLike, count: int) -> Array:
     """(count, 3) from a constant vector or a history."""
     shape = (3,) if np.ndim(values) == 1 else (count, 3)
     return np.broadcast_to(_history(name, values, shape), (count, 3))
-
-
-def _sides(time: Array, history: Array, stamps: Array) -> tuple[Array, Array]:
-    """A history (n, k) just before and just after each stamp, constant beyond its ends."""
-
-    def one_side(side: Literal["left", "right"]) -> Array:
-        upper = np.searchsorted(time, stamps, side)
-        lower, upper = (np.clip(index, 0, time.size - 1) for index in (upper - 1, upper))
-        width = time[upper] - time[lower]
-        share = np.divide(stamps - time[lower], width, out=np.zeros(stamps.size), where=width > 0.0)[:, None]
-        # At a sample the history has its value, without rounding.
-        return np.where(
-            share == 1.0, history[upper], history[lower] + share * (history[upper] - history[lower])
-        )
-
-    return one_side("left"), one_side("right")

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, PlainValidator, PrivateAttr, model_validator
 
 from guideload.base.arguments import checked
-from guideload.base.config import ConfigModel, in_range
+from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import (
     ArgumentError,
     ConfigError,
@@ -60,42 +60,38 @@ def _whole_number(value: object, least: int) -> int:
 class MoveLimits(ConfigModel):
     """Profile and limits; in [limits] those of all moves that do not give their own."""
 
-    profile: Profile | None = Field(
-        default=None, description='shape of the acceleration over time; "jerk limited" if left out everywhere'
+    profile: Profile | None = optional(
+        'shape of the acceleration over time; "jerk limited" if left out everywhere'
     )
-    speed: Annotated[float, in_range(SPEEDS, above=0.0)] | None = Field(
-        default=None, description='largest speed, e.g. "2 m/s"'
+    speed: Annotated[float, in_range(SPEEDS, above=0.0)] | None = optional('largest speed, e.g. "2 m/s"')
+    acceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = optional(
+        'largest acceleration, e.g. "5 m/s^2"'
     )
-    acceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = Field(
-        default=None, description='largest acceleration, e.g. "5 m/s^2"'
+    deceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = optional(
+        "largest deceleration; as the acceleration if left out"
     )
-    deceleration: Annotated[float, in_range(ACCELERATIONS, above=0.0)] | None = Field(
-        default=None, description="largest deceleration; as the acceleration if left out"
-    )
-    jerk: Annotated[float, in_range(JERKS, above=0.0)] | None = Field(
-        default=None, description='largest jerk, e.g. "200 m/s^3"; for profiles other than a trapezoid'
+    jerk: Annotated[float, in_range(JERKS, above=0.0)] | None = optional(
+        'largest jerk, e.g. "200 m/s^3"; for profiles other than a trapezoid'
     )
 
 
 class Move(MoveLimits):
     """A move from rest to rest, in the shortest time that its limits and its profile allow, or in its time."""
 
-    distance: Annotated[float, in_range(LENGTH, nonzero=True)] | None = Field(
-        default=None, description='signed, e.g. "1.2 m"; or a target'
+    distance: Annotated[float, in_range(LENGTH, nonzero=True)] | None = optional(
+        'signed, e.g. "1.2 m"; or a target'
     )
-    target: Annotated[float, in_range(POSITION)] | None = Field(
-        default=None, description="position of the cart where it ends; or a distance"
+    target: Annotated[float, in_range(POSITION)] | None = optional(
+        "position of the cart where it ends; or a distance"
     )
-    time: Annotated[float, in_range(TIME, above=0.0)] | None = Field(
-        default=None,
-        description='duration, e.g. "1.2 s": limits that are left out follow from it, others are kept',
+    time: Annotated[float, in_range(TIME, above=0.0)] | None = optional(
+        'duration, e.g. "1.2 s": limits that are left out follow from it, others are kept'
     )
-    dwell: Annotated[float, in_range(TIME, least=0.0)] = Field(
-        default=0.0, description='pause at rest after the move, e.g. "0.5 s"'
+    dwell: Annotated[float, in_range(TIME, least=0.0)] = optional(
+        'pause at rest after the move, e.g. "0.5 s"', 0.0
     )
-    forces: tuple[PhaseForce, ...] = Field(
-        default=(),
-        description="one [[moves.forces]] table for each process force during the move or a phase of it",
+    forces: tuple[PhaseForce, ...] = optional(
+        "one [[moves.forces]] table for each process force during the move or a phase of it", ()
     )
 
     @model_validator(mode="after")
@@ -115,16 +111,13 @@ class Moves(FileModel):
     FILE: ClassVar = "moves.toml"
     WRITTEN_BY: ClassVar = "`guideload init --moves` writes one"
 
-    limits: MoveLimits = Field(default=MoveLimits(), description="of all moves that do not give their own")
-    start: Annotated[float, in_range(POSITION)] = Field(
-        default=0.0, description="position of the cart before the first move"
+    limits: MoveLimits = optional("of all moves that do not give their own", MoveLimits())
+    start: Annotated[float, in_range(POSITION)] = optional("position of the cart before the first move", 0.0)
+    repeat: Annotated[int, PlainValidator(partial(_whole_number, least=1))] = optional(
+        "how often the list of moves is run", 1
     )
-    repeat: Annotated[int, PlainValidator(partial(_whole_number, least=1))] = Field(
-        default=1, description="how often the list of moves is run"
-    )
-    rate: Annotated[float, in_range(RATE, above=0.0)] = Field(
-        default=2048.0,
-        description="least number of stamps per second, at which loads are reported; rounded up to a power of two",
+    rate: Annotated[float, in_range(RATE, above=0.0)] = optional(
+        "least number of stamps per second, at which loads are reported; rounded up to a power of two", 2048.0
     )
     moves: tuple[Move, ...] = Field(min_length=1, description="one [[moves]] table for each move")
     _source: str = PrivateAttr("planned moves")

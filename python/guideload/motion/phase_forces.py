@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import model_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, entries, in_range
+from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.number_text import number
 from guideload.base.ranges import FORCE, MOMENT
@@ -19,27 +18,24 @@ from guideload.motion.profiles import Pieces
 Phase = Literal["speeding up", "constant speed", "braking", "at rest"]
 Force = Annotated[float, in_range(FORCE)]
 Moment = Annotated[float, in_range(MOMENT)]
-_XYZ = BeforeValidator(partial(entries, names=("x", "y", "z")))
+_XYZ = listed("x", "y", "z")
 
 
 class PhaseForce(ConfigModel):
     """A process force on the body during a move or a phase of it; several add up."""
 
-    force: Annotated[tuple[Force, Force, Force], _XYZ] = Field(
-        default=(0.0, 0.0, 0.0),
-        description='x, y, z in the axes of the machine, e.g. ["-800 N", "0 N", "-200 N"]',
+    force: Annotated[tuple[Force, Force, Force], _XYZ] = optional(
+        'x, y, z in the axes of the machine, e.g. ["-800 N", "0 N", "-200 N"]', (0.0, 0.0, 0.0)
     )
-    moment: Annotated[tuple[Moment, Moment, Moment], _XYZ] = Field(
-        default=(0.0, 0.0, 0.0),
-        description='about the point where it acts, e.g. ["0 N m", "0 N m", "30 N m"]',
+    moment: Annotated[tuple[Moment, Moment, Moment], _XYZ] = optional(
+        'about the point where it acts, e.g. ["0 N m", "0 N m", "30 N m"]', (0.0, 0.0, 0.0)
     )
-    at: Point = Field(
-        default=(0.0, 0.0, 0.0),
-        description='x, y, z from L of the point where it acts, e.g. ["0 mm", "600 mm", "150 mm"]; L if left out',
+    at: Point = optional(
+        'x, y, z from L of the point where it acts, e.g. ["0 mm", "600 mm", "150 mm"]; L if left out',
+        (0.0, 0.0, 0.0),
     )
-    during: Phase | None = Field(
-        default=None,
-        description='phase in which it acts, "at rest" is the dwell; the move without it if left out',
+    during: Phase | None = optional(
+        'phase in which it acts, "at rest" is the dwell; the move without it if left out'
     )
 
     @model_validator(mode="after")

@@ -229,6 +229,4 @@ def _peaks(machine: Machine, static: Array, frequency: Array, ramp: float) -> Ar
 
 def _loads(machine: Machine, links: Array) -> Array:
     """(n, name) N, y-z resultants of the carriages and magnitudes of the link loads, from link loads (n, link) [N]."""
-    directions = machine.link_table().directions
-    forces = [links[:, own] @ directions[own, 1:] for own in machine.links_of_carriages]
-    return np.column_stack([*(np.linalg.norm(force, axis=1) for force in forces), np.abs(links)])
+    return np.hstack([machine.resultants(links), np.abs(links)])

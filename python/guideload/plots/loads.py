@@ -128,7 +128,7 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
     axes are given, the worst cycle below.
     """
     histories = Histories(result.machine, result.quantities)
-    static = histories.resultants(histories.quasi_static)
+    static = histories.machine.resultants(histories.quasi_static)
     peaks = np.stack([result.peak_columns[name] for name in ("time_of_peak_s", "peak_resultant_N")], axis=1)
     values, name = result.quantities["resultant"], "√(Fy² + Fz²)"
     loads = _Loads(values, static, "static with m a", "resultant_sd", name, "N", peaks)

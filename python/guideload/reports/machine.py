@@ -8,7 +8,7 @@ import numpy as np
 
 from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
-from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings, static_loads
+from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
 from guideload.base.number_text import (
     between,
     counted,
@@ -144,12 +144,12 @@ def placement_lines(machine: Machine) -> list[str]:
     """That rails and carriages without mounting errors are exactly in place, and what one of 10 um would change."""
     if machine.mounting_errors.any() or not machine.has_straight_rails or len(machine.carriages) < 2:
         return []
-    nominal, changes = static_loads(machine), {}
+    nominal, changes = machine.static_carriage_loads, {}
     for i, one in enumerate(machine.carriages):
         for axis, error in (("y", (MISPLACED, 0.0)), ("z", (0.0, MISPLACED))):
             moved = [*machine.carriages]
             moved[i] = one.model_copy(update={"mounting_error": error})
-            loads = static_loads(machine.model_copy(update={"carriages": tuple(moved)}))
+            loads = machine.model_copy(update={"carriages": tuple(moved)}).static_carriage_loads
             changes[one.name, axis] = float(np.linalg.norm((loads - nominal)[i, 1:3]))
     name, axis = max(changes, key=changes.__getitem__)
     return [
@@ -339,7 +339,7 @@ def nominal_lines(machine: Machine, what: str) -> list[str]:
 
 def _static_section(machine: Machine) -> Section:
     """A row per carriage: static force and moment, with sign."""
-    loads = static_loads(machine)
+    loads = machine.static_carriage_loads
     axes = {"Fy": "N", "Fz": "N", "Mx": "N m", "My": "N m", "Mz": "N m"}
     table = Table(
         Column("carriage", [one.name for one in machine.carriages]),

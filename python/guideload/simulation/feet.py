@@ -15,7 +15,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, refined
-from guideload.simulation.stamps import sampled
+from guideload.motion.stamps import sampled
 
 # Stamps in the shortest wavelength. The polygon through them deviates from a wave by (2 pi / 200)^2 / 8 of its
 # amplitude, 1.2e-4.

@@ -91,7 +91,7 @@ def _bows_little(run: Run) -> bool:
     if longest * fastest > np.pi:  # the samples may show a vibration where it has no curvature
         return False
     table = machine.link_table()
-    rows = np.hstack([table.directions, np.cross(table.points, table.directions)]) * table.stiffness[:, None]
+    rows = table.rows * table.stiffness[:, None]
     # Bounds, from the extremes of the dofs and from some instants: much quicker than all links at all samples.
     some = run.solution.position()[:: 1 + run.motion.time.size // SOME]
     largest = np.abs((some - run.machine_at_start.scene.static_position()) @ rows.T).max()

@@ -11,8 +11,7 @@ from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload, Place
 from guideload.machine.stretches import Stretches
-from guideload.motion.motion import Motion
-from guideload.simulation.stamps import with_stamps
+from guideload.motion.motion import Motion, with_stamps
 
 NEAR_A_STAMP = 1e-9  # share of the time between two stamps
 

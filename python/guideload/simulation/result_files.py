@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from guideload.base.atomic import atomic_write
-from guideload.base.errors import ReadError, ValueRefused, shortened, shown
+from guideload.base.atomic import atomic_write, with_ending
+from guideload.base.errors import ReadError, shortened, shown
 from guideload.base.finite import finite_json
 from guideload.base.netcdf import read_netcdf, write_netcdf
 from guideload.base.quantities import Quantities, Quantity
@@ -38,7 +38,7 @@ LARGEST = 1e30  # far above any load; the audit's products of five numbers fit i
 
 def to_netcdf(data: Quantities, path: str | PathLike[str]) -> None:
     """Write all quantities as netCDF 4."""
-    with atomic_write(_ending(path, ".nc")) as draft:
+    with atomic_write(with_ending(path, ".nc")) as draft:
         write_netcdf(data, draft)
 
 
@@ -47,7 +47,7 @@ def to_parquet(data: Quantities, path: str | PathLike[str]) -> None:
     from pyarrow import parquet
 
     table = _columns(data).replace_schema_metadata({METADATA_KEY: finite_json(_rest(data))})
-    with atomic_write(_ending(path, ".parquet")) as draft:
+    with atomic_write(with_ending(path, ".parquet")) as draft:
         parquet.write_table(table, draft, write_page_checksum=True)
 
 
@@ -55,20 +55,12 @@ def to_csv(data: Quantities, path: str | PathLike[str]) -> None:
     """Write histories as columns, and all other quantities as JSON in a second file."""
     from pyarrow import csv
 
-    path = _ending(path, ".csv")
+    path = with_ending(path, ".csv")
     second = path.with_suffix(".json")
     with atomic_write(second) as rest, atomic_write(path) as draft:
         csv.write_csv(_columns(data), draft)
         rest.write_text(finite_json(_rest(data), indent=1), encoding="utf-8")
         second.unlink(missing_ok=True)  # first: a kill never leaves the new file of one beside the old other
-
-
-def _ending(path: str | PathLike[str], ending: str) -> Path:
-    """`path`. Raises ValueRefused if its name has another ending, by which readers know the format."""
-    path = Path(path)
-    if path.suffix != ending:
-        raise ValueRefused(f"a file name that ends in {ending}", str(path))
-    return path
 
 
 def read(path: str | PathLike[str]) -> tuple[Machine, xr.Dataset]:

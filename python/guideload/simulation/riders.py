@@ -9,8 +9,8 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
 from guideload.machine.machine import Machine
-from guideload.motion.motion import Motion
-from guideload.simulation.stamps import find_jumps, find_place, is_late, with_stamps
+from guideload.motion.motion import Motion, find_jumps, with_stamps
+from guideload.motion.travel import travel_at, travel_of
 
 # Speed at the ends of a rider's motion over its largest speed: below it the rider stands still before and after.
 STILL = 1e-3
@@ -92,16 +92,11 @@ def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str,
 
 
 def _travel(name: str, motion: Motion, stamps: Array) -> Array:
-    """Travel, speed and acceleration (n, 3) of a rider at stamps: in each interval of its motion the integrals of a
-    linear acceleration from the motion's own position and velocity at the start of the interval."""
-    time, acceleration = motion.time, motion.acceleration[:, 0]
-    steps = np.diff(time)
-    gains = 0.5 * steps * (acceleration[1:] + acceleration[:-1])
-    speed = np.append(0.0, np.cumsum(gains)) if motion.velocity is None else motion.velocity[:, 0]
-    gains = steps * (speed[:-1] + steps * (2.0 * acceleration[:-1] + acceleration[1:]) / 6.0)
-    place = np.append(0.0, np.cumsum(gains)) if motion.position is None else motion.position[:, 0]
+    """Travel, speed and acceleration (n, 3) of a rider at stamps."""
+    time, samples = motion.time, travel_of(motion)
     if np.array_equal(time, stamps):
-        return np.column_stack([place, speed, acceleration])
+        return samples
+    speed = samples[:, 1]
     fastest = float(np.abs(speed).max())
     for end, covers in ((0, stamps[0] >= time[0]), (-1, stamps[-1] <= time[-1])):
         if not covers and abs(speed[end]) > STILL * fastest:
@@ -110,20 +105,4 @@ def _travel(name: str, motion: Motion, stamps: Array) -> Array:
                 f"riders[{name!r}]: its motion {when} that of the cart, at {time[end]:g} s, with {speed[end]:.3g} m/s; "
                 "expected one that covers the time of the cart, or begins and ends at rest"
             )
-    lower, since = find_place(stamps, time, is_late(stamps))
-    inside = (since >= 0.0) & ((lower < time.size - 1) | (since == 0.0))
-    upper = np.minimum(lower + 1, time.size - 1)
-    width = time[upper] - time[lower]
-    jerk = np.divide(
-        acceleration[upper] - acceleration[lower], width, out=np.zeros(stamps.size), where=width > 0.0
-    )
-    at, since = acceleration[lower], np.where(inside, since, 0.0)
-    travel = np.stack(
-        [
-            place[lower] + since * (speed[lower] + since * (at / 2.0 + since * jerk / 6.0)),
-            np.where(inside, speed[lower] + since * (at + since * jerk / 2.0), 0.0),
-            np.where(inside, at + since * jerk, 0.0),
-        ],
-        axis=1,
-    )
-    return np.ascontiguousarray(travel)
+    return travel_at(time, samples, stamps)

@@ -117,7 +117,6 @@ class Run:
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
             motion, stretches = excitation_with_enough_instants(machine, motion, stretches)
-        groups, places = machine.links_of_carriages, machine.carriage_places
         return (stretches or machine.scene).peaks(
             motion.time,
             motion.acceleration,
@@ -125,11 +124,11 @@ class Run:
             method=self.method,
             rtol=self.rtol,
             step=self.step,
-            groups=groups,
-            centers=places,
+            groups=machine.links_of_carriages,
+            centers=machine.carriage_places,
             start=self.start,
             travel=self.travel,
-            less=self.machine_at_start.scene.static_group_loads(groups, places) if dynamic else None,
+            less=self.machine_at_start.static_carriage_loads if dynamic else None,
         )
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
@@ -201,8 +200,5 @@ class Run:
         if self.feet is not None:
             table, of_feet = self.machine.link_table(), self.feet.loads(part, self.times)
             for i, (links, place, axes) in enumerate(zip(groups, places, own_axes(places), strict=True)):
-                direction = table.directions[links]
-                moment = np.cross(table.points[links] - place[:3], direction)
-                arms = np.hstack([direction @ axes.T, moment @ axes.T])
-                loads[:, i] += of_feet[:, links] @ arms
+                loads[:, i] += of_feet[:, links] @ table.arms(links, place[:3], axes)
         return loads

@@ -11,7 +11,6 @@ from guideload.base.arrays import Array, median_step
 from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
-from guideload.machine.stretches import Stretches
 from guideload.motion.consistency import history_warnings
 from guideload.simulation.peaks import peak_rows, resultants
 from guideload.simulation.point_motion import Row, point_rows
@@ -90,8 +89,7 @@ def _reference_point(run: Run) -> Iterator[Row]:
 
 
 def _static(run: Run) -> Iterator[Row]:
-    machine, scene = run.machine, run.machine_at_start.scene
-    loads = scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
+    scene, loads = run.machine_at_start.scene, run.machine_at_start.static_carriage_loads
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
     yield "static_link_load", ("link",), scene.static_link_loads(), "N", "static load along the link"
@@ -134,12 +132,6 @@ def _riders(run: Run) -> Iterator[Row]:
     yield "rider_wrench", ("time", "dof"), solution.rider_wrench(), LOAD_UNITS, text
 
 
-def payload_changes(stretches: Stretches, time: Array) -> list[tuple[float, tuple[str, ...]]]:
-    """The time at which each stretch begins [s], and the payloads that are on the machine then."""
-    began = (float(time[first]) for first in stretches.first)
-    return list(zip(began, stretches.payloads, strict=True))
-
-
 def _attributes(run: Run) -> dict[str, str | float | int]:
     solution, bandwidth = run.solution, run.motion.usable_bandwidth
     more = "" if run.original_times is None else ", and more between them"
@@ -167,7 +159,9 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "motion_warnings": "\n".join((*history_warnings(run.motion), *run.motion.warnings)),
     }
     if run.stretches is not None:
-        attributes["payload_changes"] = finite_json(payload_changes(run.stretches, run.motion.time))
+        # When each stretch begins [s], and the payloads that are on the machine then.
+        began = run.motion.time[list(run.stretches.first)].tolist()
+        attributes["payload_changes"] = finite_json(list(zip(began, run.stretches.payloads, strict=True)))
     if run.step is not None:
         attributes["step_s"] = run.step
     return attributes

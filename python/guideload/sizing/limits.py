@@ -15,8 +15,7 @@ from guideload.base.errors import ArgumentError, RunError
 from guideload.base.ranges import DIRECTION
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.life import life_of
-from guideload.machine.bodies import joined
-from guideload.machine.components import Body
+from guideload.machine.components import Body, joined
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.moves import LimitName, Moves

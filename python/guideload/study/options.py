@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import secrets
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hi
 import numpy as np
 from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
 
-from guideload.base.config import ConfigModel, in_range
-from guideload.base.errors import ConfigError, KeyPath, ValueRefused, problem_at, refused_at
+from guideload.base.config import ConfigModel, in_range, optional
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused, refused_at
 from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
 from guideload.base.toml import Place, read_toml
@@ -26,7 +25,7 @@ from guideload.simulation.start import Start
 from guideload.study.factors import Correlation
 from guideload.study.quantities import STATISTICS, Recorded, Statistic
 from guideload.study.sampling import Sampling, Sobol
-from guideload.study.varied_parameters import DistributionSpec, NumberOrText, optional
+from guideload.study.varied_parameters import DistributionSpec, NumberOrText
 from guideload.traces.channels import read_forces
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
@@ -166,20 +165,14 @@ class StudyFile(StudyOptions):
     motion: MotionOptions = optional("the table [motion]: how the motion scatters", MotionOptions())
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
 
-    def require_files(self, folder: Path) -> None:
-        """Raise ConfigError with all named files that do not exist."""
+    @property
+    def files(self) -> dict[KeyPath, str | None]:
+        """Names of the files that it names, by their keys."""
         files: dict[KeyPath, str | None] = {
             (key,): getattr(self, key) for key in ("machine", "trace", "cases")
         }
         files["forces", "file"] = None if self.forces is None else self.forces.file
-        files |= {("vary", i, "file"): getattr(one, "file", None) for i, one in enumerate(self.vary)}
-        problems = [
-            problem_at(place, ValueRefused("a file that exists", name, f"there is no {folder / name}"))
-            for place, name in files.items()
-            if name is not None and not os.path.exists(folder / name)  # of a name no system takes: False
-        ]
-        if problems:
-            raise ConfigError(problems)
+        return files | {("vary", i, "file"): getattr(one, "file", None) for i, one in enumerate(self.vary)}
 
 
 TABLES = {"reading", "forces", "motion", "limits", "vary", "correlation"}

@@ -17,8 +17,8 @@ from pyarrow.parquet import ParquetWriter
 
 from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array
-from guideload.base.atomic import atomic_write
-from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
+from guideload.base.atomic import atomic_write, with_ending
+from guideload.base.errors import ArgumentError, DoubtfulResult, shown
 from guideload.base.finite import finite_json
 from guideload.base.notebook import as_html
 from guideload.base.units import quantity as to_unit
@@ -327,7 +327,7 @@ class StudyResult(StudyColumns):
         tables = self.store.tables()
         first = next(tables)
         with (
-            atomic_write(_ending(path, ".parquet")) as draft,
+            atomic_write(with_ending(path, ".parquet")) as draft,
             ParquetWriter(draft, first.schema) as writer,
         ):
             for table in chain([first], tables):
@@ -356,7 +356,7 @@ class StudyResult(StudyColumns):
             "doubts": self.doubts,
             **{name: json.loads(table.to_json(orient="records")) for name, table in tables.items()},
         }
-        with atomic_write(_ending(path, ".json")) as draft:
+        with atomic_write(with_ending(path, ".json")) as draft:
             draft.write_text(finite_json(content, indent=1), encoding="utf-8")
 
 
@@ -368,12 +368,6 @@ def weaker_parameters(drivers: pd.DataFrame, shown: int) -> list[str]:
     largest = rest["total" if "total" in rest else "rank_correlation"].abs().max()
     beyond = "which do not vary" if np.isnan(largest) else f"none beyond {largest:.2f}"
     return [f"and {len(rest)} more, {beyond}"]
-
-
-def _ending(path: str | PathLike[str], ending: str) -> Path:
-    if Path(path).suffix != ending:
-        raise ValueRefused(f"a file name that ends in {ending}", str(path))
-    return Path(path)
 
 
 def _by_quantity_and_carriage(

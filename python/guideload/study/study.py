@@ -13,8 +13,9 @@ from pydantic import Field, InstanceOf, StrictBool, model_validator
 from scipy.stats import qmc
 
 from guideload.audit.motion_plausibility import motion_warnings
+from guideload.base.config import optional
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
-from guideload.base.toml import located
+from guideload.base.toml import located, require_files
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
 from guideload.parameters.parameters import Parameters
@@ -39,12 +40,11 @@ class Study(StudyOptions):
 
     machine: Machine = Field(description="the nominal machine")
     motion: InstanceOf[Motion] = Field(description="the motion of all samples")
-    posterior: StrictBool = Field(
-        default=False,
-        description="whether each sample has a motion of its own, drawn from the posterior of the trace",
+    posterior: StrictBool = optional(
+        "whether each sample has a motion of its own, drawn from the posterior of the trace", False
     )
-    cases: Any = Field(default=None, description="in place of `vary`: a table or its file; headers are paths")
-    sources: tuple[Path, ...] = Field(default=(), description="files of study, machine and motion")
+    cases: Any = optional("in place of `vary`: a table or its file; headers are paths")
+    sources: tuple[Path, ...] = optional("files of study, machine and motion", ())
 
     @classmethod
     def from_toml(
@@ -60,7 +60,7 @@ class Study(StudyOptions):
         folder = Path(file).parent
         try:
             described = StudyFile(**{**values, **replaced})
-            described.require_files(folder)
+            require_files(folder, described.files)
             machine = Machine.from_toml(folder / described.machine)
             motion = described.reading.motion(folder / described.trace, machine)
             sources = [Path(file), folder / described.machine, folder / described.trace]

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PlainValidator, model_validator
 
 from guideload.base.arrays import Array
-from guideload.base.config import ConfigModel, number
+from guideload.base.config import ConfigModel, number, optional
 from guideload.base.errors import KeyRefused, ValueRefused
 from guideload.base.units import factor, quantity
 from guideload.parameters.parameters import Form
@@ -103,11 +103,6 @@ def _sigma_of_logarithm(value: object) -> float:
         plain = float(share[1]) / 100.0 if share and float(share[1]) > 0.0 else 0.1
         hint = f"the sigma of a lognormal distribution is that of the logarithm, a plain number: {plain:g}"
         raise ValueRefused(refused.expected, value, hint) from None
-
-
-def optional(description: str, default: Any = None, **checks: Any) -> Any:
-    """The field of a key that may be left out."""
-    return Field(default=default, description=description, **checks)
 
 
 Numbers = Mapping[str | int, float]  # amounts as numbers

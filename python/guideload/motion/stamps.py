@@ -2,42 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.motion.motion import HISTORIES, Motion
-
-
-def with_stamps(motion: Motion, stamps: Array, twice: Array) -> Motion:
-    """The motion with these stamps [s] too, as far as it lasts then, and with two stamps at each of `twice` [s]."""
-    time = np.unique(np.concatenate([motion.time, stamps]))
-    time = time[(time >= motion.time[0]) & (time <= motion.time[-1])]
-    # At its ends a jump of another motion needs no second stamp: the run begins after it, and ends before it.
-    doubled = np.isin(time, twice)
-    doubled[[0, -1]] = False
-    time = np.repeat(time, 1 + (doubled | np.isin(time, find_jumps(motion))))
-    if np.array_equal(time, motion.time):
-        return motion
-    late = is_late(time)
-    histories: dict[str, Any] = {
-        name: sampled(motion.time, values, time, late)
-        for name in HISTORIES
-        if (values := getattr(motion, name)) is not None
-    }
-    uncertainty = motion.uncertainty
-    if uncertainty is not None and uncertainty.time is None:
-        uncertainty = replace(uncertainty, time=motion.time)
-    return replace(motion, time=time, uncertainty=uncertainty, **histories)
-
-
-def find_jumps(motion: Motion) -> Array:
-    """The times [s] at which a motion has two stamps."""
-    jumps: Array = motion.time[1:][np.diff(motion.time) == 0.0]
-    return jumps
 
 
 def is_late(time: Array) -> NDArray[np.bool_]:
