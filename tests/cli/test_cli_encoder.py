@@ -130,7 +130,7 @@ def test_ten_hertz_cannot_carry_what_the_modes_answer(tmp_path: Path) -> None:
     for text in texts:
         assert "which makes mode" in text and "an upper bound" in text
     for text in (output_of("encoder", TRACE, "--machine", MACHINE), output_of("check", MACHINE, TRACE)):
-        assert "which makes mode" not in text and "modes that x excites" in text
+        assert "which makes mode" not in text and "modes that the travel excites" in text
 
 
 def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) -> None:

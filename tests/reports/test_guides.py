@@ -121,7 +121,7 @@ def test_the_head_is_in_every_report_as_text_and_html() -> None:
         assert report.text().startswith(f"Project: Gantry <12>\nDate: 2026-03-31\n{TO_SIGN}\n\n")
         assert f"<p>{TO_SIGN}</p>" in html_report.report_page(report)
         assert "<p>Project: Gantry &lt;12&gt;</p>" in html_report.report_page(report)
-    assert machine_report(cart()).text().startswith("machine: linear")
+    assert machine_report(cart()).text().startswith("machine: all springs")
     assert Machine.model_validate_json(machine.model_dump_json()) == machine
 
 

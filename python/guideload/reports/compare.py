@@ -19,8 +19,9 @@ Figure = tuple[str, str, str]
 MOST_DIFFERENCES = 30  # rows of the table of differences
 MOST_KEYS = 4  # of a product, in its row of this table
 DEFINITIONS = (
-    "Peak: largest resultant of any carriage, and where; f_W: peak over quasi-static peak (statics with m a); life: of "
-    "all carriages together; S0: smallest static safety. In brackets: change against the first row."
+    "Peak: largest resultant of any carriage, and where; dynamic factor: peak over the peak of a static calculation "
+    "with weight and m a; life: of all carriages together; S0: smallest static safety. In brackets: change against the "
+    "first row."
 )
 
 
@@ -149,7 +150,10 @@ def _figures(result: Result) -> dict[Figure, float]:
     peaks = result.peak_columns["peak_resultant_N"]
     at = int(peaks.argmax())
     factor = float(result.audit.simpler_models.dynamic_factor[at])
-    row: dict[Figure, float] = {("peak", "N", "load"): float(peaks[at]), ("f_W", "", "4 digits"): factor}
+    row: dict[Figure, float] = {
+        ("peak", "N", "load"): float(peaks[at]),
+        ("dynamic factor", "", "4 digits"): factor,
+    }
     if any(result.machine.product_of_carriage):
         try:
             life = life_of(result)

@@ -37,9 +37,8 @@ from guideload.simulation.result import Result
 ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
-    "safety C0/P0 at the worst instant (ISO 14728-2). f_W: the load factor with which the "
-    "catalogue's formula, under the loads of statics with m a, gives the life (L) or the safety (S0) of the simulated "
-    "loads."
+    "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a "
+    "catalogue calculation with weight and m a would need to give this life, this safety."
 )
 
 
