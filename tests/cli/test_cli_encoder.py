@@ -59,7 +59,7 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
     for part in (
         "trace.csv, column position_m",
         "1.199 s, 1200 samples at 1000 Hz, a sample every 1 ms",
-        "time stamps: uniform",
+        "time stamps: evenly spaced",
         "quantum 1e-05 m",
         f"white noise model of derivative {estimate.order} of the position",
         f"noise {digits(estimate.noise)} m rms before rounding, "

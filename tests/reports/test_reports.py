@@ -63,7 +63,8 @@ def test_peaks_are_those_of_the_result(result: Result) -> None:
     np.testing.assert_array_equal(
         values(forces, "dynamic factor"), result.audit.simpler_models.dynamic_factor
     )
-    for axis in "xyz":
+    assert set(values(moments, "|Mx|")) == {"-"}  # the carriages have no width
+    for axis in "yz":
         np.testing.assert_array_equal(values(moments, f"|M{axis}|"), peaks[f"peak_M{axis}_Nm"])
 
 

@@ -80,8 +80,9 @@ def criteria_of(machine: Machine, conditions: LifeConditions) -> tuple[Criteria,
     ]
     if not rated:
         raise LifeError(
-            f"{machine.name}: no carriage has a product with dynamic and static rating; name a catalogue file by "
-            'catalogue = "..." and at each carriage product = "..."'
+            f"{machine.name}: no carriage has a product with dynamic and static rating; write one at each carriage, "
+            'as in product = "HGH25CA" (`guideload catalogue list` shows the packaged ones); for products of a catalogue '
+            'file of your own, name it by catalogue = "FILE.toml"'
         )
     return tuple(rated)
 

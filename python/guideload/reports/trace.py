@@ -123,4 +123,8 @@ def _largest_lines(inspection: Inspection) -> list[str]:
         return [largest_speed, f"{largest}; this method estimates no band"]
     half = COVER * inspection.deviation
     band = f"95 % band {digits(acceleration - half[at], 4)} to {digits(acceleration + half[at], 4)}"
-    return [largest_speed, f"{largest}, {band}; its median is +-{digits(float(np.median(half)), 2)}"]
+    return [
+        largest_speed,
+        f"{largest}, {band}; half width of the band, median over the trace: "
+        f"{digits(float(np.median(half)), 2)} {unit}",
+    ]

@@ -25,6 +25,7 @@ MOVING = 0.1  # of the top speed: slower rows do not count in the ratio of both 
 # Ratios of two speeds in one unit; speeds in different units differ by more.
 SAME_UNIT = (0.4, 2.5)
 TOGETHER = 0.9  # square of the correlation of two speeds from which on they are of one motion
+REVERSED = 0.9  # of the steps: so many that go back are no jumps of a clock
 
 
 def check_order(draft: TraceDraft) -> None:
@@ -33,6 +34,10 @@ def check_order(draft: TraceDraft) -> None:
     back = np.flatnonzero(np.diff(time) <= 0.0) + 1
     if back.size:
         at = int(back[0])
+        if back.size > REVERSED * (time.size - 1):
+            first, last = (draft.table.rows([row]) for row in (at - 1, back[-1]))
+            text = f"time runs backwards from {first} to {last}: reverse the order of the rows"
+            raise draft.refusal(text, draft.columns.time or "time")
         raise draft.refusal(
             f"time does not grow in {draft.table.rows(back)}: "
             f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, cut the trace where the "
