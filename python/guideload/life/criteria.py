@@ -81,8 +81,8 @@ def criteria_of(machine: Machine, conditions: LifeConditions) -> tuple[Criteria,
     if not rated:
         raise LifeError(
             f"{machine.name}: no carriage has a product with dynamic and static rating; write one at each carriage, "
-            'as in product = "HGH25CA" (`guideload catalogue list` shows the packaged ones); for products of a catalogue '
-            'file of your own, name it by catalogue = "FILE.toml"'
+            'as in product = "HGH25CA" (`guideload catalogue list` shows the packaged ones); for products of your own '
+            'catalogue file, name it by catalogue = "FILE.toml"'
         )
     return tuple(rated)
 

@@ -289,10 +289,10 @@ def _study_lines(result: StudyResult) -> Iterator[str]:
     scrambles = "a scrambled Sobol sequence", "a Latin hypercube"
     if (count := metadata.replicates) > 1:
         scrambles = (
-            f"{count} independent scrambles of Sobol's sequence",
-            f"{count} independent Latin hypercubes",
+            f"{count} independent sets (scrambled Sobol sequence)",
+            f"{count} independent sets (Latin hypercube)",
         )
-    words = {"sobol": f"by {scrambles[0]}", "latin hypercube": f"in {scrambles[1]}"}
+    words = {"sobol": f"in {scrambles[0]}", "latin hypercube": f"in {scrambles[1]}"}
     drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
     yield "given cases" if metadata.chosen else drawn
     if not result.doubts:
