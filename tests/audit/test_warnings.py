@@ -315,7 +315,7 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number_and_nothing_else(key: st
     assert len(told) == 1, found
     assert keys(found) == {key} | TOGETHER.get(key, set())
     assert all(
-        isinstance(text, WarningText) or text.startswith("Note: no preload is known") for text in found
+        isinstance(text, WarningText) or text.startswith("Warning: no preload is known") for text in found
     )
     assert words in told[0].replace("\u202f", " ")
     assert "e+" not in told[0]  # as in 1.25e+03 Hz

@@ -138,7 +138,7 @@ def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) ->
         tmp_path, TIME, moved(TIME) + 0.02 * np.random.default_rng(1).normal(size=TIME.size)
     )
     for text in (output_of("encoder", noisy), output_of("check", MACHINE, noisy)):
-        assert "Note: the noise is" in " ".join(text.split()) and "the acceleration is cut" in text
+        assert "Warning: the noise is" in " ".join(text.split()) and "the acceleration is cut" in text
     assert "No warnings." in output_of("encoder", write_position(tmp_path, TIME, moved(TIME)))
 
 

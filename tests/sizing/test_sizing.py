@@ -507,7 +507,7 @@ def test_two_makers_by_the_names_of_their_products() -> None:
     run = EXAMPLES / "manipulator.toml", EXAMPLES / "manipulator.csv"
     pair = "--product", "HGW25CC ZA", "--product", "THK SHS25C C1"
     text = " ".join(guideload("compare", *run, *pair).stdout.split())
-    assert "HGW25CC ZA: Note: stiffness of all carriages (HGW25CC ZA) estimated, within 30 %" in text
+    assert "HGW25CC ZA: Warning: stiffness of all carriages (HGW25CC ZA) estimated, within 30 %" in text
     for wrong, words in (("HGW25CC", "HGW25CC Z0"), ("HGW25CC ZC", "Z0, ZA, ZB"), ("HGW25C", "did you mean")):
         assert words in refused("compare", *run, "--product", "HGH25CA ZA", "--product", wrong)
     text = guideload("size", *run, "--product", "HGW25CC", "--product", "SHS25C").stdout

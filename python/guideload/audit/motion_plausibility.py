@@ -76,7 +76,7 @@ def plausible_motion(
         if value and not limit.holds(value) and not (below and travel < STILL):
             beyond = f"below {number(limit.least)}" if below else f"beyond {number(limit.most)}"
             asked = question or (slow if below or key == "time of a move" else quick)
-            yield WarningText(key, f"Note: {where}{words}, {beyond} {limit.unit}: {asked}")
+            yield WarningText(key, f"Warning: {where}{words}, {beyond} {limit.unit}: {asked}")
 
 
 def longest_move(time: Array, velocity: Array) -> float:
@@ -99,6 +99,6 @@ def life_warnings(hours: float) -> Iterator[WarningText]:
         least, most = f"below {number(limit.least)} h", f"beyond {number(limit.most)} h, a century of work"
         yield WarningText(
             "life",
-            f"Note: the life is {digits(hours)} h, {least if hours < limit.least else most}: are the load ratings in "
-            'N, as in "26.5 kN", the mass in kg, and the motion in m and s?',
+            f"Warning: the life is {digits(hours)} h, {least if hours < limit.least else most}: are the load ratings "
+            'in N, as in "26.5 kN", the mass in kg, and the motion in m and s?',
         )

@@ -195,7 +195,7 @@ force_options = together(
     click.option(
         "--forces-start",
         type=Quantity("s"),
-        help='Time in the motion of the zero of the forces\' time stamps, e.g. "0.35 s".',
+        help='Time in the motion at which the forces\' time stamps are 0, e.g. "0.35 s".',
     ),
 )
 

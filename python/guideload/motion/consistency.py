@@ -21,7 +21,7 @@ def rest_warnings(motion: Motion, machine: Machine | None = None) -> Iterator[Wa
     source = f"{motion.source}: " if motion.source else ""
     yield WarningText(
         "no motion",
-        f"Note: {source}the cart does not move, every acceleration is 0: the loads "
+        f"Warning: {source}the cart does not move, every acceleration is 0: the loads "
         "are those at rest. Is it the right column, and the right part of the record?",
     )
 
@@ -57,8 +57,8 @@ def history_warnings(motion: Motion) -> Iterator[WarningText]:
         if (largest := max(changes)) and not LIMITS[key].holds(off / largest):
             yield WarningText(
                 key,
-                f"Note: {source}the change of the {key} differs from the integral of the {of} by up to {digits(off)} "
-                f"{unit}, {percent(off / largest)} of the largest: is one of them in another unit, or are the samples "
-                f"too far apart? Loads follow from the acceleration, {use}.",
+                f"Warning: {source}the change of the {key} differs from the integral of the {of} by up to "
+                f"{digits(off)} {unit}, {percent(off / largest)} of the largest: is one of them in another unit, or "
+                f"are the samples too far apart? Loads follow from the acceleration, {use}.",
             )
         slope = history

@@ -185,7 +185,7 @@ class TraceResolution:
         )
         yield WarningText(
             "hidden load",
-            f"Note: the trace shows sudden changes up to {digits(self.bandwidth)} Hz: one looks like a ramp of "
+            f"Warning: the trace shows sudden changes up to {digits(self.bandwidth)} Hz: one looks like a ramp of "
             f"{digits(1e3 * ramp_time(self.bandwidth))} ms, which makes mode {mode + 1} "
             f"({', '.join(self.moving[mode])}, {digits(frequency)} Hz, excited along x) ring "
             f"{digits(100 * self.ringing[mode], 2)} % as much. If the change of {digits(self.change)} m/s2 that the "

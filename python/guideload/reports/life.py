@@ -154,12 +154,12 @@ def _verdict(life: Life) -> str:
 
 def _notes(life: Life) -> list[str]:
     """Limits of formulas and products, values not compared, an implausible life."""
-    return [*(f"Note: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
+    return [*(f"Warning: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
 
 
 def unverified_lines(products: Iterable[Product]) -> list[str]:
     """Warnings of values of the products that were not compared with the maker's page."""
-    return [f"Note: {note}." for note in unverified_notes(products)]
+    return [f"Warning: {note}." for note in unverified_notes(products)]
 
 
 def _life_table(life: Life, band: LifeBand | None) -> Table:
@@ -265,12 +265,13 @@ def _preload_formula(carriages: Sequence[Criteria]) -> Iterator[str]:
         "linear": "F0 + 2/3 P where P is below 3 F0",
     }
     for effect, text in words.items():
-        counted: dict[float, list[str]] = {}
+        counted: dict[str, list[str]] = {}
         for one in carriages:
             if one.rule.preload and one.rule.effect == effect:
-                counted.setdefault(one.rule.preload, []).append(one.name)
+                force = f"{load_in_sentence(one.rule.preload)} = {digits(one.rule.preload / one.rating.value, 2)} C"
+                counted.setdefault(force, []).append(one.name)
         if counted:
-            forces = (f"{load_in_sentence(force)} (carriage {joined(of)})" for force, of in counted.items())
+            forces = (f"{force} (carriage {joined(of)})" for force, of in counted.items())
             yield f"A preload F0 raises it: {text}. F0 = {joined(forces)}."
 
 

@@ -49,9 +49,9 @@ def _warnings(status: Mapping[str, Any]) -> Iterator[str]:
     passed = sum(one["limit_exceeded"] for one in status["carriages"])
     if passed:
         limit = f"{fixed(status['limit_N'])} N {counted(passed, 'time')}"
-        yield f"Note: the equivalent load passed its limit of {limit}; each rise above it counts."
+        yield f"Warning: the equivalent load passed its limit of {limit}; each rise above it counts."
     if bad := _bad(status["input"]):
-        yield f"Note: samples: {', '.join(bad)}."
+        yield f"Warning: samples: {', '.join(bad)}."
 
 
 def _table(status: Mapping[str, Any]) -> Table:

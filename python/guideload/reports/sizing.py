@@ -76,7 +76,7 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
     others = [
         f"{counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
     ]
-    return [f"Note: stiffness: {'; '.join(others)}."] if others else []
+    return [f"Warning: stiffness: {'; '.join(others)}."] if others else []
 
 
 def _warnings_of_the_run(sizing: Sizing) -> list[str]:
@@ -196,7 +196,7 @@ def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) 
     lasts = float(np.ptp(motion.time))
     if conditions.repetition(1.0, lasts).duration < lasts * (1.0 - 1e-9):
         notes.append(
-            f"Note: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
+            f"Warning: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
             f"lasts at this {limit.quantity}, {digits(lasts, 4)} s: take fewer cycles."
         )
     return with_others([*input_warnings(limit.machine, motion, FAR), *notes])

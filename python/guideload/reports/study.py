@@ -71,7 +71,7 @@ def study_report(result: StudyResult) -> Report:
             *result.doubts,
             *metadata.warnings,
             *unverified_lines(one.product for one in result.rated.values()),
-            *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
+            *(f"Warning: {warning}" for warning in _study_warnings(result, summary)),
         ],
         sections=sections,
     )
@@ -226,8 +226,8 @@ def _load_notes(result: StudyResult) -> Iterator[str]:
     if above:
         what = counted(count, "case" if result.metadata.chosen else "sample")
         yield (
-            f"Note: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life formula "
-            "holds for smaller loads."
+            f"Warning: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life "
+            "formula holds for smaller loads."
         )
 
 

@@ -67,7 +67,7 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
             draft.columns.time or "time",
         )
     way_out = "cut the trace, or log again without lost rows"
-    draft.warnings.append(WarningText("gap", f"Note: {text}; bridged by the smoothing: {way_out}."))
+    draft.warnings.append(WarningText("gap", f"Warning: {text}; bridged by the smoothing: {way_out}."))
 
 
 def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
@@ -141,7 +141,7 @@ def check_partner(draft: TraceDraft) -> None:
             names = (partner, column) if draft.is_position else (column, partner)
             text = f"column {names[0]} has {speed:.3g} times the speed by column {names[1]}"
             draft.warnings.append(
-                WarningText("other speed", f"Note: {text}: check unit, scale and sign of both.")
+                WarningText("other speed", f"Warning: {text}: check unit, scale and sign of both.")
             )
             return
     if not same_unit:
