@@ -92,8 +92,8 @@ def dynamics() -> str:
     return (
         f"The modes of the example are damped by {damping.min():.1f} to {damping.max():.1f} %. "
         f"Carriage {machine().carriages[i].name} peaks at {newtons(table['peak_resultant_N'].iloc[i])}; "
-        f"a static calculation with m a gives {newtons(peak[i])}. That is a factor of {factor[i]:.2f} on the load, "
-        f"the f_W of a catalogue, and of {of_dynamic[i]:.2f} on its dynamic part."
+        f"a static calculation with weight and m a gives {newtons(peak[i])}. The peak is {factor[i]:.2f} times the "
+        f"static one (a catalogue's f_W); the part above the load at rest is {of_dynamic[i]:.2f} times as large."
     )
 
 

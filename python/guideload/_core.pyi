@@ -480,16 +480,16 @@ class Solution:
         """Link loads (time, links) [N]. part: total, elastic or damping."""
 
     def position(self) -> Array:
-        """Position (time, 6) of L in the carriage frame, sag included [m, rad]."""
+        """Position (time, 6) of L in the travelling frame, sag included [m, rad]."""
 
     def velocity(self) -> Array:
-        """Velocity (time, 6) of L in the carriage frame [m/s, rad/s]."""
+        """Velocity (time, 6) of L in the travelling frame [m/s, rad/s]."""
 
     def end(self) -> Array:
-        """Position [m, rad] and velocity [m/s, rad/s] of L in the carriage frame at the end of the motion, (2, 6)."""
+        """Position [m, rad] and velocity [m/s, rad/s] of L in the travelling frame at the end of the motion, (2, 6)."""
 
     def acceleration(self) -> Array:
-        """Acceleration (time, 6) of L in the carriage frame [m/s2, rad/s2]."""
+        """Acceleration (time, 6) of L in the travelling frame [m/s2, rad/s2]."""
 
     def reaction(self) -> Array:
         """Reaction (time, 6) of the held dofs [N, N m]; 0 for free dofs."""

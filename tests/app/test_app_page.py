@@ -566,7 +566,7 @@ def test_a_watch_is_seen_live_and_its_end_is_told(driver: Any, folder: Path) -> 
         monitor.push(stamps, counts)
         largest = max(one[5] for one in monitor.totals()["largest"]) ** 0.5
         until(lambda: f"{stamps.size} samples: all good" in text(driver, ".views"), "all samples")
-        assert f"the largest load so far is {largest:.0f} N" in text(driver, ".views")
+        assert f"the largest resultant so far is {largest:.0f} N" in text(driver, ".views")
         drawn = (
             "return getElement(+[...document.querySelectorAll('.views .history')].at(-1).id.slice(1))"
             ".chart.getOption().series.map((one) => one.data)"

@@ -209,6 +209,7 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         "moves over 200 m, beyond 20 m: is the column in mm (--unit",
     ),
     "time of a move": (lambda: motion_warnings(record(SWEEP, 2e3 * TIME)), "a move lasts"),
+    "no motion": (lambda: motion_warnings(record(0.0 * TIME)), "the cart does not move"),
     "velocity": (
         lambda: motion_warnings(MINUTES),
         "1.88 m/s, 94 % of the largest",
@@ -295,6 +296,13 @@ def test_a_run_tells_of_histories_that_do_not_belong_together() -> None:
     assert not any("integral" in text for text in whole.audit.warnings)  # of the stamps, not of the instants
 
 
+def test_a_run_at_rest_is_told_unless_forces_act() -> None:
+    rest = Motion.along_x(TIME, 0.0 * TIME)
+    assert any("does not move" in text for text in simulate(machine(), rest).audit.warnings)
+    for motion in (rest.with_force((0, 0, 0), (0, 50.0, 0)), replace(rest, velocity=rest.acceleration + 0.5)):
+        assert "no motion" not in keys(motion_warnings(motion))
+
+
 def test_every_limit_has_a_scene() -> None:
     assert [*SCENES] == [*LIMITS]
 
@@ -308,7 +316,7 @@ def test_a_scene_beyond_a_limit_is_told_with_its_number_and_nothing_else(key: st
     assert len(told) == 1, found
     assert keys(found) == {key} | TOGETHER.get(key, set())
     assert all(
-        isinstance(text, WarningText) or text.startswith("Note: no preload is known") for text in found
+        isinstance(text, WarningText) or text.startswith("Warning: no preload is known") for text in found
     )
     assert words in told[0].replace("\u202f", " ")
     assert "e+" not in told[0]  # as in 1.25e+03 Hz

@@ -495,7 +495,7 @@ def with_laws(**of: float) -> Callable[[float], Machine]:
 
 
 def within_play(scale: float) -> Array:
-    """Where the cart rests on its contacts, in the middle of the play of the others."""
+    """Where the cart rests on its contacts, in the middle of the clearance of the others."""
     from peers.laws import Sided
     from peers.problem import rest_position
 
@@ -541,7 +541,7 @@ FEATURES = (
     Feature("the same with a tenth of the damping", lambda scale: on_base(scale, 5e3)),
     Feature("compliance in series", with_laws(compliance=4e-9)),
     Feature("the same with a tenth of the damping of the carriages", with_laws(compliance=4e-9, damping=5e3)),
-    Feature("play of 5 um", with_laws(clearance=5e-6), start=within_play),
+    Feature("clearance of 5 um", with_laws(clearance=5e-6), start=within_play),
     Feature("preloaded balls", preloaded),
     Feature("a payload gripped and released", grips),
     Feature("a rider that moves across", with_rider, riders=slide),

@@ -59,7 +59,7 @@ def test_the_report_gives_the_estimate_and_nothing_is_written(tmp_path: Path, tr
     for part in (
         "trace.csv, column position_m",
         "1.199 s, 1200 samples at 1000 Hz, a sample every 1 ms",
-        "time stamps: uniform",
+        "time stamps: evenly spaced",
         "quantum 1e-05 m",
         f"white noise model of derivative {estimate.order} of the position",
         f"noise {digits(estimate.noise)} m rms before rounding, "
@@ -130,7 +130,7 @@ def test_ten_hertz_cannot_carry_what_the_modes_answer(tmp_path: Path) -> None:
     for text in texts:
         assert "which makes mode" in text and "an upper bound" in text
     for text in (output_of("encoder", TRACE, "--machine", MACHINE), output_of("check", MACHINE, TRACE)):
-        assert "which makes mode" not in text and "modes that x excites" in text
+        assert "which makes mode" not in text and "modes that the travel excites" in text
 
 
 def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) -> None:
@@ -138,7 +138,7 @@ def test_a_trace_that_is_too_noisy_is_warned_of_as_a_run_does(tmp_path: Path) ->
         tmp_path, TIME, moved(TIME) + 0.02 * np.random.default_rng(1).normal(size=TIME.size)
     )
     for text in (output_of("encoder", noisy), output_of("check", MACHINE, noisy)):
-        assert "Note: the noise is" in " ".join(text.split()) and "the acceleration is cut" in text
+        assert "Warning: the noise is" in " ".join(text.split()) and "the acceleration is cut" in text
     assert "No warnings." in output_of("encoder", write_position(tmp_path, TIME, moved(TIME)))
 
 

@@ -34,8 +34,8 @@ def test_the_summary_has_the_totals(tmp_path: Path) -> None:
     totals = monitor.totals()
     text = " ".join(watch(tmp_path).stdout.split())
     largest = max(one[5] for one in totals["largest"]) ** 0.5
-    assert f"the largest load so far is {largest:.0f} N" in text
-    assert f"was passed {sum(totals['limit_exceeded'])} times" in text
+    assert f"the largest resultant so far is {largest:.0f} N" in text
+    assert f"{sum(totals['limit_exceeded'])} times; each rise" in text
     assert f"{STAMPS.size} samples: all good" in text
 
 
@@ -43,7 +43,7 @@ def test_a_limit_ends_the_watch_and_runs_the_command(tmp_path: Path) -> None:
     code = "import os, sys; open(sys.argv[1], 'w').write(os.environ['GUIDELOAD_CARRIAGE'])"
     command = f'{sys.executable} -c "{code}" {tmp_path / "passed"}'
     ended = watch(tmp_path, "--stop-at-limit", "--on-limit", command, code=LIMIT_PASSED)
-    assert "passed 1 time." in " ".join(ended.stdout.split()) and "passed its limit" in ended.stderr
+    assert "1 time; each rise" in " ".join(ended.stdout.split()) and "passed its limit" in ended.stderr
     assert (tmp_path / "passed").read_text() == "2b"
 
 

@@ -1,6 +1,7 @@
 """README and all pages are true: their code runs, their TOML is accepted, their numbers are the program's.
 
-The blocks of a page run one after the other in one folder, which holds the packaged examples (and the trace as
+The blocks of a page run one after the other in one folder; TOML below `<!-- write: NAME -->` is put into that file,
+with `from FILE` into a copy of another one (see `write`). The folder holds the packaged examples (and the trace as
 trace.csv) unless the page begins with `<!-- folder: empty -->`. The Rust of the README is a documentation test of the
 crate.
 """
@@ -19,6 +20,7 @@ from matplotlib.figure import Figure
 from guideload import Machine, Moves, Study
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
+from guideload.duty.description import DutyFile
 from guideload.identification.description import IdentifyFile
 
 if sys.version_info >= (3, 11):
@@ -34,12 +36,13 @@ import refresh  # noqa: E402
 
 PAGES = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in refresh.pages()}
 SCRIPTS = sorted((ROOT / "docs" / "examples").glob("*.py"))
-FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+FENCE = re.compile(r"(?:^<!-- write: ([^\n]*) -->\n)?^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+WRITE = re.compile(r"(\S+)(?: from (\S+))?(?:, below (\S+))?(?:, without (.+))?")
 
 
 def blocks(text: str) -> list[tuple[str, str]]:
     """Language and text of each block of code."""
-    return FENCE.findall(text)
+    return [(language, code) for _, language, code in FENCE.findall(text)]
 
 
 def with_code(*languages: str) -> list[str]:
@@ -74,12 +77,29 @@ def test_code_of_a_page_runs(page: str, folder: Path) -> None:
         for file in folder.iterdir():
             file.unlink()
     names: dict[str, Any] = {"__name__": "page"}
-    for language, code in blocks(PAGES[page]):
-        if language == "python":
+    for written, language, code in FENCE.findall(PAGES[page]):
+        if written:
+            write(written, code)
+        elif language == "python":
             exec(compile(code, page, "exec"), names)
         elif language == "sh":
             for command in commands(code):
                 run(command)
+
+
+def write(how: str, rows: str) -> None:
+    """A file with the rows of a block: at the end of another file or below a header, without rows of some keys."""
+    found = WRITE.fullmatch(how)
+    assert found, how
+    name, source, below, keys = found.groups()
+    text = Path(source).read_text(encoding="utf-8") if source else ""
+    dropped = tuple(keys.split(", ")) if keys else ()
+    text = "".join(
+        row for row in text.splitlines(keepends=True) if not dropped or not row.startswith(dropped)
+    )
+    assert not below or below in text, how
+    text = text.replace(below, f"{below}\n{rows}") if below else f"{text}\n{rows}"
+    Path(name).write_text(text, encoding="utf-8")
 
 
 def commands(code: str) -> Iterator[list[str]]:
@@ -136,6 +156,8 @@ def accept(text: str) -> None:
     values = tomllib.loads(text)
     if "unknown" in values:
         assert IdentifyFile(**values).unknown
+    elif "cases" in values:
+        assert DutyFile(**values).cases
     elif "moves" in values:
         assert Moves(**values).motion().exact
     elif "vary" in values or "limits" in values:

@@ -139,7 +139,7 @@ def test_the_command_tells_life_shares_and_the_worst_case(file: Path) -> None:
     assert duty.cases[1].machine.body.mass == 1500.0 and duty.cases[0].machine.body.mass == 1250.0
     assert f"all carriages last {' '.join(rounded(duty.hours(duty.machine_life)).split())} h" in text
     assert f"uses {100 * duty.shares.max():.1f} % of the life" in text and f"in case {duty.worst[0]}" in text
-    assert "Note: HGH25CA: not compared with the maker's page" in text[: text.index("Cases")]
+    assert "Warning: HGH25CA: not checked by a person" in text[: text.index("Cases")]
     assert "Duty cycle" in page.read_text(encoding="utf-8").replace("duty cycle", "Duty cycle")
     assert "--overwrite" in refused("duty", file, "--report", page)
 

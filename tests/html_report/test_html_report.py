@@ -139,7 +139,7 @@ def test_ratings_that_nobody_compared_are_told_beside_the_verdict(pages: dict[st
     product = Product(**PRODUCT | {"unverified": ["static"]})
     given = cart().model_copy(update={"products": (product,)})
     page = unescape(html_report.run_page(simulate(given, moved(BRISK))))
-    note = "20: not compared with the maker's page: static"
+    note = "20: not checked by a person: static"
     box = re.search('<div class="answer[^>]*>(.*?)</div>', page, flags=re.DOTALL)
     assert box is not None and "static safety" in box[1] and note in box[1] and page.count(note) == 1
     causes = page[page.index("<h2>Causes of the worst instant</h2>") :]
@@ -148,7 +148,7 @@ def test_ratings_that_nobody_compared_are_told_beside_the_verdict(pages: dict[st
         in causes[: causes.index("</section>")]
     )
     sized = unescape(pages["size"])
-    assert sized.index("HGH25CA: not compared with the maker's page") < sized.index("<table>")
+    assert sized.index("HGH25CA: not checked by a person") < sized.index("<table>")
 
 
 def test_saved_whole_or_not_at_all(tmp_path: Path, result: Result) -> None:

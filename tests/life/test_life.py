@@ -306,7 +306,7 @@ def test_limits_that_are_passed_are_told(result: Result) -> None:
     assert "speed reaches 1.6 m/s, but 20 allows 1.5 m/s" in notes(far, max_speed=1.5)
     assert "acceleration reaches 2.2 m/s2, but 20 allows 2 m/s2" in notes(far, max_acceleration=2.0)
     assert "P exceeds 0.5 C" in notes(far, dynamic={"value": "5 kN", "base": "50 km"})
-    assert "not compared with the maker's page: static" in notes(far, unverified=["static"])
+    assert "not checked by a person: static" in notes(far, unverified=["static"])
 
 
 def test_what_is_missing_is_refused() -> None:

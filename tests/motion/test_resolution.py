@@ -157,14 +157,14 @@ def test_faster_samples_hide_less_and_at_four_kilohertz_nothing() -> None:
     found = [of(ref.cart(), pushed(rate)) for rate in (20.0, 100.0, 400.0, 4000.0)]
     shares = [each.worst[0] for each in found]
     assert np.all(np.diff(shares) < 0.0) and shares[0] > LIMITS["hidden load"].most and shares[-1] < 1e-3
-    assert np.all(found[-1].frequency < found[-1].bandwidth) and "with the 3 modes" in found[-1].text
+    assert np.all(found[-1].frequency < found[-1].bandwidth) and "all 3 modes" in found[-1].text
     assert not [*found[-1].warnings()]
 
 
 def test_modes_that_x_does_not_excite_make_no_warning() -> None:
     found = of(balanced(), pushed(10.0))
     assert not found.participating.any() and not found.hidden.any() and not [*found.warnings()]
-    assert "x excites no mode" in found.text
+    assert "the travel excites no mode" in found.text
     assert not ref.warnings_of(simulate(balanced(), pushed(10.0), times=np.arange(1000) * 1e-3).audit)
 
 

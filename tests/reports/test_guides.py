@@ -19,7 +19,7 @@ from guideload.base.number_text import load_in_sentence
 from guideload.drive import drive_requirements
 from guideload.life.life import life_of
 from guideload.machine.drive import Friction
-from guideload.reports.guides import STEP, guides_section, rail_lengths, to_order
+from guideload.reports.guides import STEP, guides_section, rail_lengths, shortest_rail
 from guideload.reports.life import life_report
 from guideload.reports.machine import machine_report, placement_lines
 from guideload.reports.run import result_report
@@ -44,18 +44,18 @@ def test_every_carriage_stays_on_the_rail() -> None:
         ends = place[:, None, None] + centers[:, None] + np.array([-0.045, 0.045])
         assert sum(found[rail.name][1:]) == pytest.approx(np.ptp(ends), rel=1e-14)
     text = " ".join(guides_section(result).parts[0])
-    assert "90 mm of a carriage; order 3600 mm, rounded up to the next 10 mm" in text
+    assert "shortest possible 3595 mm (" in text and "90 mm of a carriage); add reserve" in text
     unknown = simulate(with_product(carriage_length=None), MOTION)
     assert all(np.isnan(one.carriage) for one in rail_lengths(unknown))
-    assert "m and the length of a carriage: " in " ".join(guides_section(unknown).parts[0])
+    assert "mm and the length of a carriage (" in " ".join(guides_section(unknown).parts[0])
 
 
 @given(st.integers(1, 4000), st.floats(0.0, 1.0))
-def test_a_rail_to_order_is_the_least_whole_step_that_is_long_enough(steps: int, part: float) -> None:
+def test_the_shortest_rail_is_the_least_whole_step_that_is_long_enough(steps: int, part: float) -> None:
     """A length of whole steps, however its sum was rounded, is not made longer."""
     length = STEP * (steps - part)
-    assert length <= to_order(length) * (1 + 1e-6) and to_order(length) < length + STEP
-    exact = to_order(steps * STEP * (1 + 1e-15))
+    assert length <= shortest_rail(length) * (1 + 1e-6) and shortest_rail(length) < length + STEP
+    exact = shortest_rail(steps * STEP * (1 + 1e-15))
     assert round(exact / STEP) == steps
 
 
@@ -133,7 +133,7 @@ def test_the_head_is_in_every_report_as_text_and_html() -> None:
         assert report.text().startswith(f"Project: Gantry <12>\nDate: 2026-03-31\n{TO_SIGN}\n\n")
         assert f"<p>{TO_SIGN}</p>" in html_report.report_page(report)
         assert "<p>Project: Gantry &lt;12&gt;</p>" in html_report.report_page(report)
-    assert machine_report(cart()).text().startswith("machine: linear")
+    assert machine_report(cart()).text().startswith("machine: all springs")
     assert Machine.model_validate_json(machine.model_dump_json()) == machine
 
 

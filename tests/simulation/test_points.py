@@ -42,7 +42,7 @@ def free_vibration() -> tuple[float, float]:
     damped = OMEGA * np.sqrt(1.0 - ZETA**2)
 
     def response(t: float) -> tuple[float, float]:
-        """To a unit step of the acceleration of the carriage frame: place and speed."""
+        """To a unit step of the acceleration of the travelling frame: place and speed."""
         decay, c, s = np.exp(-ZETA * OMEGA * t), np.cos(damped * t), np.sin(damped * t)
         place = -(1.0 - decay * (c + ZETA * OMEGA / damped * s)) / OMEGA**2
         return place, -decay * s / damped

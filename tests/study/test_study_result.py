@@ -86,7 +86,7 @@ def test_replicates_scatter_by_the_weights_of_their_samples(sensitivity: bool) -
         np.testing.assert_array_equal(result.replicate[:6], [0, 0, 1, 1, 2, 2])  # A and B of a row together
         assert (result.sensitivity()["total_standard_error"] > 0).all()
     report = one_line(study_report(result).text())
-    assert "divided among 8 independent scrambles" in report
+    assert "divided among 8 independent sets" in report
     assert "divided among" not in one_line(study_report(studies.study(80)).text())
 
 

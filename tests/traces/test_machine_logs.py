@@ -113,7 +113,7 @@ def test_an_option_does_not_pair_a_slow_channel_with_the_time_of_a_fast_one(file
 
 def test_a_row_for_each_value(file: Path) -> None:
     """Names say what is measured, but no unit: the message has the option."""
-    refuses("AX:PosAct, AX:PosSet; .*--unit mm --kind position", read, file, row_by_row())
+    refuses("AX:PosAct, AX:PosSet; .*--unit UNIT", read, file, row_by_row())
     trace = read(file, row_by_row(), unit="mm")
     assert trace.column == "AX:PosAct"
     assert trace.time == pytest.approx(np.arange(len(ACTUAL)) * 3e-3, abs=1e-9)
@@ -135,9 +135,9 @@ def test_the_options_of_the_message_work(file: Path, tmp_path: Path, monkeypatch
     file.write_text(servo(), encoding="utf-8")
     guideload("init")
     for command in (["encoder", "log.csv"], ["run", "machine.toml", "log.csv", "--no-pictures", "-o", "out"]):
-        told = re.search(r"\((--column.*)\)", guideload(*command, code=2).output)
+        told = re.search(r"(--column.*), where UNIT", guideload(*command, code=2).output)
         assert told is not None
-        guideload(*command, *shlex.split(told[1]))
+        guideload(*command, *shlex.split(told[1].replace("UNIT", "rpm")))
 
 
 def test_channels_of_equal_clocks_are_one_log(file: Path) -> None:

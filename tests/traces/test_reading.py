@@ -104,7 +104,7 @@ A = {"t_s": TIME, "a": PLACE}
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        (A | {"b": PLACE}, {}, "no header gives a unit of motion: a, b; .*--kind velocity"),
+        (A | {"b": PLACE}, {}, "no header gives a unit of motion: a, b; .*--unit UNIT"),
         (A, {"column": "a"}, "column a: the header gives no unit"),
         (A, {"column": "c"}, "no column 'c'; there are t_s, a"),
         (A, {"time": "c"}, "no column 'c'; there are t_s, a"),
@@ -287,7 +287,7 @@ def test_emps_runs(shared_data: Path):
     trace = read_trace(shared_data / "emps_bangbang_1kHz.csv")
     assert (trace.kind, trace.column, trace.time.size) == ("position", "q_meas_m", 24841)
     assert trace.quantum == pytest.approx(5e-8, rel=1e-6)
-    assert trace.clock == "uniform" and has_note(trace, "time stamps: uniform")
+    assert trace.clock == "uniform" and has_note(trace, "time stamps: evenly spaced, every")
     motion = motion_from_trace(trace)
     assert np.array_equal(motion.time, trace.time)
     assert motion.position is not None and np.abs(motion.position[:, 0] - trace.value).max() < 3e-7

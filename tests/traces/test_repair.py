@@ -150,6 +150,11 @@ def test_too_much_damage_is_refused():
     with pytest.raises(TraceError, match="150 of 600 samples would be left out, expected at most 10 %"):
         read_trace({"t_s": TIME, "x_m": place}, repair="all")
     refuses("time does not grow", read_trace, {"t_s": rng.permutation(TIME), "x_m": PLACE}, repair="all")
+    reverse = {"t_s": TIME[::-1], "x_m": PLACE[::-1]}
+    for options in ({}, {"repair": "all"}):
+        refuses(
+            "time runs backwards from index 0 to index 599: reverse the order", read_trace, reverse, **options
+        )
 
 
 def test_the_command_line_reads_as_the_library_does(tmp_path):

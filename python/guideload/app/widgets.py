@@ -57,7 +57,7 @@ def chart_options(series: list[dict[str, Any]], title: str) -> dict[str, Any]:
         "legend": {"top": 20, "type": "scroll", "itemHeight": 8, "textStyle": {"fontSize": 11}},
         "tooltip": {"trigger": "axis"},
         "xAxis": {"type": "value", "min": "dataMin", "max": "dataMax", "axisLabel": {"showMaxLabel": False}},
-        "yAxis": {"type": "value", "scale": True},
+        "yAxis": {"type": "value"},
         "dataZoom": [
             {"type": "inside"},
             {"type": "slider", "height": 16, "bottom": 6, "showDataShadow": False},

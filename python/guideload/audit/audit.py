@@ -154,22 +154,26 @@ class Audit:
         if contact.preload_needed.size and (contact.changing_sign or parted.any()):
             row, column = divmod(int(contact.preload_needed.argmax()), 2)
             balls = float(contact.preload_needed[row, column])
-            needed = f"{load_in_sentence(balls)} on balls, {load_in_sentence(ROLLERS * balls)} on rollers"
-            sides = f"{counted(len(contact.changing_sign), 'link')} loaded to both sides"
-            keep = f"preload to keep all rows loaded: {needed} ({simpler.names[row]} in {'yz'[column]})"
-            yield "preload", f"{sides}; {keep}" if contact.changing_sign else keep
+            needed = f"{load_in_sentence(balls)} (balls) or {load_in_sentence(ROLLERS * balls)} (rollers)"
+            sides = f"the load of {counted(len(contact.changing_sign), 'link')} changes its direction; "
+            keep = f"a preload of {needed} would keep all rows loaded ({simpler.names[row]} along {'yz'[column]})"
+            yield "preload", f"{sides if contact.changing_sign else ''}{keep}"
         if simpler.linear is not None:
             off, name = simpler.deviation(simpler.linear)
-            verdict = "do" if abs(off) <= SUFFICIENT else "not do"
-            yield "linear", f"nominal linear links would {verdict}: their peaks are {_error_text(off, name)}"
+            verdict = "enough" if abs(off) <= SUFFICIENT else "not enough"
+            yield (
+                "linear",
+                f"linear springs of the nominal stiffness are {verdict}: peaks are {_error_text(off, name)}",
+            )
         off, name = simpler.deviation(simpler.quasi_static)
         dynamic, link = simpler.dynamic_deviation
-        verdict = "do" if abs(off) <= SUFFICIENT and abs(dynamic) <= SUFFICIENT_DYNAMIC else "not do"
-        nominal = "" if self.model_level == "linear" else " and nominal stiffness"
+        enough = abs(off) <= SUFFICIENT and abs(dynamic) <= SUFFICIENT_DYNAMIC
+        nominal = "" if self.model_level == "linear" else ", nominal stiffness"
         factor = f"{simpler.dynamic_factor[simpler.names.index(name)]:.2f}"
-        peaks = f"peaks are {factor} times the quasi-static ones ({name})"
-        part = f"the quasi-static dynamic part is {_error_text(dynamic, link)}"
-        yield "static", f"statics with m a{nominal} would {verdict}: {peaks}, {part}"
+        peaks = f"peaks are {factor} times its peaks ({name})"
+        change = f"its change of load is {_error_text(dynamic, link)}"
+        verdict = "enough" if enough else "not enough"
+        yield "static", f"a static calculation (weight and m a{nominal}) is {verdict}: {peaks}, {change}"
 
     def _of_samples(self) -> Iterator[tuple[str, str]]:
         """Labels and sentences on samples, excitation and trace compared with the modes, and on the energy balance."""

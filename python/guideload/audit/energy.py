@@ -13,7 +13,7 @@ from guideload.base.arrays import Array
 
 @dataclass(frozen=True)
 class Energy:
-    """Energy balance in the carriage frame.
+    """Energy balance in the travelling frame.
 
     exchanged    J, integral of |power of the excitation| + dissipated power
     residual     largest error of: change of stored energy = work of the excitation - dissipation; over `exchanged`

@@ -11,7 +11,7 @@ from guideload.base.arrays import Array
 from guideload.base.number_text import digits, number
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
-from guideload.motion.consistency import history_warnings
+from guideload.motion.consistency import history_warnings, rest_warnings
 from guideload.motion.motion import Motion
 from guideload.motion.resolution import TraceResolution
 
@@ -37,7 +37,8 @@ def motion_warnings(
         motion.time, motion.acceleration, motion.velocity, motion.position, motion.source, question
     )
     resolution = None if machine is None else TraceResolution.of_motion(machine, motion)
-    return [*figures, *history_warnings(motion), *motion.warnings, *resolution_warnings(resolution)]
+    whole = (*rest_warnings(motion, machine), *history_warnings(motion))
+    return [*figures, *whole, *motion.warnings, *resolution_warnings(resolution)]
 
 
 def plausible_motion(
@@ -75,7 +76,7 @@ def plausible_motion(
         if value and not limit.holds(value) and not (below and travel < STILL):
             beyond = f"below {number(limit.least)}" if below else f"beyond {number(limit.most)}"
             asked = question or (slow if below or key == "time of a move" else quick)
-            yield WarningText(key, f"Note: {where}{words}, {beyond} {limit.unit}: {asked}")
+            yield WarningText(key, f"Warning: {where}{words}, {beyond} {limit.unit}: {asked}")
 
 
 def longest_move(time: Array, velocity: Array) -> float:
@@ -98,6 +99,6 @@ def life_warnings(hours: float) -> Iterator[WarningText]:
         least, most = f"below {number(limit.least)} h", f"beyond {number(limit.most)} h, a century of work"
         yield WarningText(
             "life",
-            f"Note: the life is {digits(hours)} h, {least if hours < limit.least else most}: are the load ratings in "
-            'N, as in "26.5 kN", the mass in kg, and the motion in m and s?',
+            f"Warning: the life is {digits(hours)} h, {least if hours < limit.least else most}: are the load ratings "
+            'in N, as in "26.5 kN", the mass in kg, and the motion in m and s?',
         )

@@ -58,8 +58,8 @@ def _free_at_rest(machine: Machine) -> Iterator[WarningText]:
         dofs = ", and in ".join(" with ".join(motion) for motion in motions)
         yield WarningText(
             "free at rest",
-            f"Note: at rest the body is free within its clearance in {dofs}: it starts where very weak springs would "
-            "centre it. Preload or a process force defines the start.",
+            f"Warning: at rest the body is free within its clearance in {dofs}: it starts where very weak springs "
+            "would centre it. Preload or a process force defines the start.",
         )
 
 
@@ -74,7 +74,7 @@ def open_row_warnings(links: LinkTable, loads: Array, when: str) -> Iterator[War
         has = "has" if len(opened) == 1 else "have"
         yield WarningText(
             "open row",
-            f"Note: {first_names(opened)} {has} a row open {when}: half of the balls or rollers then carry no load. "
+            f"Warning: {first_names(opened)} {has} a row open {when}: half of the balls or rollers then carry no load. "
             f"{digits(max(ratios.values()))} times the preload would keep all rows loaded.",
         )
 
@@ -107,7 +107,8 @@ def _distances(machine: Machine) -> Iterator[WarningText]:
     ):
         if not LIMITS[limit].holds(ratio):
             yield WarningText(
-                limit, f'Note: {key} is {number(sizes[key])} m, beyond {beyond}: is it in mm? {SI} "90 mm".'
+                limit,
+                f'Warning: {key} is {number(sizes[key])} m, beyond {beyond}: is it in mm? {SI} "90 mm".',
             )
             return
 
@@ -121,9 +122,9 @@ def _inertia(machine: Machine) -> Iterator[WarningText]:
     if reach and not LIMITS["inertia"].holds(radius / reach):
         yield WarningText(
             "inertia",
-            f"Note: the moving mass of {number(body.mass)} kg has a radius of gyration of {digits(1e3 * radius)} mm; "
-            f"the farthest carriage or link is {digits(1e3 * reach)} mm from its centre: are mass in kg and inertia "
-            f'in kg m2? {SI} "5e6 kg mm^2".',
+            f"Warning: the moving mass of {number(body.mass)} kg has a radius of gyration of {digits(1e3 * radius)} "
+            f"mm; the farthest carriage or link is {digits(1e3 * reach)} mm from its centre: are mass in kg and "
+            f'inertia in kg m2? {SI} "5e6 kg mm^2".',
         )
 
 
@@ -145,7 +146,7 @@ def _overlaps(machine: Machine) -> Iterator[WarningText]:
         others = f", and {counted(len(pairs) - 1, 'other pair')} too" if len(pairs) > 1 else ""
         yield WarningText(
             "overlap",
-            f"Note: carriages {one.name} and {other.name} overlap on rail {one.rail}{others}: their centres are "
+            f"Warning: carriages {one.name} and {other.name} overlap on rail {one.rail}{others}: their centres are "
             f"{digits(1e3 * apart, 4)} mm apart, their length is {digits(1e3 * needed, 4)} mm: is x that of the centre "
             "of each carriage, and the rail the right one?",
         )
@@ -161,7 +162,7 @@ def _stacked_rails(machine: Machine) -> Iterator[WarningText]:
         if normals[one.name] @ normals[other.name] > ALONG and min(along) > ALONG * distance:
             yield WarningText(
                 "stacked rails",
-                f"Note: rails {one.name} and {other.name} are {digits(1e3 * distance)} mm apart along y of their "
+                f"Warning: rails {one.name} and {other.name} are {digits(1e3 * distance)} mm apart along y of their "
                 "carriages, so one stands above the other instead of beside it: are y and z of `position` swapped, or "
                 "is `roll` of the rails missing?",
             )
@@ -178,7 +179,7 @@ def _rest(machine: Machine) -> Iterator[WarningText]:
     if not LIMITS["sag"].holds(sags[at]):
         yield WarningText(
             "sag",
-            f"Note: at rest {names[at]} sags by {digits(1e3 * sags[at])} mm: are stiffness in N/m and mass in kg "
+            f"Warning: at rest {names[at]} sags by {digits(1e3 * sags[at])} mm: are stiffness in N/m and mass in kg "
             f'({mass})? {SI} "350 N/um".',
         )
     loads = np.linalg.norm(machine.static_carriage_loads[:, 1:3], axis=1)
@@ -188,9 +189,9 @@ def _rest(machine: Machine) -> Iterator[WarningText]:
         at = int(use.argmax())
         yield WarningText(
             "load at rest",
-            f"Note: carriage {machine.carriages[at].name} carries {load_in_sentence(loads[at])} at rest, more than its "
-            f"static load rating C0 of {load_in_sentence(ratings[at])}: is the mass in kg ({mass}), and is the product "
-            "large enough?",
+            f"Warning: carriage {machine.carriages[at].name} carries {load_in_sentence(loads[at])} at rest, more than "
+            f"its static load rating C0 of {load_in_sentence(ratings[at])}: is the mass in kg ({mass}), and is the "
+            "product large enough?",
         )
 
 
@@ -217,14 +218,14 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
                 )
             yield WarningText(
                 key,
-                f"Note: mode {worst + 1} {what} {digits(scale * values[worst])} {unit}, outside "
+                f"Warning: mode {worst + 1} {what} {digits(scale * values[worst])} {unit}, outside "
                 f"{number(scale * limit.least)} to {number(scale * limit.most)} {unit}{others}: {question}",
             )
     sided = [float(law.edges[-1]) for law in machine.link_table().laws if law.kind == "sided"]
     if not LIMITS["clearance"].holds(clearance := max(sided, default=0.0)):
         yield WarningText(
             "clearance",
-            f'Note: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? {SI} "5 um".',
+            f'Warning: a clearance is {digits(1e3 * clearance, 4)} mm to either side: is it in m? {SI} "5 um".',
         )
 
 
@@ -238,7 +239,7 @@ def _weight(machine: Machine) -> Iterator[WarningText]:
         held, carried = load_in_table(float(reaction[index])), load_in_table(float(loads[:, index].sum()))
         yield WarningText(
             "weight on the constraint",
-            f"Note: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
+            f"Warning: {axis} of L is held, so the constraint at L carries the weight: {held} N at rest. "
             f"The static loads of the carriages along {axis} add up to {carried} N: they carry only its moment. "
             f"If {axis} is free, the guides carry the weight.",
         )
@@ -249,7 +250,7 @@ def _weight(machine: Machine) -> Iterator[WarningText]:
     if not LIMITS["weight on the side"].holds(float(across.min())):
         yield WarningText(
             "weight on the side",
-            f"Note: {percent(float(across.min()))} of gravity acts on the sides of all carriages (z), across their "
+            f"Warning: {percent(float(across.min()))} of gravity acts on the sides of all carriages (z), across their "
             "rails instead of onto them (y): right for rails on a wall; else y and z are swapped, in gravity or in the "
             "positions, or `roll` of the rails is missing.",
         )
@@ -268,7 +269,7 @@ def _estimates(machine: Machine) -> Iterator[WarningText]:
         for (product, words), names in carriages.items()
     ]
     if of_products:
-        text = f"Note: stiffness {'; '.join(of_products)}; the catalogue prints none."
+        text = f"Warning: stiffness {'; '.join(of_products)}; the catalogue prints none."
         yield WarningText("estimated stiffness", text)
 
 
@@ -292,7 +293,7 @@ def _own_stiffness(machine: Machine) -> Iterator[WarningText]:
             found.setdefault(f"{joined(parts)} of {kinds}", []).append(carriage.name)
     for text, names in found.items():
         way_out = "the machine file counts; delete the key there for the value of the product"
-        yield WarningText("own stiffness", f"Note: {_carriages(machine, names)}: {text}; {way_out}.")
+        yield WarningText("own stiffness", f"Warning: {_carriages(machine, names)}: {text}; {way_out}.")
 
 
 def _carriages(machine: Machine, names: list[str]) -> str:

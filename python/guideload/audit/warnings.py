@@ -29,9 +29,9 @@ def rotation_warnings(rotation: Rotation) -> Iterator[WarningText]:
     if not LIMITS["rotation"].holds(max(rotation.largest, rotation.second_order)):
         yield WarningText(
             "rotation",
-            f"Note: the body rotates by {digits(rotation.largest, 2)} rad at {rotation.time:.3f} s; the model assumes "
-            f"small rotations, which neglects about {percent(rotation.second_order)} of the load. Make the guides "
-            "stiffer or wider; check that stiffness is in N/m.",
+            f"Warning: the body rotates by {digits(rotation.largest, 2)} rad at {rotation.time:.3f} s; the model "
+            f"assumes small rotations, which neglects about {percent(rotation.second_order)} of the load. Make the "
+            "guides stiffer or wider; check that stiffness is in N/m.",
         )
 
 
@@ -54,7 +54,7 @@ def start_warnings(histories: Histories, modes: Modes) -> Iterator[WarningText]:
     fall = f"peaks of {whose} are in this period" if early else "no peak of a carriage is in this period"
     yield WarningText(
         "sudden start",
-        f"Note: the motion begins at {digits(size[0])} m/s2, but the run starts at rest: {period} the loads "
+        f"Warning: the motion begins at {digits(size[0])} m/s2, but the run starts at rest: {period} the loads "
         f"contain the response to a sudden start; {fall}. For the loads of the motion alone, start it in "
         "the quasi-static state (--start).",
     )
@@ -68,8 +68,8 @@ def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[Warn
     if not LIMITS["samples"].holds(sampling.per_period):
         yield WarningText(
             "samples",
-            f"Note: a sample every {digits(1e3 / (sampling.per_period * sampling.highest))} ms is coarser than half a "
-            f"period of the highest mode, {digits(sampling.highest)} Hz: peaks between the samples are missed. "
+            f"Warning: a sample every {digits(1e3 / (sampling.per_period * sampling.highest))} ms is coarser than half "
+            f"a period of the highest mode, {digits(sampling.highest)} Hz: peaks between the samples are missed. "
             f"{way_out}",
         )
         return
@@ -78,9 +78,9 @@ def sampling_warnings(histories: Histories, sampling: Sampling) -> Iterator[Warn
     if not LIMITS["missed vibration"].holds(missed):
         yield WarningText(
             "missed vibration",
-            f"Note: {digits(sampling.per_period)} samples per period of the highest mode, {digits(sampling.highest)} "
-            f"Hz: a vibration of {load_in_sentence(vibration)}, if it is of this mode, has peaks between the samples "
-            f"up to {percent(missed)} above the largest load. {way_out}",
+            f"Warning: {digits(sampling.per_period)} samples per period of the highest mode, "
+            f"{digits(sampling.highest)} Hz: a vibration of {load_in_sentence(vibration)}, if it is of this mode, has "
+            f"peaks between the samples up to {percent(missed)} above the largest load. {way_out}",
         )
 
 

@@ -54,6 +54,11 @@ def number(value: float) -> str:
     return digits(value, 6)
 
 
+def vector(numbers: Iterable[float]) -> str:
+    """Numbers that someone gave in brackets: `(0, 300, 0)`."""
+    return f"({', '.join(map(number, numbers))})"
+
+
 def seconds(value: float) -> str:
     """An instant of a record in s without its unit: to milliseconds."""
     return fixed(value, 3)

@@ -107,6 +107,8 @@ def parse_toml(content: bytes, file: str | PathLike[str]) -> tuple[dict[str, Any
         reason = str(error)[: at.start()] if at else str(error)
         expected, hint = next((words for start, *words in TWICE if reason.startswith(start)), ("TOML", ""))
         of_value = reason.startswith(("Invalid", "Illegal", "Expected newline"))
+        if hint == "" and of_value and (quote := re.search("[“”„‘’]", lines[min(row, len(lines)) - 1])):
+            hint = f'{quote[0]} is a typographic quote: write straight ones, as in mass = "12.5 kg"'
         hint = hint or (f"{reason}; {IN_QUOTES}" if of_value else reason)
         written = shortened(lines[min(row, len(lines)) - 1]) or "an empty row"
         raise refusal(expected, hint, row, written) from None

@@ -106,6 +106,13 @@ def quantity(value: object, unit: str) -> float:
             its_unit = "" if unit == "1" else ", then its unit"
             raise ValueRefused(expected, value, f'write a number with a decimal point{its_unit}: "{example}"')
         number, written = match.groups()
+        if (
+            unit == "1"
+            and (ratio := re.fullmatch(r":\s*(\d+\.?\d*)", written))
+            and float(number) * float(ratio[1])
+        ):
+            least, most = sorted((float(number) / float(ratio[1]), float(ratio[1]) / float(number)))
+            raise ValueRefused(expected, value, f"write the ratio as one number, {most:g} or {least:g}")
         if not written and unit != "1":
             either = " or ".join(f'"{number} {one}"' for one in (ON_DRAWINGS.get(unit), unit) if one)
             raise ValueRefused(expected, value, f"add the unit, as in {either}")

@@ -110,6 +110,9 @@ LIMITS = {
     "time of a move": Limit(
         "time without a stop or a turn", "at a creep of 1 mm/s this is 0.6 m", most=600.0, unit="s"
     ),
+    "no motion": Limit(
+        "motions at rest throughout, without process forces and riders", "a wrong column or part"
+    ),
     "velocity": Limit(
         "change of the velocity less the integral of the acceleration, over the largest change; not of records",
         "2 % is the error of 13 samples in a period of the acceleration; a wrong unit is far more",

@@ -26,7 +26,13 @@ def read_machine(machine_file: Path, free: str | None = None) -> Machine:
     """The machine of a file, with the free dofs of `free` if given. Refuses a body that its links do not support."""
     from guideload.machine.machine import DOFS, Machine
 
-    machine, source = Machine.from_toml(machine_file), str(machine_file)
+    try:
+        machine, source = Machine.from_toml(machine_file), str(machine_file)
+    except ConfigError as error:
+        if machine_file.suffix.lower() == ".toml" or not machine_file.is_file():
+            raise
+        first = "the machine comes first, then the trace: guideload run machine.toml trace.csv"
+        raise InputError(f"{machine_file}: expected a machine file (.toml); {first}") from error
     if free is not None:
         dofs = [dof.strip() for dof in free.split(",")]
         if len(set(dofs)) < len(dofs) or not set(dofs) <= set(DOFS):

@@ -33,6 +33,7 @@ THEN = {
 
 @click.command()
 @click.argument("path", type=options.InputFile, required=False)
+@click.option("-o", "--output", type=options.InputFile, help="The same as PATH.")
 @click.option(
     "--study", is_flag=True, help="Write a study.toml, for a study of machine.toml with varied parameters."
 )
@@ -44,7 +45,7 @@ THEN = {
     type=click.Choice(("two-rails", *MACHINE_KINDS)),
     help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
 )
-def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
+def init(path: Path | None, output: Path | None, machine_kind: str | None, **files: bool) -> None:
     """Write a commented machine, study, catalogue or moves file.
 
     PATH is the name of the file, or a folder.
@@ -58,13 +59,16 @@ def init(path: Path | None, machine_kind: str | None, **files: bool) -> None:
         commands = joined(f"`guideload init {one}`" for one in given)
         raise InputError(f"{joined(given)} write different files: run {commands}")
     name = f"{kind or 'machine'}.toml"
-    path = path or Path(name)
+    if path and output:
+        raise click.UsageError("expected PATH or -o, got both")
+    path = path or output or Path(name)
     if path.is_dir():
         path /= name
     template = file_template(kind or machine_kind or "two-rails")
     if kind == "study":  # the example names the packaged machine and trace
         template = template.replace('"manipulator.toml"', '"machine.toml"')
         template = template.replace('"manipulator.csv"', '"trace.csv"      ')
+    template = template.replace(f" {name}", f" {path.name}", 1)  # in the command of its head
     try:
         with atomic_write(path, replace=False) as draft:
             draft.write_bytes(template.encode())

@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,9 @@ from guideload.cli.signals import ended_in_order
 from guideload.cli.study import probability, study
 from guideload.cli.terminal import print_text
 
+# In messages of the library, how Python gives an argument before the option that does: "rate=1000 (--rate 1000)".
+PYTHON = re.compile(r"\b[a-z_]+=[^;:]*? \((--[^()]+)\)")
+
 
 class Commands(click.Group):
     """Turns errors of the library into messages and exit codes; lists the commands in the order of their use."""
@@ -52,7 +56,7 @@ class Commands(click.Group):
         try:
             return ended_in_order(super().invoke, ctx)
         except (ArgumentError, ConfigError, LifeError, SceneError, TraceError) as error:
-            raise InputError(str(error)) from error
+            raise InputError(PYTHON.sub(r"\1", str(error))) from error
         except click.ClickException as error:
             # click declares the message final, and shows it as it is
             object.__setattr__(error, "message", visible(error.message))

@@ -49,10 +49,10 @@ monitor.add_command(watch)
 @click.option(
     "--max-acceleration",
     type=Quantity("m/s^2"),
-    help="What the axis cannot exceed; by default 5 times that of TRACE.",
+    help="Largest acceleration the axis can have; by default 5 times that of TRACE.",
 )
 @click.option(
-    "--most-missing", type=int, default=8, show_default=True, help="Longest accepted run of lost samples."
+    "--most-missing", type=int, default=8, show_default=True, help="Most samples that may be lost in a row."
 )
 @click.option(
     "--load-limit", type=Quantity("N"), help="Limit of the equivalent load; exceedances are counted."

@@ -122,7 +122,11 @@ report_option = click.option(
     type=FilePath,
     help="HTML report to write: one file that opens in any browser and prints on A4.",
 )
-free_option = click.option("--free", help="Free dofs of L, e.g. y,z,rx,ry,rz, instead of the machine file's.")
+free_option = click.option(
+    "--free",
+    help="Directions in which the body may move on the guides (degrees of freedom of L), e.g. y,z,rx,ry,rz, instead of "
+    "the machine file's.",
+)
 rider_option = click.option(
     "--rider",
     "riders",
@@ -191,7 +195,7 @@ force_options = together(
     click.option(
         "--forces-start",
         type=Quantity("s"),
-        help='Time in the motion of the zero of the forces\' time stamps, e.g. "0.35 s".',
+        help='Time in the motion at which the forces\' time stamps are 0, e.g. "0.35 s".',
     ),
 )
 

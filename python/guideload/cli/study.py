@@ -47,7 +47,7 @@ threads_option = click.option(
     metavar="ADDRESS",
     help="Run on the workers of a Dask scheduler, which see the folder: tcp://host:8786.",
 )
-@click.option("--strict", is_flag=True, help="Fail if a second look at some samples doubts them.")
+@click.option("--strict", is_flag=True, help="Fail if a second method disagrees on some samples.")
 @no_pictures_option
 @report_option
 def study(

@@ -18,6 +18,7 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
+from guideload.base.number_text import digits
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import HOUR, Repetition
 from guideload.duty.description import DutyFile
@@ -193,8 +194,8 @@ def duty_cycle(cases: Sequence[LoadCase], period: float = HOUR) -> DutyCycle:
     busy = sum(case.cycles * float(np.ptp(case.motion.time)) for case in cases)
     if busy > period * (1.0 + 1e-9):
         raise ArgumentError(
-            f"the cycles of all cases take {busy:.4g} s, longer than the period of {period:.4g} s: lower the cycles, "
-            "or give the period in which they run"
+            f"the cycles of all cases take {digits(busy, 4)} s, longer than the period of {digits(period, 4)} s: lower "
+            "the cycles, or give the period in which they run"
         )
     for case, life in zip(cases[1:], lives[1:], strict=True):
         _require_same_carriages(cases[0], lives[0], case, life)

@@ -84,8 +84,9 @@ def criteria_of(machine: Machine, conditions: LifeConditions) -> tuple[Criteria,
     """As `known_criteria`. Raises LifeError if no carriage has ratings."""
     if not (rated := known_criteria(machine, conditions)):
         raise LifeError(
-            f"{machine.name}: no carriage has a product with dynamic and static rating; name a catalogue file by "
-            'catalogue = "..." and at each carriage product = "..."'
+            f"{machine.name}: no carriage has a product with dynamic and static rating; write one at each carriage, "
+            'as in product = "HGH25CA" (`guideload catalogue list` shows the packaged ones); for products of your own '
+            'catalogue file, name it by catalogue = "FILE.toml"'
         )
     return rated
 

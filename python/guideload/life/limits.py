@@ -63,11 +63,14 @@ def limit_notes(
 
 def unverified_notes(products: Iterable[Product]) -> Iterator[str]:
     """A sentence on the products with values that were not compared with the maker's page; none without any."""
-    unverified = {one.name: one.unverified for one in products if one.unverified}
+    unverified = {one.name: one for one in products if one.unverified}
     if unverified:
-        keys = dict.fromkeys(key for keys in unverified.values() for key in keys)
-        some = joined(keys) if len(keys) <= MOST_KEYS else f"{len(keys)} keys of the catalogue"
-        yield f"{first_names([*unverified])}: not compared with the maker's page: {some}"
+        keys = dict.fromkeys(key for one in unverified.values() for key in one.unverified)
+        some = joined(keys) if len(keys) <= MOST_KEYS else f"{len(keys)} values"
+        pages = {one.page for one in unverified.values()}
+        page = f" ({pages.pop()})" if len(pages) == 1 and "" not in pages else ""
+        checked = f"not checked by a person: {some}; compare at least C and C0 with the catalogue{page}"
+        yield f"{first_names([*unverified])}: {checked}"
 
 
 def _strokes(position: Array | None, rated: Sequence[Criteria]) -> Iterator[str]:

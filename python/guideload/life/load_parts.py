@@ -18,8 +18,8 @@ CAUSES = {
     "rider": "quasi-static load of the travel of riders: of their weight at another place, and of m a along it",
     "process force": "quasi-static load of the forces on the body",
     "rail error": "quasi-static load of mounting errors and of rails that are not straight",
-    "vibration": "dynamic overshoot, and what the elastic laws add if they are not linear",
-    "preload": "load of the loaded row of the carriage less the equivalent load",
+    "vibration": "vibration about the quasi-static load, and the effect of springs that are not linear",
+    "preload": "what the preloaded row carries beyond the equivalent load",
 }
 ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding
 

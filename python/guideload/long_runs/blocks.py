@@ -70,8 +70,9 @@ def motion_blocks(
     path = Path(file)
     if path.suffix.lower() != ".parquet":
         raise ArgumentError(
-            f"{path}: a record is read in blocks from a Parquet file (.parquet) only; write it as one, or read it "
-            "whole with read_trace (guideload run)"
+            f"{path}: a record is read in blocks from a Parquet file (.parquet) only; convert it with "
+            f"pandas.read_csv({path.name!r}).to_parquet({path.with_suffix('.parquet').name!r}), or read it whole with "
+            "read_trace (guideload run)"
         )
     if options.get("clock") == "uniform":
         raise ArgumentError(

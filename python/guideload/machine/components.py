@@ -342,7 +342,7 @@ def unit_vector(direction: Vector, example: str) -> Vector:
 
 
 class Link(ElasticModel):
-    """An extra link between body and carriage frame, such as an elastic rack: spring and damper in parallel."""
+    """An extra link between body and travelling frame, such as an elastic rack: spring and damper in parallel."""
 
     name: Name = Field(description='a unique name, e.g. "rack"')
     point: Point = Field(description="x, y, z from L of the point where it acts on the body")

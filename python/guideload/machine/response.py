@@ -29,7 +29,7 @@ class FrequencyResponse:
     """Complex amplitudes of the points per unit amplitude of the source; exp(i 2 pi f t) convention.
 
     frequency     (n,) Hz
-    displacement  (n, point, 3) in the carriage frame, along x, y, z of the machine [`unit`]
+    displacement  (n, point, 3) in the travelling frame, along x, y, z of the machine [`unit`]
     static        (point, 3) the same at rest, for a constant source [`unit`]; nan if the body is free there
     points        their names
     source        "drive", or the name of the point where the force acts
@@ -78,7 +78,7 @@ def frequency_response(
     """The response of all points of a machine, linearised at rest: (K + i w C - w^2 M) q = source.
 
     frequency  (n,) Hz, above 0; by default 0.1 times the lowest to 3 times the highest mode, finer at resonances
-    force_at   name of the point where a force acts; by default the drive accelerates the carriage frame
+    force_at   name of the point where a force acts; by default the drive accelerates the travelling frame
     direction  of force or acceleration: x, y, z or a vector in the axes of the machine
 
     The stiffness of a nonlinear link is its slope at rest. Exact in the model: no modes are left out, and damping need

@@ -1,4 +1,4 @@
-"""Whether the histories of a motion belong together: velocity and position are integrals."""
+"""Whether a motion moves, and whether its histories belong together: velocity and position are integrals."""
 
 from __future__ import annotations
 
@@ -8,7 +8,22 @@ import numpy as np
 
 from guideload.base.number_text import digits, percent
 from guideload.base.warnings import LIMITS, WarningText
+from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+
+
+def rest_warnings(motion: Motion, machine: Machine | None = None) -> Iterator[WarningText]:
+    """Warn of a motion that is at rest throughout, unless process forces or riders load the guides."""
+    position = None if motion.position is None else motion.position - motion.position[0]
+    histories = (motion.acceleration, motion.velocity, position, motion.wrench)
+    if any(each is not None and each.any() for each in histories) or (machine is not None and machine.riders):
+        return
+    source = f"{motion.source}: " if motion.source else ""
+    yield WarningText(
+        "no motion",
+        f"Warning: {source}the cart does not move, every acceleration is 0: the loads "
+        "are those at rest. Is it the right column, and the right part of the record?",
+    )
 
 
 def history_warnings(motion: Motion) -> Iterator[WarningText]:
@@ -42,8 +57,8 @@ def history_warnings(motion: Motion) -> Iterator[WarningText]:
         if (largest := max(changes)) and not LIMITS[key].holds(off / largest):
             yield WarningText(
                 key,
-                f"Note: {source}the change of the {key} differs from the integral of the {of} by up to {digits(off)} "
-                f"{unit}, {percent(off / largest)} of the largest: is one of them in another unit, or are the samples "
-                f"too far apart? Loads follow from the acceleration, {use}.",
+                f"Warning: {source}the change of the {key} differs from the integral of the {of} by up to "
+                f"{digits(off)} {unit}, {percent(off / largest)} of the largest: is one of them in another unit, or "
+                f"are the samples too far apart? Loads follow from the acceleration, {use}.",
             )
         slope = history

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import digits
+from guideload.base.number_text import counted, digits, percent
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
@@ -157,14 +157,17 @@ class TraceResolution:
             return "the motion is known exactly, at all frequencies"
         excited = self.frequency[self.participating]
         if not excited.size:
-            return f"up to {digits(self.bandwidth)} Hz; x excites no mode"
+            return f"follows changes up to {digits(self.bandwidth)} Hz; the travel excites no mode"
         within = np.count_nonzero(excited <= self.bandwidth)
-        which = "below" if within == 0 else "with" if within == excited.size else f"with {within} of"
-        modes = f"up to {digits(self.bandwidth)} Hz, {which} the {excited.size} modes that x excites"
+        which = {0: "none of the", excited.size: "all" if within > 1 else "the"}.get(
+            within, f"{within} of the"
+        )
+        counted_modes = f"{counted(excited.size, 'mode')} that the travel excites"
+        text = f"follows changes up to {digits(self.bandwidth)} Hz and {which} {counted_modes}; hidden dynamic load"
         share, load, name = self.worst
         if share < NEGLIGIBLE_SHARE:
-            return f"{modes}; it hides nothing"
-        return f"{modes}; it hides up to {digits(100 * share, 2)} % ({digits(load)} N) of the dynamic load of {name}"
+            return f"{text}: below {percent(NEGLIGIBLE_SHARE)}"
+        return f"{text}: up to {digits(100 * share, 2)} % ({digits(load)} N) of that of {name}"
 
     def warnings(self) -> Iterator[WarningText]:
         """The hidden load and the way out, if it is beyond its limit."""
@@ -182,7 +185,7 @@ class TraceResolution:
         )
         yield WarningText(
             "hidden load",
-            f"Note: the trace shows sudden changes up to {digits(self.bandwidth)} Hz: one looks like a ramp of "
+            f"Warning: the trace shows sudden changes up to {digits(self.bandwidth)} Hz: one looks like a ramp of "
             f"{digits(1e3 * ramp_time(self.bandwidth))} ms, which makes mode {mode + 1} "
             f"({', '.join(self.moving[mode])}, {digits(frequency)} Hz, excited along x) ring "
             f"{digits(100 * self.ringing[mode], 2)} % as much. If the change of {digits(self.change)} m/s2 that the "

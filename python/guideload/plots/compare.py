@@ -39,6 +39,7 @@ def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
         names = [carriage.name for carriage in next(iter(results.values())).machine.carriages]
         below.set_xticks(np.arange(len(names)), names, parse_math=False)
         above.set(ylabel="resultant [N]", xlabel="time [s]", title="Most loaded carriage of each run")
+        above.set_ylim(bottom=0.0)
         below.set(ylabel="peak resultant [N]", xlabel="carriage", title="Peaks")
         legend_beside(below)
     return above, below

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Indices = NDArray[np.intp]
 
 COLUMNS = 1500  # of a picture: of more samples, the range within each column is drawn
-MOST_PERIODS = 400.0  # of the lowest mode in a picture: of more, a line would fill the picture like a carpet
+MOST_PERIODS = 400.0  # of the lowest mode in a picture: of more, a line would be a solid band
 CYCLE = 120.0  # periods of the lowest mode in the longest cycle that is enlarged as a whole
 AROUND = 15.0  # periods before and after the largest load, where no cycle is found
 MARGIN = 0.03  # before and after the cycle, over its length

@@ -270,6 +270,9 @@ def _bands(result: StudyResult) -> Axes:
         sheet = figure.subplots(len(carriages), 1, squeeze=False)[:, 0]
         for ax, carriage in zip(sheet, carriages, strict=True):
             band(result, carriage, ax)
+        ends = np.array([ax.get_ylim() for ax in sheet])  # loads side by side have one scale
+        for ax in sheet:
+            ax.set_ylim(ends.min(), ends.max())
         for ax in sheet[:-1]:
             ax.set_xlabel("")
         for ax in sheet[1:]:

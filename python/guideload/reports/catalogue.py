@@ -39,7 +39,7 @@ def catalogue_report(catalogue: Catalogue) -> Report:
     return Report(
         title="Catalogue",
         answer=[f"{counted(len(rows), 'product')}."],
-        warnings=[f"Note: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else [],
+        warnings=[f"Warning: {'; '.join(catalogue.remarks())}."] if any(catalogue.remarks()) else [],
         sections=[Section("Products", Table.by_rows(headings, rows))],
     )
 
@@ -52,7 +52,7 @@ def product_report(product: Product) -> Report:
     return Report(
         title=product.name,
         answer=[f"{product.name}: {product.source}"],
-        warnings=[f"Note: not compared with the source: {joined(unverified)}."] if unverified else [],
+        warnings=[f"Warning: not compared with the source: {joined(unverified)}."] if unverified else [],
         sections=[Section("Values (SI units)", lines), Section("Preload classes", _classes(product))],
     )
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
-from guideload.base.number_text import KINDS, load_in_table, signed
+from guideload.base.number_text import KINDS, load_in_table, number, signed
+from guideload.catalogue.life_target import life_target
 from guideload.drive.requirements import drive_requirements
 from guideload.life.life import life_of
 from guideload.machine.machine import Machine
@@ -18,9 +19,14 @@ Figure = tuple[str, str, str]
 
 MOST_DIFFERENCES = 30  # rows of the table of differences
 MOST_KEYS = 4  # of a product, in its row of this table
+MM, STIFFNESS, DAMPING = ("mm", 1e3), ("N/um", 1e-6), ("kN s/m", 1e-3)
+UNITS = {"mass": ("kg", 1.0), "length": MM, "width": MM, "x": MM}  # by key, with the factor from SI
+UNITS |= {f"stiffness{axis}": STIFFNESS for axis in ("", "_y", "_z")}
+UNITS |= {f"damping{axis}": DAMPING for axis in ("", "_y", "_z")}
 DEFINITIONS = (
-    "Peak: largest resultant of any carriage, and where; f_W: peak over quasi-static peak (statics with m a); life: of "
-    "all carriages together; S0: smallest static safety. In brackets: change against the first row."
+    "Peak: largest resultant of any carriage, and where; dynamic factor: peak over the peak of a static calculation "
+    "with weight and m a; life: of all carriages together; S0: smallest static safety. In brackets: change against the "
+    "first row."
 )
 
 
@@ -66,7 +72,7 @@ def require_carriages(results: Mapping[str, Result]) -> None:
 
 def _differences_section(machines: Mapping[str, Machine]) -> Section:
     found = [
-        (path, [None if value is None else shown(value) for value in values])
+        (path, [None if value is None else _with_unit(path, value) for value in values])
         for path, values in differences(*machines.values())
     ]
     found += [(path, list(words)) for path, words in product_differences(*machines.values())]
@@ -75,9 +81,17 @@ def _differences_section(machines: Mapping[str, Machine]) -> Section:
         Column("key", [path for path, _ in listed]),
         *(Column(title, [words[i] for _, words in listed]) for i, title in enumerate(machines)),
     )
-    return Section(
-        "Differences of the machines, in SI units", table, f"and {rest} more differences" if rest > 0 else ""
-    )
+    return Section("Differences of the machines", table, f"and {rest} more differences" if rest > 0 else "")
+
+
+def _with_unit(path: str, value: Any) -> str:
+    """A value of a machine as machine files state it: `539 N/um`; numbers of other keys in SI."""
+    if path == "life.life":
+        return life_target(value).text
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return shown(value)
+    unit, scale = UNITS.get(path.rpartition(".")[2], ("", 1.0))
+    return f"{number(scale * value)} {unit}".rstrip()
 
 
 def differences(*machines: Machine) -> Iterator[tuple[str, tuple[Any, ...]]]:
@@ -149,7 +163,10 @@ def _figures(result: Result) -> dict[Figure, float]:
     peaks = result.peak_columns["peak_resultant_N"]
     at = int(peaks.argmax())
     factor = float(result.audit.simpler_models.dynamic_factor[at])
-    row: dict[Figure, float] = {("peak", "N", "load"): float(peaks[at]), ("f_W", "", "4 digits"): factor}
+    row: dict[Figure, float] = {
+        ("peak", "N", "load"): float(peaks[at]),
+        ("dynamic factor", "", "4 digits"): factor,
+    }
     if any(result.machine.product_of_carriage):
         try:
             life = life_of(result)

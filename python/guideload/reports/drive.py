@@ -108,7 +108,7 @@ def _limits(needed: DriveRequirements) -> Iterator[str]:
     for name in ("speed of the screw", "drive force"):
         if (margin := needed.margins.get(name)) is not None:
             reached = f"{name} reaches {percent(1.0 / margin)} of its limit."
-            yield f"The {reached}" if margin >= 1.0 else WarningText("motor", f"Note: the {reached}")
+            yield f"The {reached}" if margin >= 1.0 else WarningText("motor", f"Warning: the {reached}")
 
 
 def _motor_limits(motor: Motor) -> Iterator[str]:
@@ -116,7 +116,7 @@ def _motor_limits(motor: Motor) -> Iterator[str]:
     if fastest > most:
         yield WarningText(
             "motor speed",
-            f"Note: the motor reaches {fixed(fastest)} rpm, beyond {number(most)} rpm: is the travel per turn right "
+            f"Warning: the motor reaches {fixed(fastest)} rpm, beyond {number(most)} rpm: is the travel per turn right "
             "(screw_lead, pinion_diameter, gear_ratio), and the speed in m/s?",
         )
     if motor.use is not None:
@@ -127,16 +127,16 @@ def _motor_limits(motor: Motor) -> Iterator[str]:
         )
         if np.isinf(use):
             text = f"too slow: {place} its torque curve has no torque. Take a faster motor or gear."
-            yield WarningText("motor", f"Note: the motor is {text}")
+            yield WarningText("motor", f"Warning: the motor is {text}")
         else:
             yield f"The motion needs at most {percent(use)} of the motor's largest torque, {place}."
             if not LIMITS["motor"].holds(use):
                 text = f"too weak: {place} the motion needs {percent(use)} of its largest torque."
                 way_out = "Take a larger motor, another gear ratio or less acceleration."
-                yield WarningText("motor", f"Note: the motor is {text} {way_out}")
+                yield WarningText("motor", f"Warning: the motor is {text} {way_out}")
     if motor.rated_torque is not None:
         share = motor.rms_torque / motor.rated_torque
         yield f"The rms torque is {percent(share)} of the rated torque."
         if not LIMITS["motor"].holds(share):
             text = f"its rms torque is {percent(share)} of the rated torque."
-            yield WarningText("motor", f"Note: the motor overheats: {text}")
+            yield WarningText("motor", f"Warning: the motor overheats: {text}")

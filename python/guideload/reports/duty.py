@@ -19,7 +19,10 @@ def duty_report(duty: DutyCycle) -> Report:
     """The whole report."""
     cases = zip(duty.cases, duty.lives, strict=True)
     found = {
-        f"case {case.name}": [*life.record.result.audit.warnings, *(f"Note: {note}." for note in life.notes)]
+        f"case {case.name}": [
+            *life.record.result.audit.warnings,
+            *(f"Warning: {note}." for note in life.notes),
+        ]
         for case, life in cases
     }
     machine = duty.cases[0].machine

@@ -13,10 +13,8 @@ from guideload.base.number_text import counted, digits, number
 from guideload.reports.report import Section
 from guideload.simulation.result import Result
 
-STEP = 0.01  # m, to which lengths of rails are rounded up
-ROUNDED = (
-    "rounded up to the next 10 mm; reserve of the stroke, end stops and the pitch of the holes come on top"
-)
+STEP = 0.001  # m, to which lengths of rails are rounded up
+MORE = "add reserve of stroke, end stops and hole pitch before ordering"
 
 
 class RailLength(NamedTuple):
@@ -42,7 +40,7 @@ def rail_lengths(result: Result) -> Iterator[RailLength]:
             yield RailLength(rail.name, float(np.ptp(position[:, 0])), float(span), float(longest))
 
 
-def to_order(length: float) -> float:
+def shortest_rail(length: float) -> float:
     """A rail length [m] rounded up to the next whole `STEP`; what rounding of doubles adds does not count."""
     return STEP * math.ceil(length / STEP - 1e-6)
 
@@ -62,10 +60,10 @@ def guides_section(result: Result) -> Section:
         known = not np.isnan(carriage)
         needed = stroke + span + (carriage if known else 0.0)
         rest = "" if known else " and the length of a carriage"
-        order = f"; order {number(1e3 * to_order(needed))} mm, {ROUNDED}" if known else ""
+        shortest = f"{number(1e3 * shortest_rail(needed))} mm{rest}"
         last = f", {digits(1e3 * carriage)} mm of a carriage" if known else ""
         lines.append(
-            f"rail {rail}: at least {digits(needed, 4)} m{rest}: {digits(stroke, 4)} m of stroke, "
-            f"{digits(span, 4)} m from the first to the last carriage{last}{order}"
+            f"rail {rail}: shortest possible {shortest} ({digits(1e3 * stroke, 4)} mm of stroke, "
+            f"{digits(1e3 * span, 4)} mm from the first to the last carriage{last}); {MORE}"
         )
     return Section("Rails and carriages", lines)

@@ -19,25 +19,23 @@ from guideload.identification.unknowns import grouped_names, short_name, usual_u
 from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
 
 DEFINITION = (
-    "From, to: interval with a probability of 95 %. Narrowed: spread of the number before the data over that after "
-    "them; below 2 the number is not identified. p: the interval is from the likelihood profile, because the fit is "
-    "not linear enough there."
+    "From, to: interval with a probability of 95 %. Narrowed: how many times smaller the uncertainty is after the "
+    "measurement; below 2 the number counts as not identified (-). p: the interval is from the likelihood profile, "
+    "because the fit is not linear enough there."
 )
 DIFFERENCES = (
     "Differences are measured minus computed values, in standard deviations of the noise as stated; about 1 if model "
-    "and noise are right. Noise: its estimated level over the stated or typical one."
+    "and noise are right. Noise: known = as stated; x 2 = differences twice as large as stated, or as typical if none "
+    "was."
 )
-
 INTERVALS = (
     "These intervals, as those of the machine, contain the noise, the error of the acceleration of the trace, and what "
     "the model lacks as far as it changes within the record: the errors of neighbouring windows may be alike. They do "
     "not contain an error of the scale of a sensor, and what is wrong in the same way throughout."
 )
 MOST_CANDIDATES = 12
-NEXT = (
-    "Interval: that of {figure} after the measurement, over the one now. Identifies: unknowns that it would "
-    "identify and that are not identified now."
-)
+NEXT = "Interval: uncertainty of {figure} left after this measurement, in % of today's."
+IDENTIFIES = "Identifies: unknowns that it would identify beyond those identified now."
 LEVELS = (
     "Score: logarithm of the probability of measured values that were left out of the fit, in turns; larger is better. "
     "Below best: difference from the best score, with its standard deviation. The recommended model is the simplest "
@@ -100,7 +98,7 @@ def _estimates_table(found: Identification) -> Table:
     rows: list[list[Value]] = []
     for one, unknown in zip(found.estimates, found.unknowns, strict=True):
         unit, scale = usual_unit(one.unit)
-        numbers: list[Value] = ["none", None, None, None]
+        numbers: list[Value] = ["-", None, None, None]
         if one.is_identified:
             within = 100.0 * _relative(one) if unknown.start else None
             numbers = [scale * one.value, scale * one.low, scale * one.high, within]
@@ -169,7 +167,7 @@ def _record_numbers(found: Identification, data: Record) -> Table:
         unit, scale = ("ms", 1e3) if one.parameter.unit == "s" else usual_unit(one.parameter.unit)
         count = 7 if unit == "ms" else 4  # a delay may be many seconds, known to a microsecond
         ends = (digits(scale * value, count) for value in (one.value, one.low, one.high))
-        values = ends if one.is_identified else ("none", "", "")
+        values = ends if one.is_identified else ("-", "", "")
         name = one.parameter.name.removesuffix(f" in {data.name}").removesuffix(f" of {data.name}")
         rows.append((name, *values, "" if unit == "1" else unit))
     return Table.by_rows(
@@ -239,13 +237,14 @@ def _figure_lines(figure: TargetQuantity | None, candidates: Sequence[RankedMeas
     """What the intervals of the candidates are of."""
     if not candidates:
         return []
+    adds = IDENTIFIES if any(one.identified for one in candidates[:MOST_CANDIDATES]) else ""
     if figure is None:
-        return [Definitions(NEXT.format(figure="all unknowns (geometric mean)"))]
+        return [Definitions(NEXT.format(figure="all unknowns (geometric mean)"), adds)]
     unit, scale = usual_unit(figure.unit)
     value, low, high = (digits(scale * one, 4) for one in (figure.value, figure.low, figure.high))
     unit = "" if unit == "1" else f" {unit}"
     return [
-        Definitions(NEXT.format(figure=figure.name)),
+        Definitions(NEXT.format(figure=figure.name), adds),
         f"Now the {figure.name} is {value}{unit}, and with a probability of 95 % from {low} to {high}{unit}, as far as "
         "the numbers above are uncertain.",
     ]

@@ -32,7 +32,7 @@ from guideload.sizing.requirements import margins_of
 Level = Literal["good", "near", "bad", "open"]
 LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
 NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
-F_W = "largest dynamic factor of a carriage: peak over quasi-static peak"
+DYNAMIC_FACTOR = "largest of a carriage: peak over the peak of a static calculation with weight and m a"
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
     figures = (
         _largest_load(result, audited),
         *_life_figures(life, margins, audited),
-        KeyFigure("f_W", _dynamic_factor(result) if audited else "...", F_W),
+        KeyFigure("dynamic factor", _dynamic_factor(result) if audited else "...", DYNAMIC_FACTOR),
         *_drive_figures(drive, margins),
         *_settling(result),
     )

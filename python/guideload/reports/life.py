@@ -37,9 +37,8 @@ from guideload.simulation.result import Result
 ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
-    "safety C0/P0 at the worst instant (ISO 14728-2). f_W: the load factor with which the "
-    "catalogue's formula, under the loads of statics with m a, gives the life (L) or the safety (S0) of the simulated "
-    "loads."
+    "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a "
+    "catalogue calculation with weight and m a would need to give this life, this safety."
 )
 
 
@@ -161,12 +160,12 @@ def verdict(life: float, wanted: float | None, safety: float, least_safety: floa
 
 def _notes(life: Life) -> list[str]:
     """Limits of formulas and products, values not compared, an implausible life."""
-    return [*(f"Note: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
+    return [*(f"Warning: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
 
 
 def unverified_lines(products: Iterable[Product]) -> list[str]:
     """Warnings of values of the products that were not compared with the maker's page."""
-    return [f"Note: {note}." for note in unverified_notes(products)]
+    return [f"Warning: {note}." for note in unverified_notes(products)]
 
 
 def _life_table(life: Life, band: LifeBand | None) -> Table:
@@ -272,12 +271,13 @@ def _preload_formula(carriages: Sequence[Criteria]) -> Iterator[str]:
         "linear": "F0 + 2/3 P where P is below 3 F0",
     }
     for effect, text in words.items():
-        counted: dict[float, list[str]] = {}
+        counted: dict[str, list[str]] = {}
         for one in carriages:
             if one.rule.preload and one.rule.effect == effect:
-                counted.setdefault(one.rule.preload, []).append(one.name)
+                force = f"{load_in_sentence(one.rule.preload)} = {digits(one.rule.preload / one.rating.value, 2)} C"
+                counted.setdefault(force, []).append(one.name)
         if counted:
-            forces = (f"{load_in_sentence(force)} (carriage {joined(of)})" for force, of in counted.items())
+            forces = (f"{force} (carriage {joined(of)})" for force, of in counted.items())
             yield f"A preload F0 raises it: {text}. F0 = {joined(forces)}."
 
 

@@ -47,7 +47,7 @@ def _warnings(run: LongRun) -> list[str]:
     hours = run.hours(run.machine_life) if run.criteria and run.distance > 0.0 else None
     return [
         *of_motion[:MOST_WARNINGS],
-        *([f"Note: {counted(more, 'more warning')} of the motion, in later blocks."] if more > 0 else []),
+        *([f"Warning: {counted(more, 'more warning')} of the motion, in later blocks."] if more > 0 else []),
         *machine_warnings(run.machine),
         *(() if hours is None else life_warnings(hours)),
     ]

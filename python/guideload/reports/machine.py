@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
+from guideload.base.arrays import Array
 from guideload.base.number_text import (
     between,
     counted,
@@ -17,12 +18,13 @@ from guideload.base.number_text import (
     load_in_sentence,
     load_in_table,
     number,
+    vector,
 )
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.motion import Motion
-from guideload.reports.report import Column, Definitions, Part, Report, Section, Table
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
 
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
@@ -38,13 +40,17 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
     """
     modes = Modes.of(machine)
     loose = free_at_rest(machine)
-    state = "free within its clearance" if loose else "supported in every free dof"
+    state = (
+        "At rest the body is free within its clearance"
+        if loose
+        else "At rest the carriages hold the body in every free direction"
+    )
     at_rest = np.abs(machine.scene.static_link_loads())
     rows = open_row_warnings(machine.link_table(), at_rest, "at rest")
     return Report.of(
         machine,
         "machine",
-        answer=[f"{machine.name}: {machine.model_level}. At rest: {state}. {_modes_range(modes)}"],
+        answer=[f"{machine.name}: {_springs(machine)}. {state}. {_modes_range(modes)}"],
         warnings=[*input_warnings(machine, motion), *rows],
         sections=[
             *machine_sections(machine),
@@ -56,13 +62,14 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
 
 def machine_sections(machine: Machine) -> list[Section]:
     """Body and drive; carriages, extra links, mounting errors, products and payloads."""
-    count = f"{len(machine.link_table().names)} links"
+    links = int(np.sum(machine.link_table().carriage >= 0))
+    count = f"{links} links: springs along y and z at both ends of each carriage" if links else ""
     if machine.links:
-        count += f", {len(machine.links)} of them extra: {', '.join(link.name for link in machine.links)}"
+        count += f"{'; ' if links else ''}extra links: {', '.join(link.name for link in machine.links)}"
     lines = [*_mounting_lines(machine), *_product_lines(machine), *_payload_lines(machine)]
     return [
         Section("Body and drive", _body_lines(machine)),
-        Section(f"Carriages and links ({count})", *_carriage_parts(machine), _links_table(machine), lines),
+        Section("Carriages and links", count, *_carriage_parts(machine), _links_table(machine), lines),
     ]
 
 
@@ -77,7 +84,7 @@ def _body_lines(machine: Machine) -> list[str]:
         f"principal moments of inertia about it {', '.join(digits(each, 4) for each in principal)} kg m2",
     ]
     for rider in machine.riders:
-        along = f"({_listed(rider.direction)})"
+        along = vector(rider.direction)
         stands = f"here at a travel of {digits(1e3 * rider.position, 4)} mm"
         lines.append(
             f"with the rider {rider.name}: {number(rider.mass)} kg that moves along {along}, {stands}"
@@ -135,8 +142,8 @@ def structure_lines(machine: Machine) -> list[str]:
         ]
     return [
         "The structure, table and base, is rigid in this model: only the guides give way. On an elastic structure "
-        "natural frequencies are lower and displacements larger; [base], and compliance_y and compliance_z of "
-        "carriages, state it."
+        "natural frequencies are lower and displacements larger: enter it as [base], or as compliance_y and "
+        "compliance_z of the carriages."
     ]
 
 
@@ -157,6 +164,14 @@ def placement_lines(machine: Machine) -> list[str]:
         f"carriage {name} along {axis} would change its load by {load_in_sentence(changes[name, axis])}; state errors "
         "as mounting_error of rails and carriages, or let them scatter in a study."
     ]
+
+
+def _springs(machine: Machine) -> str:
+    return (
+        "all springs are linear"
+        if machine.model_level == "linear"
+        else f"its springs are {machine.model_level}"
+    )
 
 
 def _modes_range(modes: Modes) -> str:
@@ -292,7 +307,7 @@ def _links_table(machine: Machine) -> Table:
     links = machine.links
     return Table(
         Column("extra link", [link.name for link in links]),
-        Column("at", [f"({_listed(1e3 * part for part in link.point)})" for link in links], "mm", "count"),
+        Column("at", [vector(1e3 * part for part in link.point) for link in links], "mm", "count"),
         Column("along", [f"({', '.join(map(digits, link.direction))})" for link in links], kind="count"),
         Column("b", [1e-3 * link.damping for link in links], "kN s/m", "number"),
         Column("law", [_law_text(link, link.law) for link in links]),
@@ -343,15 +358,54 @@ def _static_section(machine: Machine) -> Section:
     axes = {"Fy": "N", "Fz": "N", "Mx": "N m", "My": "N m", "Mz": "N m"}
     table = Table(
         Column("carriage", [one.name for one in machine.carriages]),
-        *(Column(axis, loads[:, i + 1], unit, "load") for i, (axis, unit) in enumerate(axes.items())),
+        *(
+            Column(axis, moments_x(machine, loads[:, 3]) if axis == "Mx" else loads[:, i + 1], unit, "load")
+            for i, (axis, unit) in enumerate(axes.items())
+        ),
     )
-    terms = Definitions(STATIC_DEFINITIONS if table else "")
-    return Section("Static loads", table, terms)
+    terms = Definitions(STATIC_DEFINITIONS if table else "", no_roll(machine))
+    return Section("Static loads", table, _sum_lines(machine, loads), terms)
+
+
+def _sum_lines(machine: Machine, loads: Array) -> list[str]:
+    """The sum of the carriages' loads against the weight; which of them are pressed, and which lifted."""
+    if not machine.carriages:
+        return []
+    table, of = machine.link_table(), machine.link_table().carriage >= 0
+    total = machine.scene.static_link_loads()[of] @ table.directions[of]
+    weight = machine.whole_body.mass * np.array(machine.gravity)
+    carried, needed = (
+        f"{load_in_table(y)} N along y, {load_in_table(z)} N along z" for _, y, z in (total, weight)
+    )
+    others = ", of which extra links carry a part" if machine.links else ""
+    lines = [f"all carriages together: {carried}; weight: {needed}{others}"]
+    least, lift = 1e-6 * float(np.abs(loads[:, :3]).max(initial=0.0)), loads[:, 1]
+    names = np.array([one.name for one in machine.carriages])
+    for which, words in ((lift < -least, "pressed onto the rail"), (lift > least, "lifted from the rail")):
+        if which.any():
+            lines.append(
+                f"{words} at rest: {'all carriages' if which.all() else joined(names[which].tolist())}"
+            )
+    return lines
+
+
+def moments_x(machine: Machine, moments: Array) -> list[Value]:
+    """Moments Mx of the carriages for a table; a dash for those that do not resist roll in the model."""
+    return [
+        float(moment) if one.distances.roll else "-"
+        for one, moment in zip(machine.carriages, moments, strict=True)
+    ]
+
+
+def no_roll(machine: Machine) -> str:
+    """Why a table has no Mx for some carriages; empty if it has all."""
+    without = any(not one.distances.roll for one in machine.carriages)
+    return (
+        "Mx is not modelled (-) for carriages without width: in the model they do not resist roll."
+        if without
+        else ""
+    )
 
 
 def _millimetres(point: Sequence[float]) -> str:
-    return f"({_listed(1e3 * part for part in point)}) mm"
-
-
-def _listed(numbers: Iterable[float]) -> str:
-    return ", ".join(map(number, numbers))
+    return f"{vector(1e3 * part for part in point)} mm"

@@ -7,9 +7,13 @@ from typing import Any
 
 from guideload.base.number_text import counted, fixed, seconds
 from guideload.machine.machine import Machine
-from guideload.reports.report import Column, Report, Section, Table
+from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 UNKNOWN = "-"
+DEFINITION = (
+    "Largest resultant: of Fy and Fz. Limit passed, above it: how often the equivalent load rose above its limit, and "
+    "how long it was above."
+)
 
 
 def monitor_report(status: Mapping[str, Any], machine: Machine | None = None) -> Report:
@@ -17,7 +21,10 @@ def monitor_report(status: Mapping[str, Any], machine: Machine | None = None) ->
     parts: dict[str, Any] = {
         "answer": [_answer(status)],
         "warnings": [*_warnings(status)],
-        "sections": [Section("Carriages", _table(status)), Section("Samples", _input(status["input"]))],
+        "sections": [
+            Section("Carriages", _table(status), Definitions(DEFINITION)),
+            Section("Samples", _input(status["input"])),
+        ],
     }
     if machine is None:
         return Report(f"{status['machine']}: load monitor", **parts)
@@ -32,8 +39,8 @@ def _answer(status: Mapping[str, Any]) -> str:
     worst = max(known, key=lambda one: one["largest_resultant_N"])
     settling = " After a start the loads are still settling." if status["is_settling"] else ""
     return (
-        f"{name}: the largest load so far is {fixed(worst['largest_resultant_N'])} N, on carriage {worst['name']} at "
-        f"{seconds(worst['time_of_largest_s'])} s. Travel: {fixed(status['distance_m'], 1)} m.{settling}"
+        f"{name}: the largest resultant so far is {fixed(worst['largest_resultant_N'])} N, on carriage {worst['name']} "
+        f"at {seconds(worst['time_of_largest_s'])} s. Travel: {fixed(status['distance_m'], 1)} m.{settling}"
     )
 
 
@@ -41,9 +48,10 @@ def _warnings(status: Mapping[str, Any]) -> Iterator[str]:
     """Of the limit of the load, and of samples that are not good."""
     passed = sum(one["limit_exceeded"] for one in status["carriages"])
     if passed:
-        yield f"Note: the limit of {fixed(status['limit_N'])} N was passed {counted(passed, 'time')}."
+        limit = f"{fixed(status['limit_N'])} N {counted(passed, 'time')}"
+        yield f"Warning: the equivalent load passed its limit of {limit}; each rise above it counts."
     if bad := _bad(status["input"]):
-        yield f"Note: samples: {', '.join(bad)}."
+        yield f"Warning: samples: {', '.join(bad)}."
 
 
 def _table(status: Mapping[str, Any]) -> Table:
@@ -59,7 +67,7 @@ def _table(status: Mapping[str, Any]) -> Table:
         Column("carriage", [one["name"] for one in carriages]),
         column("Fy now", "Fy_N", "N", "load"),
         column("Fz now", "Fz_N", "N", "load"),
-        column("largest", "largest_resultant_N", "N", "load"),
+        column("largest resultant", "largest_resultant_N", "N", "load"),
         column("at", "time_of_largest_s", "s", "time"),
         column("limit passed", "limit_exceeded", "times", "count", limited),
         column("above it", "above_limit_s", "s", "time", limited),

@@ -11,8 +11,8 @@ from guideload.simulation.point_motion import Settling
 from guideload.simulation.result import Result
 
 DEFINITIONS = (
-    "Displacement relative to the carriage frame, which travels with the drive. Sag: its size at rest. Peaks: largest "
-    "distance from the place at rest, and |x|, |y|, |z| of it; largest speed and acceleration in the carriage frame; "
+    "Displacement relative to the frame that travels with the drive. Sag: its size at rest. Peaks: largest "
+    "distance from the place at rest, and |x|, |y|, |z| of it; largest speed and acceleration in the travelling frame; "
     "abs. acc.: with the acceleration of the cart, as a sensor on the body measures it."
 )
 SETTLING = (

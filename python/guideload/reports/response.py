@@ -12,8 +12,8 @@ from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
-    "Amplitude of the displacement in the carriage frame, linearised at rest. Static: for a constant source. Peak: the "
-    "largest at the computed frequencies, and the phase by which the displacement leads the source there."
+    "Amplitude of the displacement in the travelling frame, linearised at rest. Static: for a constant source. Peak: "
+    "the largest at the computed frequencies, and the phase by which the displacement leads the source there."
 )
 
 

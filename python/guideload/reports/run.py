@@ -18,7 +18,7 @@ from guideload.motion.motion import Motion
 from guideload.reports.drive import drive_parts, drive_warnings
 from guideload.reports.guides import guides_section
 from guideload.reports.life import run_life
-from guideload.reports.machine import modes_section
+from guideload.reports.machine import modes_section, moments_x, no_roll
 from guideload.reports.points import points_section
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, warnings_by_title
 from guideload.simulation.result import Result
@@ -26,8 +26,9 @@ from guideload.simulation.result import Result
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
-    "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). f_W: dynamic factor, peak over quasi-static peak (statics "
-    "with m a). Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. force over peak. "
+    "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). Dynamic factor: peak over the peak of a static calculation "
+    "with weight and m a. Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. "
+    "force over peak."
 )
 
 
@@ -101,7 +102,7 @@ def _largest_load(result: Result) -> str:
         f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at "
         f"{seconds(time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
         f"{fixed(100.0 * dynamic / peak if peak else 0.0, 1)} %; the peak is "
-        f"{fixed(models.dynamic_factor[at], 2)} times the quasi-static peak (statics with m a)."
+        f"{fixed(models.dynamic_factor[at], 2)} times the peak of a static calculation with weight and m a."
     )
 
 
@@ -115,7 +116,8 @@ def _peaks_section(result: Result) -> Section:
 
 def _definitions(result: Result) -> str:
     known = "peak_resultant" in result.quantities
-    return DEFINITIONS + f"Peaks are those at {'any time' if known else 'the reported instants'}."
+    peaks = f"Peaks are those at {'any time' if known else 'the reported instants'}."
+    return " ".join(filter(None, (DEFINITIONS, peaks, no_roll(result.machine))))
 
 
 def _peaks_tables(result: Result) -> list[Table]:
@@ -135,11 +137,12 @@ def _peaks_tables(result: Result) -> list[Table]:
         load("|Fy|", "peak_Fy_N"),
         load("|Fz|", "peak_Fz_N"),
         load("static", "static_resultant_N"),
-        Column("f_W", factors[: len(peak)], "", "factor"),
+        Column("dynamic factor", factors[: len(peak)], "", "factor"),
         load("dyn.", "dynamic_resultant_N"),
         Column("share", share, "%", "1 decimal"),
     )
-    axes = (load(f"|M{axis}|", f"peak_M{axis}_Nm", "N m") for axis in "xyz")
+    roll = Column("|Mx|", moments_x(result.machine, peaks["peak_Mx_Nm"]), "N m", "load")
+    axes = (roll, *(load(f"|M{axis}|", f"peak_M{axis}_Nm", "N m") for axis in "yz"))
     tables = [forces, Table(names, *axes, load("dyn.", "dynamic_moment_Nm", "N m"))]
     if "noise_share_percent" in peaks:
         noise = Column("noise", peaks["noise_share_percent"], "%", "2 digits")

@@ -10,7 +10,7 @@ import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import machine_warnings
-from guideload.base.number_text import between, counted, digits, fixed, number
+from guideload.base.number_text import between, counted, digits, fixed, joined, number, vector
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
@@ -33,8 +33,8 @@ DEFINITIONS = (
 # The value of a quantity in the answer, and its unit.
 WORDS = {
     "pace": ("{} times the given pace, pauses included", "times the given pace"),
-    "payload": ("{} kg more", "kg more"),
-    "overhang": ("{} m more", "m more"),
+    "payload": ("{} kg more{}", "kg more"),
+    "overhang": ("a shift of the centre of mass by {} m{}", "m"),
     "speed": ("a speed limit of {} m/s", "m/s"),
     "acceleration": ("an acceleration limit of {} m/s2", "m/s2"),
     "deceleration": ("a deceleration limit of {} m/s2", "m/s2"),
@@ -76,7 +76,7 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
     others = [
         f"{counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
     ]
-    return [f"Note: stiffness: {'; '.join(others)}."] if others else []
+    return [f"Warning: stiffness: {'; '.join(others)}."] if others else []
 
 
 def _warnings_of_the_run(sizing: Sizing) -> list[str]:
@@ -124,8 +124,8 @@ def _answer(machine: Machine, sizing: Sizing) -> str:
         among = ", the best of its preload classes" if len(next_smaller) > 1 else ""
         held += f" The next smaller one does not: {name}{among}: {_words(margins)}."
     return (
-        f"{held} Stiffness is not required of any: a smaller product and a lighter preload are softer. Compare mode 1, "
-        f"{digits(found.first_mode)} Hz here, and run the machine with the product for the motion of its points."
+        f"{held} No stiffness was required: a smaller product or a lighter preload is softer. See column mode 1 "
+        f"({digits(found.first_mode)} Hz here), and run the machine with this product to see how its points move."
     )
 
 
@@ -137,7 +137,7 @@ def requirements(conditions: LifeConditions) -> str:
     """The requirements in words: `20 000 km with 90 % reliability and a static safety of 3`."""
     safety = f"a static safety of {number(conditions.least_safety)}"
     if conditions.life is None:
-        return safety
+        return f"{safety} (no life is required)"
     return f"{conditions.life.text} with {number(100 * conditions.reliability)} % reliability and {safety}"
 
 
@@ -145,10 +145,12 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
     """The largest value of a quantity, and what would fail beyond it."""
     wanted, (value, unit) = requirements(conditions), WORDS[limit.quantity]
     if limit.value == float("inf"):
-        text = f"{machine.name}: the requirement ({wanted}) is met at every {limit.quantity} that was tried."
+        tried = f"every {limit.quantity}{_place(limit)} that was tried"
+        text = f"{machine.name}: the requirement, {wanted}, is met at {tried}."
     else:
         text = (
-            f"{machine.name}: the requirement ({wanted}) is met up to {value.format(digits(limit.value, 4))}. "
+            f"{machine.name}: the requirement, {wanted}, is met up to "
+            f"{value.format(digits(limit.value, 4), _place(limit))}. "
             f"Beyond it {limit.margins.first_to_fail} fails first."
         )
     if limit.quantity in OF_MOVES:
@@ -158,18 +160,25 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
             most = min(limit.value, limit.tried[1])
             if history is not None and (reached := float(np.abs(history).max())) < 0.99 * most:
                 text += f" The moves reach only {digits(reached)} {unit}: stroke and other limits end it."
-    figures = ", ".join(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
+    figures = joined(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
     return Report.of(
         machine,
         f"largest {limit.quantity}",
         answer=[
             text,
-            f"Figures over requirements there: {figures}.",
+            f"At this limit: {figures} times what is required.",
             f"The motion there: {_reached(limit.motion)}. Tried: {between(*limit.tried)} {unit}.",
             *_pace_lines(limit, conditions),
         ],
         warnings=_limit_warnings(machine, limit, conditions),
     )
+
+
+def _place(limit: Limit) -> str:
+    """Where the payload is, or along what the overhang grows."""
+    if limit.at is not None:
+        return f" at {vector(1e3 * part for part in limit.at)} mm from L" if any(limit.at) else " at L"
+    return "" if limit.direction is None else f" along {vector(limit.direction)}"
 
 
 def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) -> list[str]:
@@ -187,7 +196,7 @@ def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) 
     lasts = float(np.ptp(motion.time))
     if conditions.repetition(1.0, lasts).duration < lasts * (1.0 - 1e-9):
         notes.append(
-            f"Note: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
+            f"Warning: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
             f"lasts at this {limit.quantity}, {digits(lasts, 4)} s: take fewer cycles."
         )
     return with_others([*input_warnings(limit.machine, motion, FAR), *notes])

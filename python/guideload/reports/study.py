@@ -71,7 +71,7 @@ def study_report(result: StudyResult) -> Report:
             *result.doubts,
             *metadata.warnings,
             *unverified_lines(one.product for one in result.rated.values()),
-            *(f"Note: {warning}" for warning in _study_warnings(result, summary)),
+            *(f"Warning: {warning}" for warning in _study_warnings(result, summary)),
         ],
         sections=sections,
     )
@@ -227,8 +227,8 @@ def _load_notes(result: StudyResult) -> Iterator[str]:
     if above:
         what = counted(count, "case" if result.metadata.chosen else "sample")
         yield (
-            f"Note: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life formula "
-            "holds for smaller loads."
+            f"Warning: P0 exceeds {number(LARGE_LOAD)} C on carriage {joined(above)}, in up to {what}: the life "
+            "formula holds for smaller loads."
         )
 
 
@@ -296,10 +296,10 @@ def _study_lines(result: StudyResult) -> Iterator[str]:
     scrambles = "a scrambled Sobol sequence", "a Latin hypercube"
     if (count := metadata.replicates) > 1:
         scrambles = (
-            f"{count} independent scrambles of Sobol's sequence",
-            f"{count} independent Latin hypercubes",
+            f"{count} independent sets (scrambled Sobol sequence)",
+            f"{count} independent sets (Latin hypercube)",
         )
-    words = {"sobol": f"by {scrambles[0]}", "latin hypercube": f"in {scrambles[1]}"}
+    words = {"sobol": f"in {scrambles[0]}", "latin hypercube": f"in {scrambles[1]}"}
     drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
     yield "given cases" if metadata.chosen else drawn
     if not result.doubts:

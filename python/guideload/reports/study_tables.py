@@ -195,9 +195,9 @@ def _accuracy_line(metadata: StudyMetadata) -> str:
     """How standard errors and intervals follow from the samples."""
     if metadata.replicates > 1:
         return (
-            f"The samples are divided among {metadata.replicates} independent scrambles of the sequence; the scatter "
-            "among these gives standard errors and intervals. Among the outermost few samples it tells nothing: there, "
-            "and for rank correlations, the samples count as independent, which is conservative."
+            f"The samples are divided among {metadata.replicates} independent sets (scrambles of the sequence); the "
+            "scatter among these gives standard errors and intervals. Among the outermost few samples it tells "
+            "nothing: there, and for rank correlations, the samples count as independent, which is conservative."
         )
     if metadata.sampling == "random":
         return "Standard errors and intervals are those of independent samples."

@@ -23,7 +23,7 @@ DEFINITIONS = (
 # Motions by the order of the derivative of position that is white noise.
 MOVES = {3: "acceleration that jumps", 4: "jerk that jumps", 5: "smooth moves", 6: "moves that ring"}
 NO_DRIVE = (
-    "Note: the machine has no [drive] (gear_ratio, and pinion_diameter or screw_lead) to convert the speed of the "
+    "Warning: the machine has no [drive] (gear_ratio, and pinion_diameter or screw_lead) to convert the speed of the "
     "motor to that of the cart (or --ratio): the figures are those of the motor, and the modes are not compared."
 )
 
@@ -123,4 +123,8 @@ def _largest_lines(inspection: Inspection) -> list[str]:
         return [largest_speed, f"{largest}; this method estimates no band"]
     half = COVER * inspection.deviation
     band = f"95 % band {digits(acceleration - half[at], 4)} to {digits(acceleration + half[at], 4)}"
-    return [largest_speed, f"{largest}, {band}; its median is +-{digits(float(np.median(half)), 2)}"]
+    return [
+        largest_speed,
+        f"{largest}, {band}; half width of the band, median over the trace: "
+        f"{digits(float(np.median(half)), 2)} {unit}",
+    ]

@@ -163,7 +163,7 @@ class RunDerivatives:
         quantity
             carriage_loads : (p, time, carriage, 6), force and moment about the carriage centre in its own axes
             link_loads : (p, time, link), along the links
-            displacement, velocity, acceleration : (p, time, 6), of L in the carriage frame, sag included
+            displacement, velocity, acceleration : (p, time, 6), of L in the travelling frame, sag included
             reaction : (p, time, 6), of the held dofs; of x it is the force of the drive without friction
         part
             Of the loads: "total", "elastic" or "damping".

@@ -34,7 +34,7 @@ def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Row]:
     """The quantities of the points of a run, from those of L and of the cart by name; none without points."""
     if not machine.points:
         return
-    dims, frame = DIMS["point_displacement"], "in the carriage frame"
+    dims, frame = DIMS["point_displacement"], "in the travelling frame"
     acceleration = moved(machine, known["acceleration"])
     absolute = acceleration + known["cart_acceleration"][:, None]
     place, static = moved(machine, known["displacement"]), moved(machine, known["static_displacement"])

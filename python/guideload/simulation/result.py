@@ -45,9 +45,9 @@ class Result:
 
     Quantities: force, moment (loads of the carriages, moments about their centres), with elastic and damping parts;
     resultant (y-z), link_load, rail_force, rail_moment, reaction (of the held dofs; of x: the drive force);
-    displacement, velocity, acceleration (of L in the carriage frame); of each point of [[points]] point_displacement,
-    point_velocity, point_acceleration (in the carriage frame) and point_absolute_acceleration (with that of the cart),
-    along the axes of the machine; and static values.
+    displacement, velocity, acceleration (of L in the travelling frame); of each point of [[points]] point_displacement,
+    point_velocity, point_acceleration (in the travelling frame) and point_absolute_acceleration (with that of the
+    cart), along the axes of the machine; and static values.
     A load is the force that the body exerts on its guide: weight makes y negative.
     If riders move: rider_position, rider_velocity and rider_acceleration along their directions, rider_force of their
     drives, and rider_wrench, which their motion adds to the forces on the body.
@@ -183,8 +183,8 @@ class Result:
         """A row per point of [[points]]: sag, and peaks of displacement, velocity and acceleration.
 
         Names of columns end in the unit. Sag: size of the displacement at rest. Peaks: the largest over the reported
-        instants, of displacement from the place at rest, of velocity and of acceleration in the carriage frame, and of
-        the absolute acceleration. Raises ArgumentError if the result reports no instant.
+        instants, of displacement from the place at rest, of velocity and of acceleration in the travelling frame, and
+        of the absolute acceleration. Raises ArgumentError if the result reports no instant.
         """
         import pandas as pd
 

@@ -40,7 +40,7 @@ class Run:
     rtol: float
     step: float | None
     times: Array | None  # s, the instants to report; None: the samples of the motion
-    start: StartState | Array  # an array: position and velocity of L in the carriage frame, (2, 6)
+    start: StartState | Array  # an array: position and velocity of L in the travelling frame, (2, 6)
     stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
     feet: Feet | None = None  # None: all rails are straight
     travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves

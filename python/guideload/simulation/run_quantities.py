@@ -11,7 +11,7 @@ from guideload.base.arrays import Array, median_step
 from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
-from guideload.motion.consistency import history_warnings
+from guideload.motion.consistency import history_warnings, rest_warnings
 from guideload.simulation.peaks import peak_rows, resultants
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
@@ -83,9 +83,9 @@ def _reference_point(run: Run) -> Iterator[Row]:
     yield "reaction", dims, solution.reaction(), LOAD_UNITS, "reaction of the held dofs; x: the drive force"
     yield "displacement", dims, solution.position(), POSITION_UNITS, "displacement of L, sag included"
     units = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
-    yield "velocity", dims, solution.velocity(), units, "velocity of L in the carriage frame"
+    yield "velocity", dims, solution.velocity(), units, "velocity of L in the travelling frame"
     units = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
-    yield "acceleration", dims, solution.acceleration(), units, "acceleration of L in the carriage frame"
+    yield "acceleration", dims, solution.acceleration(), units, "acceleration of L in the travelling frame"
 
 
 def _static(run: Run) -> Iterator[Row]:
@@ -156,7 +156,9 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "motion_jumps": jumps if run.stretches is None else jumps + 1 - len(run.stretches.first),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
-        "motion_warnings": "\n".join((*history_warnings(run.motion), *run.motion.warnings)),
+        "motion_warnings": "\n".join(
+            (*rest_warnings(run.motion, run.machine), *history_warnings(run.motion), *run.motion.warnings)
+        ),
     }
     if run.stretches is not None:
         # When each stretch begins [s], and the payloads that are on the machine then.

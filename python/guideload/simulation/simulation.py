@@ -111,7 +111,7 @@ def prepared_run(
     """A run with its method chosen, with the push of a rack, not solved yet. Arguments and errors as for `simulate`.
 
     finer: with instants between the samples where loads vibrate, as always where a rack pushes. start: also a state
-    (2, 6) of L in the carriage frame, such as `Solution.end` of the run before.
+    (2, 6) of L in the travelling frame, such as `Solution.end` of the run before.
     """
     machine, motion, travel = with_riders(machine, motion, riders)
     machine, motion, feet = over_rails(machine, motion)

@@ -42,6 +42,8 @@ class Limit:
     tried     smallest and largest value that was tried
     motion    at this value, or at the largest tried
     machine   at this value, or at the largest tried
+    at        m from L, the place of the payload; None for other quantities
+    direction  of the overhang; None for other quantities
     """
 
     quantity: Quantity
@@ -50,6 +52,8 @@ class Limit:
     tried: tuple[float, float]
     motion: Motion
     machine: Machine
+    at: tuple[float, ...] | None = None
+    direction: tuple[float, ...] | None = None
 
 
 @checked
@@ -106,7 +110,11 @@ def largest(
         margins(value)
     found, moved, changed = runs[value]
     largest_value = value if math.isfinite(high) else high
-    return Limit(quantity, largest_value, found, (min(runs), max(runs)), moved, changed)
+    return Limit(
+        *(quantity, largest_value, found, (min(runs), max(runs)), moved, changed),
+        at=tuple(place.tolist()) if quantity == "payload" else None,
+        direction=tuple(along.tolist()) if quantity == "overhang" else None,
+    )
 
 
 def _vector(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from guideload.base.arguments import checked
 from guideload.base.cores import cores, threads
 from guideload.base.errors import ArgumentError, GuideloadError
-from guideload.base.number_text import first_names
+from guideload.base.number_text import joined
 from guideload.catalogue.catalogue import Catalogue, has_words
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -190,9 +190,9 @@ def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
         named = {one.name: one for one in catalogue.products if one.name == text}
         every = {one.name: one for one in catalogue.products if has_words(text, one.maker, one.name)}
         if not (named or every):
-            names = [one.name for one in catalogue.products]
-            near = get_close_matches(text, [*names, *{one.maker for one in catalogue.products}], n=1)
-            hint = f"did you mean {near[0]}?" if near else f"it has {first_names(names)}"
+            makers = dict.fromkeys(one.maker for one in catalogue.products)
+            near = get_close_matches(text, [*(one.name for one in catalogue.products), *makers], n=1)
+            hint = f"did you mean {near[0]}?" if near else f"its makers are {joined(makers)}"
             raise ArgumentError(
                 f"products: {text!r} is neither a name in the catalogue nor words of maker and name, as in 'HIWIN 25'; "
                 f"{hint}"

@@ -217,7 +217,7 @@ def noise_warnings(smoothed: Kinematics) -> list[WarningText]:
     """The warning of a trace that is too noisy or too coarse, if the smoothing estimates its noise."""
     text = smoothed.warning if isinstance(smoothed, MotionEstimate) else ""
     way_out = "Log a finer encoder, or at a higher rate."
-    return [WarningText("noise", f"Note: {text}. {way_out}")] if text else []
+    return [WarningText("noise", f"Warning: {text}. {way_out}")] if text else []
 
 
 def _oscillation(samples: ScaledSamples, oscillator: Oscillator | None) -> Oscillation | None:

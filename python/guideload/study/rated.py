@@ -63,7 +63,7 @@ def rated_study(
     unloaded = np.zeros((motion.time.size, 6))
     path = integrals(travel, unloaded, criteria[0].rule, criteria[0].rating.exponent)[1]
     told = (*found, *_preload_notes(criteria, factors))
-    return RatedStudy(criteria, notes=tuple(f"Note: {note}." for note in told), travel=float(path.sum()))
+    return RatedStudy(criteria, notes=tuple(f"Warning: {note}." for note in told), travel=float(path.sum()))
 
 
 def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> Iterator[str]:

@@ -75,8 +75,8 @@ class StudyResult(StudyColumns):
         """The outcome of the second look without doubts, in words."""
         look, what = self.second_look, self._sample_word
         if look is None:
-            return f"not judged: the second look at some {what}s follows when all are done"
-        return f"second look: {look}" if isinstance(look, str) else look.agreement(what)
+            return f"not judged: the check of some {what}s by a second method follows when all are done"
+        return f"check by a second method: {look}" if isinstance(look, str) else look.agreement(what)
 
     @property
     def _sample_word(self) -> str:

@@ -42,7 +42,7 @@ def _second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks |
         target[0] != "law" or target[2] == "stiffness" for target, *_ in plan.changes
     )
     if linear and method in EXACT_IF_LINEAR:
-        return "none was needed: linear links by method exact have no step error and no impacts"
+        return "not needed, all springs are linear"
     samples = samples_solved_again(plan, result)
     if not samples.size:
         return "no sample has a result"

@@ -28,7 +28,7 @@ class ReadingOptions(TypedDict, total=False):
     allow_gaps: Annotated[bool | None, "accept steps in time far above the usual one"]
     repair: Annotated[
         str | Iterable[str] | None,
-        "damage to leave out: all, or some of empty,doubled,clock,outliers,stuck; else it is refused",
+        "damaged rows to leave out: all, or some of empty,doubled,clock,outliers,stuck; else it is refused",
     ]
     cross_check: Annotated[bool | None, "compare position with velocity where the table has both"]
 

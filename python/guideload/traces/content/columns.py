@@ -20,6 +20,8 @@ from guideload.traces.format.headers import (
 from guideload.traces.format.table import Table, listed
 from guideload.traces.options import ReadingOptions
 
+UNITS = "where UNIT is mm, m, mm/s, m/s or rpm"  # in messages
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -142,12 +144,10 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
         )
     choice = [name for name, header in headers.items() if header.word_kind] or list(headers)
     name, quoted = (repr(choice[0]), f'"{choice[0]}"') if len(choice) == 1 else ("NAME", "NAME")
-    kinds = {headers[one].word_kind for one in choice}
-    kind = (kinds.pop() if len(kinds) == 1 else "") or "velocity"
-    unit = {"position": "mm", "motor_speed": "rpm"}.get(kind, "mm/s")
     raise TraceError(
-        f"no header gives a unit of motion: {listed(choice)}; choose one, as in column={name}, "
-        f"unit='{unit}', kind='{kind}' (--column {quoted} --unit {unit} --kind {kind})"
+        f"no header gives a unit of motion: {listed(choice)}; choose a column and give its unit: column={name}, "
+        f"unit=UNIT (--column {quoted} --unit UNIT), {UNITS}; of a counter the travel per count: kind='counts', "
+        "unit='5e-8 m' (--kind counts --unit '5e-8 m')"
     )
 
 
@@ -170,7 +170,7 @@ def _kind_and_scale(table: Table, name: str, options: ReadingOptions) -> tuple[s
         if kind is not None and not table.named:
             return kind, 1.0
         raise TraceError(
-            f"{place}: the header gives no unit; give it, as in unit='mm/s' (--unit mm/s)"
+            f"{place}: the header gives no unit; give it: unit=UNIT (--unit UNIT), {UNITS}"
             + ("" if table.named else f", or the kind of these SI values: {', '.join(KINDS)}")
         )
     meant = kind or kind_of_unit(written)

@@ -148,7 +148,7 @@ def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> N
         if own > 0.0 and not LIMITS["other rate"].holds(own / given):
             text = f"column {column} has samples every {1e3 * own:.4g} ms, the given rate every {1e3 * given:.4g} ms"
             way_out = "leave the rate out if the column is right"
-            draft.warnings.append(WarningText("other rate", f"Note: {text}: {way_out}."))
+            draft.warnings.append(WarningText("other rate", f"Warning: {text}: {way_out}."))
 
 
 def rows_per_value(empty: NDArray[np.bool_]) -> int:

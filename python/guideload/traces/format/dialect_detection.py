@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from guideload.base.number_text import counted
 from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
 
 SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference for equal scores
@@ -187,7 +188,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 names = merged
                 notes.append(f"names of quantities from row {row.line + 1}")
             else:
-                notes.append(f"row {row.line + 1} above the samples not used")
+                notes.append(f"row {row.line + 1} above the samples is not used")
     else:  # the names may be in a comment
         comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
         for comment in reversed(comments):
@@ -196,7 +197,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 names = cells
                 break
     if top:
-        notes.append(f"{top} rows above the names not used")
+        notes.append(f"{counted(top, 'row')} above the names {'is' if top == 1 else 'are'} not used")
     width = max(width, Row(0, names).width)
     return Dialect(
         separator,

@@ -106,8 +106,8 @@ def _decimal(lines: list[str], body: str, dialect: Dialect) -> str:
         row.is_text and 2 * len(row.cells) == dialect.width for row in split_rows(above, ",")
     ):
         raise UnreadableTrace(
-            f"not a readable CSV table: {dialect.width} cells in a row under half as many names; "
-            f"{SEPARATOR_HINT}"
+            f"not a readable CSV table: {dialect.width} cells in a row under half as many names: the comma "
+            "is both separator and decimal sign; save the table with ; or tab between the columns"
         )
     if dialect.decimal != ",":
         return "."

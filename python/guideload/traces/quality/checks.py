@@ -25,6 +25,7 @@ MOVING = 0.1  # of the top speed: slower rows do not count in the ratio of both 
 # Ratios of two speeds in one unit; speeds in different units differ by more.
 SAME_UNIT = (0.4, 2.5)
 TOGETHER = 0.9  # square of the correlation of two speeds from which on they are of one motion
+REVERSED = 0.9  # of the steps: so many that go back are no jumps of a clock
 
 
 def check_order(draft: TraceDraft) -> None:
@@ -33,6 +34,10 @@ def check_order(draft: TraceDraft) -> None:
     back = np.flatnonzero(np.diff(time) <= 0.0) + 1
     if back.size:
         at = int(back[0])
+        if back.size > REVERSED * (time.size - 1):
+            first, last = (draft.table.rows([row]) for row in (at - 1, back[-1]))
+            text = f"time runs backwards from {first} to {last}: reverse the order of the rows"
+            raise draft.refusal(text, draft.columns.time or "time")
         raise draft.refusal(
             f"time does not grow in {draft.table.rows(back)}: "
             f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, cut the trace where the "
@@ -62,7 +67,7 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
             draft.columns.time or "time",
         )
     way_out = "cut the trace, or log again without lost rows"
-    draft.warnings.append(WarningText("gap", f"Note: {text}; bridged by the smoothing: {way_out}."))
+    draft.warnings.append(WarningText("gap", f"Warning: {text}; bridged by the smoothing: {way_out}."))
 
 
 def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
@@ -136,7 +141,7 @@ def check_partner(draft: TraceDraft) -> None:
             names = (partner, column) if draft.is_position else (column, partner)
             text = f"column {names[0]} has {speed:.3g} times the speed by column {names[1]}"
             draft.warnings.append(
-                WarningText("other speed", f"Note: {text}: check unit, scale and sign of both.")
+                WarningText("other speed", f"Warning: {text}: check unit, scale and sign of both.")
             )
             return
     if not same_unit:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
+from guideload.base.number_text import milliseconds
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 
@@ -43,9 +44,10 @@ class Clock:
     def note(self) -> str:
         ticks = f"in ticks of {self.tick:.3g} s"
         jitter = f"jittering by {100.0 * self.jitter:.2g} % rms of a step" + f", {ticks}" * bool(self.tick)
-        texts = ("uniform", f"a clock that counts {ticks}", jitter, "a log on change")
+        texts = ("evenly spaced", f"a clock that counts {ticks}", jitter, "a log on change")
         text = dict(zip(CLOCKS, texts, strict=True))[self.kind]
-        return f"time stamps: {text}, usual step {self.step:.6g} s"
+        every = "every" if self.kind == "uniform" else "usual step"
+        return f"time stamps: {text}, {every} {milliseconds(self.step, 6)} ms"
 
 
 def detect_clock(

@@ -76,8 +76,8 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
         draft.warnings.append(
             WarningText(
                 "suspect samples",
-                f"Note: {stuck.size} samples repeat the value before while the axis moves, {draft.table.rows(stuck)}; "
-                "leave them out with repair='stuck' (--repair stuck).",
+                f"Warning: {stuck.size} samples repeat the value before while the axis moves, "
+                f"{draft.table.rows(stuck)}; leave them out with repair='stuck' (--repair stuck).",
             )
         )
     if draft.time.size < (1.0 - MOST_LEFT_OUT) * total:
@@ -103,9 +103,9 @@ def _warn_of_stops(draft: TraceDraft) -> None:
         draft.warnings.append(
             WarningText(
                 "suspect samples",
-                f"Note: {stops.size} samples are 0 between rows of one speed, {draft.table.rows(stops)}: stops of less "
-                "than two rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells and "
-                "use repair='empty' (--repair empty).",
+                f"Warning: {stops.size} samples are 0 between rows of one speed, {draft.table.rows(stops)}: stops of "
+                "less than two rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells "
+                "and use repair='empty' (--repair empty).",
             )
         )
 
