@@ -60,7 +60,7 @@ START = np.linspace(0.0, 0.3, 8)  # s: the imports of the command line
 COMMANDS = {
     "version": (["--version"], START),
     "check": (["check", MACHINE], START),
-    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], [*START, *np.linspace(0.4, 4.0, 8)]),
+    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], np.linspace(0.2, 4.0, 9)),
     "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 6)),
 }
 
