@@ -1,6 +1,5 @@
 """Signals end a command with their exit code, at any time, and leave nothing behind."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -40,10 +39,8 @@ def test_a_signal_ends_a_run_in_order(tmp_path: Path, name: str, code: int) -> N
     reached, home = tmp_path / "reached", tmp_path / "home"
     home.mkdir()
     words = [MACHINE, write_trace(tmp_path / "trace.csv", 1200, 0.5), "-o", str(home / "new" / "out")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    process = subprocess.Popen(
-        [sys.executable, "-c", WAITING, str(reached), "run", *words], env=environment, stderr=subprocess.PIPE
-    )
+    command = [sys.executable, "-c", WAITING, str(reached), "run", *words]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE)
     while not reached.exists():
         assert process.poll() is None
         time.sleep(0.01)
