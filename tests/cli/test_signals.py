@@ -112,16 +112,21 @@ except KeyboardInterrupt:
     assert ended.stdout.split() == ["interrupted"] and not ended.stderr
 
 
-def test_an_import_is_never_interrupted(tmp_path: Path) -> None:
+@pytest.fixture
+def slow(tmp_path: Path) -> Path:
+    """A folder with a module whose import gets Ctrl-C."""
+    code = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
+    (tmp_path / "slow.py").write_text(code)
+    return tmp_path
+
+
+def test_an_import_is_never_interrupted(slow: Path) -> None:
     """A module that is half imported fails later, and far from here."""
-    (tmp_path / "slow.py").write_text(
-        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
-    )
     source = f"""
 import sys, time
 from guideload.cli.signals import ended_in_order
 
-sys.path.insert(0, {str(tmp_path)!r})
+sys.path.insert(0, {str(slow)!r})
 
 def command():
     import slow
@@ -141,16 +146,13 @@ except KeyboardInterrupt:
     )  # print may be cut off
 
 
-def test_a_command_that_ends_before_it_can_be_interrupted_has_succeeded(tmp_path: Path) -> None:
+def test_a_command_that_ends_before_it_can_be_interrupted_has_succeeded(slow: Path) -> None:
     """The timer of the next attempt must not outlive the command: its signal would end the process."""
-    (tmp_path / "slow.py").write_text(
-        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
-    )
     source = f"""
 import importlib, sys, time
 from guideload.cli.signals import ended_in_order
 
-sys.path.insert(0, {str(tmp_path)!r})
+sys.path.insert(0, {str(slow)!r})
 print()
 ended_in_order(importlib.import_module, "slow")
 time.sleep(0.1)
