@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,9 @@ from hypothesis import HealthCheck, settings
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+# Some tests share modules with scripts; processes that tests start, in any folder, import what the tests do.
+sys.path += [str(Path(__file__).parent / name) for name in ("damage", "fuzz")]
+os.environ["PYTHONPATH"] = os.pathsep.join(os.path.abspath(path) for path in sys.path if path)
 # As the commands do, and before numpy is imported: threads of OpenBLAS that wait for each other only cost time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

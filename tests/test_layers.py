@@ -1,6 +1,9 @@
-"""The layers of the house: packages import one way, and no files import each other in a circle, in both languages."""
+"""The layers of the house: packages import one way, and no files import each other in a circle, in both languages;
+and what an import loads."""
 
 import re
+import subprocess
+import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -101,3 +104,19 @@ def test_the_page_uses_the_public_names_alone() -> None:
     for file in (ROOT / "python" / "guideload" / "app").glob("*.py"):
         used = set(re.findall(r"\bguideload\.(\w+)", file.read_text(encoding="utf-8"))) - {"app"}
         assert used <= set(guideload.__all__), file.name
+
+
+@pytest.mark.parametrize(
+    ("module", "heavy"),
+    [
+        ("guideload", "pandas xarray scipy matplotlib pydantic pyarrow h5netcdf h5py rich"),
+        ("guideload.cli.main", "nicegui tomlkit fastapi starlette"),
+        ("guideload.html_report", "pandas pyarrow guideload.study"),
+        ("guideload.traces.options", "numpy"),
+        ("guideload.traces.reading", "pandas pyarrow scipy.linalg xarray"),
+    ],
+)
+def test_an_import_loads_nothing_that_it_does_not_need(module: str, heavy: str) -> None:
+    command = [sys.executable, "-c", f"import sys, {module}; print(*sys.modules)"]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    assert module in loaded and not set(heavy.split()) & set(loaded)

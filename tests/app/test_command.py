@@ -1,8 +1,6 @@
 """The command `guideload app` around the page."""
 
 import socket
-import subprocess
-import sys
 
 import pytest
 from command_line import refused
@@ -11,12 +9,6 @@ from command_line import refused
 def test_without_the_extra_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("guideload.cli.app.find_spec", lambda name: None)
     assert 'nicegui is not installed; the page needs: pip install "guideload[app]"' in refused("app")
-
-
-def test_no_other_command_imports_the_extra() -> None:
-    code = "import sys, guideload.cli.main; print(*sys.modules)"
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"nicegui", "tomlkit", "fastapi", "starlette"} & set(ended.stdout.split())
 
 
 def test_a_port_in_use_and_a_file_elsewhere_are_refused() -> None:

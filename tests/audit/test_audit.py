@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -410,23 +409,6 @@ def test_level_of_the_model_and_the_links_that_need_it(
     audit = result().audit
     assert (audit.model_level, audit.reason) == (level, reason)
     assert f"{level}, solved by method {audit.method}: {reason}" in audit.lines[0]
-
-
-@pytest.mark.parametrize(
-    ("result", "ending"),
-    [(cart_result, "parquet"), (under_way, "nc"), (clear_result, "parquet"), (preloaded_result, "nc")],
-)
-def test_a_result_read_back_has_the_same_audit(
-    result: Callable[[], Result], ending: str, tmp_path: Path
-) -> None:
-    path = tmp_path / f"loads.{ending}"
-    {"nc": Result.to_netcdf, "parquet": Result.to_parquet}[ending](result(), path)
-    before, after = result().audit, Result.load(path).audit
-    assert str(after) == str(before)
-    assert (after.rotation, after.sampling, after.energy) == (before.rotation, before.sampling, before.energy)
-    assert (after.second_look, after.force_balance) == (before.second_look, before.force_balance)
-    np.testing.assert_array_equal(after.contact.lost, before.contact.lost)
-    np.testing.assert_array_equal(after.simpler_models.quasi_static, before.simpler_models.quasi_static)
 
 
 def test_extra_rails_without_carriages_do_no_harm() -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import inspect
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hostile_calls import outcomes
 
 import guideload
 from guideload import GuideloadError, Machine, Motion, Moves, Result, StudyResult, read_trace
@@ -19,9 +19,6 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.parameters.parameters import Parameters
 from guideload.sensitivity import VariedMachine
 from guideload.simulation.simulation import simulate
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "damage"))
-from hostile_calls import outcomes
 
 GANTRY = EXAMPLES / "gantry.toml"
 HUGE = 10**400

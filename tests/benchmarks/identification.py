@@ -20,11 +20,11 @@ from functools import partial
 import harness
 import numpy as np
 from hammer_tests import hammer_test, unknown, with_corners
-from motor_records import OFFSET, SEAL, VISCOUS, axis, moves
+from motor_records import OFFSET, SEAL, VISCOUS, axis, moves, soft_axis
 from reference import cart, preloaded
 from scipy.signal import lfilter
 
-from guideload import Machine, Motion, PointOfInterest
+from guideload import Machine, Motion
 from guideload.identification.measured import Measured
 from guideload.identification.model import Excitation, Model, parse_load_place, parse_place
 from guideload.identification.motor_force import MotorForce, X
@@ -116,15 +116,6 @@ DELAY = 4.2  # s, between the clocks of two loggers
 MEMORY = 0.99  # of a disturbance from one millisecond to the next: 0.1 s
 
 
-def soft() -> Machine:
-    """The axis on soft carriages: modes from 13 to 60 Hz."""
-    machine = axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
-    values = {"stiffness_y": 1e7, "stiffness_z": 8e6, "damping_y": 1e3, "damping_z": 1e3}
-    return machine.model_copy(
-        update={"carriages": tuple(one.model_copy(update=values) for one in machine.carriages)}
-    )
-
-
 def seen(motion: Motion) -> Motion:
     """The motion as estimated from the counts of an encoder."""
     velocity = motion.velocity[:, 0]
@@ -190,7 +181,7 @@ def sensors(
 
 # ---- the table
 
-CART = with_corners(cart())
+CART, SOFT = with_corners(cart()), soft_axis()
 CASES = {
     "modal test, shapes": Case(CART, BY_CARRIAGE, modal, 0.3),
     "modal test, noise estimated": Case(CART, BY_CARRIAGE, partial(modal, known=False), 0.3),
@@ -203,10 +194,10 @@ CASES = {
     "motor force": Case(axis(), MASS, motor_force, 0.2),
     "motor force, correlated": Case(axis(), MASS, partial(motor_force, seconds=12.0, correlated=True), 0.2),
     "motor force, measured trace": Case(axis(), MASS, partial(motor_force, measured=True), 0.2),
-    "accelerometers": Case(soft(), BY_AXIS, sensors, 0.2),
-    "accelerometers, measured trace": Case(soft(), BY_AXIS, partial(sensors, measured=True), 0.2),
-    "load cell and strain gauge": Case(soft(), BY_AXIS, partial(sensors, cells=True), 0.2),
-    "cell and gauge, measured trace": Case(soft(), BY_AXIS, partial(sensors, measured=True, cells=True), 0.2),
+    "accelerometers": Case(SOFT, BY_AXIS, sensors, 0.2),
+    "accelerometers, measured trace": Case(SOFT, BY_AXIS, partial(sensors, measured=True), 0.2),
+    "load cell and strain gauge": Case(SOFT, BY_AXIS, partial(sensors, cells=True), 0.2),
+    "cell and gauge, measured trace": Case(SOFT, BY_AXIS, partial(sensors, measured=True, cells=True), 0.2),
 }
 
 

@@ -1,6 +1,5 @@
 """The command line: what it writes and prints, what it refuses, and with which exit code."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -276,15 +275,8 @@ def test_a_command_loads_only_what_it_needs(
 ) -> None:
     arguments = [word.format(machine=MACHINE, trace=trace) for word in words.split()]
     code = f"import sys\nfrom guideload.cli.main import main\nmain({arguments!r}, standalone_mode=False)"
-    path = os.pathsep.join(os.path.abspath(path) for path in sys.path if path)
-    ended = subprocess.run(
-        [sys.executable, "-c", f"{code}\nprint(*sys.modules)"],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": path},
-    )
+    command = [sys.executable, "-c", f"{code}\nprint(*sys.modules)"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
     loaded = set(ended.stdout.splitlines()[-1].split())
     assert needed in loaded and not loaded & set(heavy.split())
 

@@ -25,8 +25,6 @@ BELOW = pytest.mark.parametrize(
     "below", ["", "guides"]
 )  # in the folder itself, and in one below as `demo` writes
 
-ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-
 
 def write(out: Path, names: tuple[str, ...], text: str, below: str, overwrite: bool = True) -> None:
     with atomic_output(out, {below: {*names}}, overwrite) as draft:
@@ -186,8 +184,7 @@ def test_of_two_commands_at_once_one_writes(tmp_path: Path, words: list[str]) ->
     }
     command = [sys.executable, "-m", "guideload", *(word.format(**names) for word in words)]
     both = [
-        subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        for _ in range(2)
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)
     ]
     said = [process.communicate(timeout=300) for process in both]
     wrote = [process.returncode == 0 for process in both]
@@ -225,7 +222,7 @@ def test_a_second_writer_is_refused_and_the_first_is_not_disturbed(
     second = [sys.executable, "-c", SECOND, str(out), kind]
 
     def said() -> str:
-        return subprocess.run(second, env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
+        return subprocess.run(second, capture_output=True, text=True, check=True).stdout
 
     def writer() -> AbstractContextManager[Path]:
         return atomic_output(out, {}, True) if kind == "folder" else atomic_write(out)

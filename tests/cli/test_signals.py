@@ -1,6 +1,5 @@
 """Signals end a command with their exit code, at any time, and leave nothing behind."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -40,10 +39,8 @@ def test_a_signal_ends_a_run_in_order(tmp_path: Path, name: str, code: int) -> N
     reached, home = tmp_path / "reached", tmp_path / "home"
     home.mkdir()
     words = [MACHINE, write_trace(tmp_path / "trace.csv", 1200, 0.5), "-o", str(home / "new" / "out")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    process = subprocess.Popen(
-        [sys.executable, "-c", WAITING, str(reached), "run", *words], env=environment, stderr=subprocess.PIPE
-    )
+    command = [sys.executable, "-c", WAITING, str(reached), "run", *words]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE)
     while not reached.exists():
         assert process.poll() is None
         time.sleep(0.01)
@@ -60,7 +57,7 @@ START = np.linspace(0.0, 0.3, 8)  # s: the imports of the command line
 COMMANDS = {
     "version": (["--version"], START),
     "check": (["check", MACHINE], START),
-    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], [*START, *np.linspace(0.4, 4.0, 8)]),
+    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], np.linspace(0.2, 4.0, 9)),
     "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 6)),
 }
 
@@ -115,16 +112,21 @@ except KeyboardInterrupt:
     assert ended.stdout.split() == ["interrupted"] and not ended.stderr
 
 
-def test_an_import_is_never_interrupted(tmp_path: Path) -> None:
+@pytest.fixture
+def slow(tmp_path: Path) -> Path:
+    """A folder with a module whose import gets Ctrl-C."""
+    code = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
+    (tmp_path / "slow.py").write_text(code)
+    return tmp_path
+
+
+def test_an_import_is_never_interrupted(slow: Path) -> None:
     """A module that is half imported fails later, and far from here."""
-    (tmp_path / "slow.py").write_text(
-        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
-    )
     source = f"""
 import sys, time
 from guideload.cli.signals import ended_in_order
 
-sys.path.insert(0, {str(tmp_path)!r})
+sys.path.insert(0, {str(slow)!r})
 
 def command():
     import slow
@@ -144,16 +146,13 @@ except KeyboardInterrupt:
     )  # print may be cut off
 
 
-def test_a_command_that_ends_before_it_can_be_interrupted_has_succeeded(tmp_path: Path) -> None:
+def test_a_command_that_ends_before_it_can_be_interrupted_has_succeeded(slow: Path) -> None:
     """The timer of the next attempt must not outlive the command: its signal would end the process."""
-    (tmp_path / "slow.py").write_text(
-        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nwhole = sum(range(1000))"
-    )
     source = f"""
 import importlib, sys, time
 from guideload.cli.signals import ended_in_order
 
-sys.path.insert(0, {str(tmp_path)!r})
+sys.path.insert(0, {str(slow)!r})
 print()
 ended_in_order(importlib.import_module, "slow")
 time.sleep(0.1)

@@ -6,9 +6,8 @@ have play.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from random_machines import law_keys
 
 from guideload import Machine, Motion
 
@@ -28,31 +27,14 @@ def scene(seed: int, kinds: tuple[str, ...] = KINDS) -> tuple[Machine, Motion]:
     arms -= arms.mean(axis=0)
     inertia = mass / 6 * (np.einsum("ij,ij", arms, arms) * np.eye(3) - arms.T @ arms)
     frequency, spread, load = decades(1.3, 3.0), rng.uniform(0.0, 2.0), mass * 9.81 / 4
-
-    def law(stiffness: float, suffix: str) -> dict[str, Any]:
-        travel = load / stiffness * decades(-4.0, 0.5)
-        match kinds[rng.integers(len(kinds))]:
-            case "linear":
-                return {f"stiffness{suffix}": stiffness}
-            case "sides":
-                sides = {"positive": stiffness * decades(-1, 0), "negative": stiffness}
-                return {f"stiffness{suffix}": sides}
-            case "play":
-                return {f"stiffness{suffix}": stiffness, f"clearance{suffix}": travel}
-            case "curve":
-                at = np.cumsum(rng.uniform(0.1, 1.0, 5)) * travel
-                force = np.cumsum(np.diff(at, prepend=0.0) * stiffness * rng.choice([0.01, 0.3, 1.0], 5))
-                return {f"curve{suffix}": [[0.0, 0.0], *np.column_stack((at, force)).tolist()]}
-            case _:
-                return {f"stiffness{suffix}": stiffness, f"preload{suffix}": load * decades(-4.0, 0.7)}
-
     carriages = []
     for name, rail, x in (("a", "l", -0.5), ("b", "r", -0.4), ("c", "l", 0.6), ("d", "r", 0.5))[
         : rng.integers(3, 5)
     ]:
         stiffness = mass * frequency**2 / 4 * decades(-spread / 2, spread / 2)
         damping = 2 * ratio * np.sqrt(stiffness * mass / 4)
-        keys = law(stiffness, "_y") | law(stiffness, "_z")
+        y, z = (law_keys(rng, kinds, stiffness, load, suffix, smallest=-4.0) for suffix in ("_y", "_z"))
+        keys = y | z
         if any(key.startswith("preload") for key in keys):
             keys["rolling"] = str(rng.choice(["ball", "roller"]))
         place = {"name": name, "rail": rail, "x": size * x, "length": size * rng.uniform(0.1, 0.5)}

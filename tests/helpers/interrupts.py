@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -11,7 +10,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
 
 HELPERS = Path(__file__).parent
 LIMIT = 300.0  # s; an interrupted call ends within a second, but not on a busy machine
@@ -35,27 +33,25 @@ def signalled(
     words: Sequence[object], number: int, after: float, folder: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a command of guideload in `folder`; send it a signal `after` seconds [s] from its first line on."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    return _ended(["-c", PROGRAM, *map(str, words)], number, after, cwd=folder, env=environment)
+    return _ended(["-c", PROGRAM, *map(str, words)], number, after, folder)
 
 
 def run_process(source: str, *, interrupt: bool = False) -> subprocess.CompletedProcess[str]:
     """Run Python code that prints a line before its call; then send SIGINT if asked, and wait for the end."""
     # A process that was started in the background ignores Ctrl-C, and so do the processes that it starts.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    lines = f"import sys; sys.path.insert(0, {str(HELPERS)!r})\n{heard}\n{source}"
-    return _ended(["-c", lines], signal.SIGINT if interrupt else None, INTO)
+    return _ended(["-c", f"{heard}\n{source}"], signal.SIGINT if interrupt else None, INTO)
 
 
 def _ended(
-    arguments: Sequence[str], number: int | None, after: float, **options: Any
+    arguments: Sequence[str], number: int | None, after: float, folder: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run Python with these arguments; send it a signal, if one is given, `after` seconds from its first line on."""
     command = [sys.executable, *arguments]
     with (
         TemporaryFile("w+") as errors,
         subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, text=True, **options
+            command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, text=True
         ) as process,
     ):
         timer = threading.Timer(LIMIT, process.kill)

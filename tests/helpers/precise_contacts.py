@@ -6,7 +6,6 @@ It shares no code with guideload, which only tells on which segments the links r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import mpmath
@@ -27,79 +26,12 @@ LOOKS = 64  # at the deflections of an interval, between which no link comes and
 OUTSIDE = 1e-16  # m, more than the rounding of a look
 
 
-@dataclass
-class _Link:
-    row: Numbers  # deflection per unit of (u, phi)
-    point: Numbers
-    direction: Numbers
-    offset: Any
-    pieces: list[tuple[Any, Any]]  # F = a + k d
-    edges: Numbers
-    damping: Any
-    in_contact: bool
-    carriage: int
-
-    def segment(self, deflection: Any) -> int:
-        return sum(edge <= deflection for edge in self.edges)
-
-    def damping_on(self, segment: int) -> Any:
-        return self.damping if self.pieces[segment][1] or not self.in_contact else mpmath.mpf(0)
-
-
-def _law(part: Any, axis: str, share: Any) -> tuple[list[tuple[Any, Any]], Numbers]:
-    curve = getattr(part, f"curve{axis}")
-    if curve is not None:
-        points = [(mpmath.mpf(d), share * mpmath.mpf(force)) for d, force in curve]
-        if not points[0][0]:
-            points = [(-d, -force) for d, force in points[:0:-1]] + points
-        pieces = []
-        for (d, force), (next_d, next_force) in zip(points[:-1], points[1:], strict=True):
-            slope = (next_force - force) / (next_d - d)
-            pieces.append((force - slope * d, slope))
-        return pieces, [d for d, _ in points[1:-1]]
-    stiffness, clearance = getattr(part, f"stiffness{axis}"), mpmath.mpf(getattr(part, f"clearance{axis}"))
-    sides = [getattr(stiffness, side, stiffness) for side in ("negative", "positive")]
-    low, high = (share * mpmath.mpf(side) for side in sides)
-    if not clearance:
-        return ([(mpmath.mpf(0), low), (mpmath.mpf(0), high)], [mpmath.mpf(0)])
-    return (
-        [(low * clearance, low), (mpmath.mpf(0), mpmath.mpf(0)), (-high * clearance, high)],
-        [-clearance, clearance],
-    )
-
-
-def _links(machine: Machine) -> list[_Link]:
-    links = []
-    axes = {"_y": [mpmath.mpf(x) for x in (0, 1, 0)], "_z": [mpmath.mpf(x) for x in (0, 0, 1)]}
-    centers = reference._centers(mpmath.mp, machine)
-    for i, (one, center) in enumerate(zip(machine.carriages, centers, strict=True)):
-        for sign in (-1, 1):
-            point = [center[0] + sign * mpmath.mpf(one.length) / 2, center[1], center[2]]
-            for (axis, o), error in zip(axes.items(), one.mounting_error, strict=True):
-                row = [*o, *reference._cross(point, o)]
-                damping = mpmath.mpf(getattr(one, f"damping{axis}")) / 2
-                law = _law(one, axis, mpmath.mpf(1) / 2)
-                links.append(
-                    _Link(row, point, o, mpmath.mpf(error), *law, damping, one.damping_in_contact, i)
-                )
-    for one in machine.links:
-        o = [mpmath.mpf(x) for x in one.direction]
-        length = mpmath.sqrt(mpmath.fdot(o, o))
-        o, point = [x / length for x in o], [mpmath.mpf(x) for x in one.point]
-        law = _law(one, "", mpmath.mpf(1))
-        row = [*o, *reference._cross(point, o)]
-        links.append(
-            _Link(row, point, o, mpmath.mpf(0), *law, mpmath.mpf(one.damping), one.damping_in_contact, -1)
-        )
-    return links
-
-
 class _Run:
     """The state (q, q') of the free dofs in whole numbers of 2^-BITS, and the segment of each link."""
 
     def __init__(self, machine: Machine, rest: Sequence[float]) -> None:
         """rest: the static position, as exactly as the segments need it."""
-        self.links = _links(machine)
+        self.links = reference.links_of(mpmath.mp, machine)
         self.mass, self.weight = reference._body(mpmath.mp, machine)
         self.free = [DOFS.index(dof) for dof in machine.free]
         self.inverse = mpmath.matrix([[self.mass[i][j] for j in self.free] for i in self.free]) ** -1
@@ -222,33 +154,20 @@ def precise_contacts(rest: Sequence[float], machine: Machine, motion: Motion) ->
             if h:
                 run.pass_interval(whole(ends, BITS), int(mpmath.ldexp(h, BITS)))
             found.append(_observed(run, outer[k + 1], machine))
-        return {name: [one[i] for one in found] for i, name in enumerate(reference.OBSERVED)}
+        return {name: [one[name] for one in found] for name in reference.OBSERVED}
 
 
-def _observed(run: _Run, outer: Numbers, machine: Machine) -> tuple[Any, ...]:
+def _observed(run: _Run, outer: Numbers, machine: Machine) -> dict[str, Any]:
     """The values of `reference.OBSERVED`."""
-
-    def all_dofs(part: Any) -> Numbers:
-        out = [mpmath.mpf(0)] * 6
-        for i, value in zip(run.free, part, strict=True):
-            out[i] = value
-        return out
-
-    state = [mpmath.ldexp(x, -BITS) for x in run.state]
-    q, v = all_dofs(state[: run.n]), all_dofs(state[run.n :])
-    loads, damping = [], []
-    for one, segment in zip(run.links, run.segments, strict=True):
-        a, stiffness = one.pieces[segment]
-        damping.append(one.damping_on(segment) * mpmath.fdot(one.row, v))
-        loads.append(a + stiffness * (mpmath.fdot(one.row, q) - one.offset) + damping[-1])
+    mp, state = mpmath.mp, [mpmath.ldexp(x, -BITS) for x in run.state]
+    place, speed = (reference.all_dofs(mp, run.free, part) for part in (state[: run.n], state[run.n :]))
+    loads, damping = reference.loads_of(mp, run.links, run.segments, place, speed)
     pull = [
         run.weight[dof]
         + outer[dof]
         - mpmath.fsum(load * one.row[dof] for one, load in zip(run.links, loads, strict=True))
         for dof in run.free
     ]
-    rate = all_dofs(run.inverse * mpmath.matrix(pull))
-    mp = mpmath.mp
-    carriages = reference._carriage_loads(mp, machine, run.links, loads)
-    reaction = reference._reaction(mp, run.links, loads, run.free, run.mass, run.weight, rate, outer)
-    return loads, damping, carriages, reaction, q, v, rate
+    rate = reference.all_dofs(mp, run.free, run.inverse * mpmath.matrix(pull))
+    instant = place, speed, rate, outer
+    return reference.observe(mp, machine, run.links, (loads, damping), (run.mass, run.weight), instant)

@@ -36,7 +36,7 @@ def values(seed: int, kinds: tuple[str, ...] = KINDS) -> dict[str, Any]:
     for rail in ("1", "2"):
         for x in (-0.5, 0.5)[: int(rng.integers(1, 3))]:
             k = stiffness * 10.0 ** rng.uniform(-0.5, 0.5)
-            keys = _law(rng, kinds, k, load, "_y") | _law(rng, kinds, k, load, "_z")
+            keys = law_keys(rng, kinds, k, load, "_y") | law_keys(rng, kinds, k, load, "_z")
             carriage = keys | {
                 "name": f"{rail}{x}",
                 "rail": rail,
@@ -55,11 +55,16 @@ def values(seed: int, kinds: tuple[str, ...] = KINDS) -> dict[str, Any]:
     return machine
 
 
-def _law(
-    rng: np.random.Generator, kinds: tuple[str, ...], k: float, load: float, suffix: str
+def law_keys(
+    rng: np.random.Generator,
+    kinds: tuple[str, ...],
+    k: float,
+    load: float,
+    suffix: str,
+    smallest: float = -1.5,
 ) -> dict[str, Any]:
-    """The keys of a law whose features lie about the deflection under `load`."""
-    travel = load / k * 10.0 ** rng.uniform(-1.5, 0.5)
+    """The keys of a law whose features lie about the deflection under `load`, so many decades below it at most."""
+    travel = load / k * 10.0 ** rng.uniform(smallest, 0.5)
     match kinds[rng.integers(len(kinds))]:
         case "linear":
             return {f"stiffness{suffix}": k}
@@ -72,7 +77,7 @@ def _law(
             forces = np.cumsum(np.diff(deflections, prepend=0.0) * k * rng.choice([0.1, 0.5, 1.0], 4))
             return {f"curve{suffix}": [[0.0, 0.0], *np.column_stack((deflections, forces)).tolist()]}
         case _:
-            keys = {f"stiffness{suffix}": k, f"preload{suffix}": load * 10.0 ** rng.uniform(-1.5, 0.5)}
+            keys = {f"stiffness{suffix}": k, f"preload{suffix}": load * 10.0 ** rng.uniform(smallest, 0.5)}
             return keys | {"rolling": "ball"}
 
 

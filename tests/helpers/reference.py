@@ -319,11 +319,11 @@ def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str,
     """The fields of `Reference` as nested lists of mpmath numbers."""
     mp = MPContext()
     mp.dps = digits
-    links = _links(mp, machine)
+    links = links_of(mp, machine)
     rows = [link.row for link in links]
     mass, weight = _body(mp, machine)
     stiffness = _sum_of_squares(mp, rows, [link.k for link in links])
-    damping = _sum_of_squares(mp, rows, [link.b for link in links])
+    damping = _sum_of_squares(mp, rows, [link.damping for link in links])
     free = [DOFS.index(dof) for dof in machine.free]
     n = len(free)
 
@@ -362,27 +362,18 @@ def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str,
         now = states[-1] + drive[k] + drive[k + 1]
         states.append([mp.fdot(row, now) for row in propagators[h]])
 
-    def all_dofs(part: Numbers) -> Numbers:
-        out = [mp.zero] * 6
-        for i, value in zip(free, part, strict=True):
-            out[i] = value
-        return out
-
-    nothing, rest6 = [mp.zero] * 6, all_dofs(list(rest))
+    nothing, rest6 = [mp.zero] * 6, all_dofs(mp, free, rest)
     instants = []
     by_state_and_input = [a[n + i] + by_input[i] for i in range(n)]
     for state, u in zip(states, values, strict=True):
-        place = [p + q for p, q in zip(rest6, all_dofs(state[:n]), strict=True)]
-        rate = all_dofs([mp.fdot(row, state + u) for row in by_state_and_input])
+        place = [p + q for p, q in zip(rest6, all_dofs(mp, free, state[:n]), strict=True)]
+        rate = all_dofs(mp, free, [mp.fdot(row, state + u) for row in by_state_and_input])
         outer = [mp.fdot(row, u) for row in from_input]
-        instants.append((place, all_dofs(state[n:]), rate, outer))
+        instants.append((place, all_dofs(mp, free, state[n:]), rate, outer))
 
-    def observed(place: Numbers, speed: Numbers, rate: Numbers, outer: Numbers) -> dict[str, Any]:
-        damping = [link.b * mp.fdot(link.row, speed) for link in links]
-        loads = [link.k * mp.fdot(link.row, place) + d for link, d in zip(links, damping, strict=True)]
-        forces = _carriage_loads(mp, machine, links, loads)
-        reaction = _reaction(mp, links, loads, free, mass, weight, rate, outer)
-        return dict(zip(OBSERVED, (loads, damping, forces, reaction, place, speed, rate), strict=True))
+    def observed(*instant: Numbers) -> dict[str, Any]:
+        parts = loads_of(mp, links, [0] * len(links), *instant[:2])
+        return observe(mp, machine, links, parts, (mass, weight), instant)
 
     static = observed(rest6, nothing, nothing, nothing)
     found = [observed(*instant) for instant in instants]
@@ -397,48 +388,115 @@ def matrices(machine: Machine) -> tuple[Array, Array, Array, Array, Array]:
     """M, C, K, each (6, 6), weight (6,), and the rows d (link, 6), rounded once to float64."""
     mp = MPContext()
     mp.dps = DIGITS
-    links = _links(mp, machine)
+    links = links_of(mp, machine)
     rows = [link.row for link in links]
     mass, weight = _body(mp, machine)
-    c, k = (_sum_of_squares(mp, rows, [getattr(link, name) for link in links]) for name in ("b", "k"))
+    c, k = (_sum_of_squares(mp, rows, [getattr(link, name) for link in links]) for name in ("damping", "k"))
     m, c, k, weight, rows = (np.array(part, dtype=np.float64) for part in (mass, c, k, weight, rows))
     return m, c, k, weight, rows
 
 
-@dataclass(frozen=True)
-class _PreciseLink:
+@dataclass
+class PreciseLink:
+    """A link whose law is linear between its edges."""
+
+    row: Numbers  # its deflection per unit of (u, phi), eqs. 14-17
     point: Numbers  # m from L
     direction: Numbers  # unit vector
-    row: Numbers  # its deflection per unit of (u, phi), eqs. 14-17
-    k: Any
-    b: Any
+    offset: Any  # m, of its foot
+    pieces: list[tuple[Any, Any]]  # F = a + k d
+    edges: Numbers
+    damping: Any
+    in_contact: bool
     carriage: int  # -1: none
 
+    @property
+    def k(self) -> Any:
+        """Of a linear link."""
+        return self.pieces[0][1]
 
-def _links(mp: Any, machine: Machine) -> list[_PreciseLink]:
+    def segment(self, deflection: Any) -> int:
+        return sum(edge <= deflection for edge in self.edges)
+
+    def damping_on(self, segment: int) -> Any:
+        return self.damping if self.pieces[segment][1] or not self.in_contact else 0 * self.damping
+
+
+def _law(mp: Any, part: Any, axis: str, share: Any) -> tuple[list[tuple[Any, Any]], Numbers]:
+    curve = getattr(part, f"curve{axis}")
+    if curve is not None:
+        points = [(mp.mpf(d), share * mp.mpf(force)) for d, force in curve]
+        if not points[0][0]:
+            points = [(-d, -force) for d, force in points[:0:-1]] + points
+        pieces = []
+        for (d, force), (next_d, next_force) in zip(points[:-1], points[1:], strict=True):
+            slope = (next_force - force) / (next_d - d)
+            pieces.append((force - slope * d, slope))
+        return pieces, [d for d, _ in points[1:-1]]
+    stiffness, clearance = getattr(part, f"stiffness{axis}"), mp.mpf(getattr(part, f"clearance{axis}"))
+    sides = [getattr(stiffness, side, stiffness) for side in ("negative", "positive")]
+    low, high = (share * mp.mpf(side) for side in sides)
+    if not clearance:
+        return [(mp.zero, low), (mp.zero, high)], [mp.zero]
+    return [(low * clearance, low), (mp.zero, mp.zero), (-high * clearance, high)], [-clearance, clearance]
+
+
+def links_of(mp: Any, machine: Machine) -> list[PreciseLink]:
     """Four links per carriage (paper, 4.1), at each end one along y and one along z; then the extra ones."""
     links = []
+
+    def add(one: Any, axis: str, share: Any, point: Numbers, o: Numbers, error: Any, carriage: int) -> None:
+        row, law = [*o, *_cross(point, o)], _law(mp, one, axis, share)
+        damping = share * mp.mpf(getattr(one, f"damping{axis}"))
+        links.append(
+            PreciseLink(row, point, o, mp.mpf(error), *law, damping, one.damping_in_contact, carriage)
+        )
+
+    axes = {"_y": [mp.zero, mp.one, mp.zero], "_z": [mp.zero, mp.zero, mp.one]}
     for i, (carriage, center) in enumerate(zip(machine.carriages, _centers(mp, machine), strict=True)):
         for sign in (-1, 1):
             point = [center[0] + sign * mp.mpf(carriage.length) / 2, center[1], center[2]]
-            y, z = [mp.zero, mp.one, mp.zero], [mp.zero, mp.zero, mp.one]
-            half_y = (mp.mpf(carriage.stiffness_y) / 2, mp.mpf(carriage.damping_y) / 2)
-            half_z = (mp.mpf(carriage.stiffness_z) / 2, mp.mpf(carriage.damping_z) / 2)
-            for o, half in ((y, half_y), (z, half_z)):
-                links.append(_PreciseLink(point, o, [*o, *_cross(point, o)], *half, i))
+            for (axis, o), error in zip(axes.items(), carriage.mounting_error, strict=True):
+                add(carriage, axis, mp.mpf(1) / 2, point, o, error, i)
     for link in machine.links:
         direction = [mp.mpf(x) for x in link.direction]
         length = mp.sqrt(mp.fdot(direction, direction))
-        unit = [x / length for x in direction]
-        point = [mp.mpf(x) for x in link.point]
-        row = [*unit, *_cross(point, unit)]
-        links.append(_PreciseLink(point, unit, row, mp.mpf(link.stiffness), mp.mpf(link.damping), -1))
+        add(link, "", mp.one, [mp.mpf(x) for x in link.point], [x / length for x in direction], 0, -1)
     return links
 
 
-def _carriage_loads(mp: Any, machine: Machine, links: Sequence[Any], loads: Numbers) -> list[Numbers]:
-    """Force and moment about its centre of each carriage, from the loads of its links."""
-    found = []
+def all_dofs(mp: Any, free: Sequence[int], part: Any) -> Numbers:
+    """Six numbers from those of the free dofs."""
+    out = [mp.zero] * 6
+    for i, value in zip(free, part, strict=True):
+        out[i] = value
+    return out
+
+
+def loads_of(
+    mp: Any, links: Sequence[PreciseLink], segments: Sequence[int], place: Numbers, speed: Numbers
+) -> tuple[Numbers, Numbers]:
+    """Loads of the links on these segments, and the part of their dampers."""
+    on = list(zip(links, segments, strict=True))
+    damping = [link.damping_on(segment) * mp.fdot(link.row, speed) for link, segment in on]
+    deflections = [mp.fdot(link.row, place) - link.offset for link in links]
+    pieces = [link.pieces[segment] for link, segment in on]
+    loads = [a + k * d + b for (a, k), d, b in zip(pieces, deflections, damping, strict=True)]
+    return loads, damping
+
+
+def observe(
+    mp: Any,
+    machine: Machine,
+    links: Sequence[PreciseLink],
+    parts: tuple[Numbers, Numbers],
+    body: tuple[list[Numbers], Numbers],
+    instant: Sequence[Numbers],
+) -> dict[str, Any]:
+    """The values of OBSERVED; parts: of `loads_of`, body: of `_body`, instant: position, velocity and acceleration of
+    all dofs, and the forces of the motion on them."""
+    (loads, damping), (mass, weight), (place, speed, rate, outer) = parts, body, instant
+    forces = []  # of each carriage, and their moments about its centre
     for i, center in enumerate(_centers(mp, machine)):
         total = [mp.zero] * 6
         for link, load in zip(links, loads, strict=True):
@@ -446,26 +504,12 @@ def _carriage_loads(mp: Any, machine: Machine, links: Sequence[Any], loads: Numb
                 arm = [x - y for x, y in zip(link.point, center, strict=True)]
                 unit = [*link.direction, *_cross(arm, link.direction)]
                 total = [t + load * x for t, x in zip(total, unit, strict=True)]
-        found.append(total)
-    return found
-
-
-def _reaction(
-    mp: Any,
-    links: Sequence[Any],
-    loads: Numbers,
-    free: Sequence[int],
-    mass: list[Numbers],
-    weight: Numbers,
-    rate: Numbers,
-    outer: Numbers,
-) -> Numbers:
-    """Eqs. 34-36 for F of the held dofs; rate: acceleration of all dofs, outer: forces of the motion on them."""
-    force = [mp.zero] * 6
-    for i in (i for i in range(6) if i not in free):
+        forces.append(total)
+    reaction = [mp.zero] * 6  # eqs. 34-36 for F of the held dofs
+    for i in (i for i, dof in enumerate(DOFS) if dof not in machine.free):
         of_links = mp.fsum(load * link.row[i] for link, load in zip(links, loads, strict=True))
-        force[i] = mp.fdot(mass[i], rate) - outer[i] - weight[i] + of_links
-    return force
+        reaction[i] = mp.fdot(mass[i], rate) - outer[i] - weight[i] + of_links
+    return dict(zip(OBSERVED, (loads, damping, forces, reaction, place, speed, rate), strict=True))
 
 
 def _centers(mp: Any, machine: Machine) -> list[Numbers]:

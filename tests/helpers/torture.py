@@ -19,8 +19,7 @@ import numpy as np
 import reference as ref
 from mpmath import mp, mpf
 from numpy.typing import NDArray
-from precise_contacts import _Link, _links
-from reference import Numbers
+from reference import Numbers, PreciseLink
 
 from guideload import Link, Machine, Motion
 
@@ -71,7 +70,7 @@ class Scene:
         if self.by is not None:
             return []
         with mp.workdps(DIGITS):
-            links = _links(self.machine)
+            links = ref.links_of(mp, self.machine)
             return [Axis(self, axis, [links[i] for i in self.on(axis)]) for axis in self.axes]
 
     @cached_property
@@ -173,7 +172,7 @@ class Path:
 class Axis:
     """One axis of a scene: its zones between edges, and its path through them."""
 
-    def __init__(self, scene: Scene, axis: int, links: list[_Link]) -> None:
+    def __init__(self, scene: Scene, axis: int, links: list[PreciseLink]) -> None:
         self.links = links
         for link in links:
             if len(set(link.pieces)) == 1:  # a linear spring has no edge

@@ -15,7 +15,7 @@ from guideload.machine.modes import Modes
 from guideload.motion.motion import Motion
 from guideload.simulation.peaks import peak_columns
 from guideload.simulation.simulation import peak_loads, simulate
-from guideload.study import Study, run_study
+from guideload.study import Study
 
 MASS, INERTIA = 40.0, (0.9, 1.3, 1.1)
 STIFFNESS_Y, STIFFNESS_Z, DAMPING_Y, DAMPING_Z = 2.0e8, 1.5e8, 5.0e3, 4.0e3
@@ -149,18 +149,6 @@ def study(machine: Machine, **vary: Any) -> Any:
     motion = Motion.along_x(time, np.where(time < 0.02, 4.0, 0.0))
     entry = {"distribution": "uniform", "plus_minus": "20 %", **vary}
     return Study(machine=machine, motion=motion, samples=16, vary=[entry])
-
-
-@pytest.mark.parametrize("key", ["width", "length", "stiffness_y"])
-def test_studies_vary_width_and_see_the_roll_moment_as_a_single_run(key: str) -> None:
-    machine = on_one_carriage((0.01, 0.1, 0.08), length=LENGTH, width=WIDTH)
-    described = study(machine, path=f"carriages.*.{key}")
-    samples = run_study(described).table()
-    for _, row in samples.iloc[:3].iterrows():
-        value = float(row[f"carriages.*.{key}"])
-        changed = machine.carriages[0].model_copy(update={key: value})
-        single = peak_loads(machine.model_copy(update={"carriages": [changed]}), described.motion)
-        assert row["max_Mx_Nm[a]"] == pytest.approx(single.largest[0, 3], rel=1e-9)
 
 
 def test_studies_refuse_a_stiffness_on_which_a_stated_rotational_stiffness_rests() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from machines import link, machine
 
+from guideload._core import Law
 from guideload.base.errors import ConfigError
 from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.machine.laws import Sides
@@ -96,6 +97,17 @@ def test_forces_are_those_of_the_description() -> None:
         law = link(stiffness=5e8, preload=2e3, rolling=rolling).law
         assert law.force(law.edges) == pytest.approx(2e3 * 2.0**exponent * np.array([-1, 1]), rel=1e-12)
         assert CONTACT_EXPONENT[rolling] == exponent
+
+
+def test_force_slope_and_energy_are_arrays() -> None:
+    """What they are for each law: rust/core/tests/laws/law.rs."""
+    law = Law.sided(3e8, 5e8, 5e-6).scaled(0.5)
+    beyond = np.abs(DEFLECTION) - 5e-6
+    k = np.where(beyond > 0.0, np.where(DEFLECTION > 0.0, 1.5e8, 2.5e8), 0.0)
+    np.testing.assert_allclose(law.force(DEFLECTION), np.sign(DEFLECTION) * k * beyond, atol=1e-9)
+    np.testing.assert_allclose(law.energy(DEFLECTION), 0.5 * k * beyond**2, rtol=1e-12)
+    inside = np.abs(beyond) > 1e-12
+    np.testing.assert_array_equal(law.tangent(DEFLECTION)[inside], k[inside])
 
 
 def test_a_curve_from_zero_on_holds_for_both_directions() -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
-from reference import cart, cart_clear, cycle, preloaded
+from reference import cart, cart_clear, preloaded
 
-from guideload import Machine, Study, peak_loads, run_study
+from guideload import Machine
 from guideload.reports.machine import machine_report
 
 
@@ -57,25 +56,6 @@ def test_errors_of_rail_and_carriage_add_up() -> None:
     assert of["2b:+z"] == pytest.approx(-3e-6)
     assert of["2a:+y"] == 20e-6
     assert of["1a:-y"] == of["1b:+z"] == 0.0
-
-
-@pytest.mark.parametrize("make", [cart, cart_clear])
-def test_a_study_varies_mounting_errors(make: Any) -> None:
-    motion = cycle()
-    errors = [(0.0, 0.0), (5e-6, -3e-6), (-8e-6, 2e-6)]
-    cases = {
-        "rails[2].mounting_error.y [um]": [1e6 * y for y, _ in errors],
-        "carriages[2b].mounting_error.z [um]": [1e6 * z for _, z in errors],
-    }
-    machine = mounted(make(), carriage=(2e-6, 1e-6))
-    study = Study(machine=machine, motion=motion, cases=pd.DataFrame(cases), quantities=("resultant",))
-    found = run_study(study).table()
-    for i, (y, z) in enumerate(errors):
-        one = mounted(make(), rail=(y, 0.0), carriage=(2e-6, z))
-        single = peak_loads(one, motion)
-        peaks = dict(zip(single.carriages, single.largest[:, 6], strict=True))
-        for name in ("1a", "2b"):
-            assert found[f"max_resultant_N[{name}]"][i] == pytest.approx(peaks[name], rel=1e-6)
 
 
 def test_the_report_tells_mounting_errors() -> None:

@@ -132,21 +132,3 @@ def test_life_peaks_and_studies_use_the_axes_of_the_carriage() -> None:
     recorded = [name for name in tables[0] if name.startswith(("min_", "max_", "rms_", "mean_"))]
     for name in recorded:
         assert tables[1][name].values == pytest.approx(tables[0][name].values, rel=1e-8, abs=1e-6), name
-
-
-def test_widths_and_rails_of_studies_move_along_the_rails_own_axes() -> None:
-    """A sample equals a single run of the changed machine."""
-    roll = np.radians(30.0)
-    machine = gantry(LAWS["width"], roll)
-    entry = {"path": "carriages.*.width", "distribution": "uniform", "plus_minus": "30 %"}
-    table = run_study(Study(machine=machine, motion=motion(roll), samples=4, vary=[entry])).table()
-    for _, row in table.iterrows():
-        factor = float(row["carriages.*.width"])
-        wider = [
-            one.model_copy(update={"width": factor * LAWS["width"]["width"]}) for one in machine.carriages
-        ]
-        single = peak_loads(machine.model_copy(update={"carriages": wider}), motion(roll)).largest
-        for i, carriage in enumerate(machine.carriages):
-            for j, load in enumerate(("Fy", "Fz", "Mx", "My", "Mz"), start=1):
-                column = f"max_{load}_{'N' if load.startswith('F') else 'Nm'}[{carriage.name}]"
-                assert row[column] == pytest.approx(single[i, j], rel=1e-9, abs=1e-7), column

@@ -2,8 +2,8 @@
 
 Tested elsewhere: exact on defective,
 overdamped, undamped and spread-out scenes and on jumps in test_exactness.py; tolerances below rounding in
-test_methods.py and rust/core/tests/laws/stability.rs; a motion of one sample in test_motion.py; contacts in
-test_contacts.py.
+test_methods.py and rust/core/tests/laws/stability.rs; pulses after rest in methods.rs and samples 1e-9 s apart in
+excitation.rs there; a motion of one sample in test_motion.py; contacts in test_contacts.py.
 """
 
 from __future__ import annotations
@@ -376,7 +376,7 @@ def predicted_drift(method: str, steps: float) -> tuple[complex, float]:
     return complex(drifted), ROUNDING + ROUNDING_OF_R * PERIODS * steps
 
 
-FIXED_STEPS = [("rk45", 30, None), ("rk45", 60, None), ("implicit", 4, None), ("implicit", 8, None)]
+FIXED_STEPS = [("rk45", 30, None), ("implicit", 4, None)]
 TOLERANCES = [("rk45", None, 1e-1), ("rk45", None, 1e-2), ("implicit", None, 1e-2), ("implicit", None, 1e-4)]
 
 
@@ -424,18 +424,7 @@ def test_no_implicit_step_damps_a_peak_that_is_real() -> None:
         assert implicit == pytest.approx(exact, rel=1e-6, abs=1e-6)
 
 
-# ---- any tolerance: pulses after rest, scenes at the edge
-
-
-@cache
-def motions() -> dict[str, Motion]:
-    """Random samples; and the pulse of the yardstick, at 1 kHz and with 5 s of rest in one interval."""
-    pulse = ref.pulse()
-    keep = (pulse.time >= 5.0) & (pulse.time <= 5.05)
-    keep[[0, -1]] = True
-    short = Motion(pulse.time[keep], pulse.acceleration[keep])
-    return {"random": ref.random_motion(11, wrench=True), "pulse": pulse, "rest in one interval": short}
-
+# ---- any tolerance on scenes at the edge
 
 HARD = (
     "critical, one dof",
@@ -444,28 +433,16 @@ HARD = (
     "random undamped",
     "stiffness spread 1e8",
 )
-PULSED = [
-    (scene, motion)
-    for scene in ("cart", "cart_stiff", "paper")
-    for motion in ("pulse", "rest in one interval")
-]
 
 
 @pytest.mark.parametrize("method", ["rk45", "implicit"])
-@pytest.mark.parametrize(("scene", "motion"), [*((name, "random") for name in HARD), *PULSED])
-def test_every_tolerance_is_met_on_hard_scenes_and_no_pulse_is_missed(
-    scene: str, motion: str, method: str
-) -> None:
-    """Error of the link loads against exact, at 1e-4 and 1e-7; of a pulse at twelve tolerances, and below its peak."""
-    machine, given = SCENES[scene](), motions()[motion]
-    exact = simulate(machine, given, "exact", times=given.time).data
-    peak = np.abs(exact["link_load"].values - exact["static_link_load"].values).max()
-    assert peak > 10.0  # N: something moves
-    for decade in (4, 7) if motion == "random" else range(1, 13):
-        data = simulate(machine, given, method, rtol=10.0**-decade, times=given.time).data
-        error = np.abs(data["link_load"].values - exact["link_load"].values).max()
-        assert error <= 10.0 * 10.0**-decade * data.attrs["load_scale_N"]
-        assert motion == "random" or error <= 0.2 * peak
+@pytest.mark.parametrize("scene", HARD)
+def test_every_tolerance_is_met_on_hard_scenes(scene: str, method: str) -> None:
+    machine, given = SCENES[scene](), ref.random_motion(11, wrench=True)
+    exact = simulate(machine, given, "exact", times=given.time).data["link_load"].values
+    for rtol in (1e-4, 1e-7):
+        data = simulate(machine, given, method, rtol=rtol, times=given.time).data
+        assert np.abs(data["link_load"].values - exact).max() <= 10.0 * rtol * data.attrs["load_scale_N"]
 
 
 def test_a_near_massless_axis_is_exact_and_costs_rk45_what_theory_says() -> None:
@@ -506,24 +483,6 @@ def test_resonance_with_damping_settles_at_the_textbook_amplitude() -> None:
     position = simulate(one_dof(OMEGA, zeta), motion, "exact").data["displacement"].values[:, 1]
     peak = np.abs(position[-10 * count :]).max() * OMEGA**2
     assert peak == pytest.approx(np.sinc(1.0 / count) ** 2 / (2.0 * zeta), rel=1e-5)
-
-
-@pytest.mark.parametrize("method", ["exact", "rk45", "implicit"])
-@pytest.mark.parametrize("scene", ["cart", "cart_stiff"])
-def test_samples_1e_9_s_apart(scene: str, method: str) -> None:
-    """A jump written as two samples 1e-9 s apart is the jump; so is a whole burst of such samples."""
-    machine = SCENES[scene]()
-    time = np.arange(40) * 1e-3
-    burst = 0.02 + 1e-9 * np.arange(1, 21)
-    stamps = np.sort(np.concatenate([time, burst]))
-    values = np.interp(stamps, [0.0, 0.02, 0.02 + 2e-8, 1.0], [0.0, 0.0, 2.0, 2.0])
-    loads = simulate(machine, Motion.along_x(stamps, values), method, rtol=1e-8, times=time).carriage_loads
-    jump = np.sort(np.append(time, 0.02))
-    step = (np.arange(jump.size) > 20).astype(np.float64) * 2.0
-    expected = simulate(machine, Motion.along_x(jump, step), "exact", times=time).carriage_loads
-    # 2e-8 s of ramp in place of the jump move the fastest mode, 3.6e4 1/s, by 4e-4 of itself.
-    assert np.abs(loads - expected).max() <= 1e-3 * np.abs(expected - expected[0]).max()
-    assert np.all(np.isfinite(loads))
 
 
 @pytest.mark.parametrize("method", ["rk45", "implicit", "exact"])

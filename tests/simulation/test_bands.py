@@ -12,7 +12,6 @@ from linear_gaussian import dense, problem
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from moves import GENTLE
-from texts import one_line
 
 from guideload import Machine, Motion, Result, TraceError, _core, plots, simulate
 from guideload.motion.uncertainty import COVER, Uncertainty
@@ -357,23 +356,6 @@ def test_the_share_of_noise_is_that_of_the_instant_of_the_peak() -> None:
         assert row["noise_share_percent"] == pytest.approx(share, rel=1e-12)
         assert 0.0 < share < 2.0
         assert row["peak_lower_N"] < row["peak_resultant_N"] < row["peak_upper_N"]
-
-
-def test_the_report_tells_the_bands_and_what_they_are() -> None:
-    text = report.result_report(example()).text()
-    assert max(map(len, text.splitlines())) <= 80
-    for name, peaks in example().peaks().iterrows():
-        cells = [f"{peaks[column]:.0f}" for column in ("peak_resultant_N", "peak_lower_N", "peak_upper_N")]
-        cells.append(f"{peaks['noise_share_percent']:.2g}")
-        assert [str(name), *cells] in [line.split() for line in text.splitlines()]
-    assert "Band: 95 % credible band of the largest resultant under the true motion" in one_line(text)
-    assert example().data.attrs["band_method"] in one_line(text)
-    largest = example().peaks().sort_values("peak_resultant_N").iloc[-1]
-    assert (
-        f"(95 % credible band {largest['peak_lower_N']:.0f} to {largest['peak_upper_N']:.0f} N)"
-        in one_line(text)
-    )
-    assert report.comparison({"a": example(), "b": example()}).text().count("Band: 95 %") == 1
 
 
 def filled(ax: Axes) -> list[np.ndarray]:

@@ -50,7 +50,7 @@ MODEL: dict[str, Any] = {
     "density": np.ones(1),
     "oscillator": (0.5, 0.1, 1),
 }
-CHAIN = tuple(MODEL[key] for key in ("step", "variance", "covariance", "segment", "density", "oscillator"))
+CHAIN = {key: MODEL[key] for key in ("step", "variance", "covariance", "segment", "density", "oscillator")}
 scene = Scene(**SCENE)
 
 
@@ -100,11 +100,13 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"rounded": np.zeros(SAMPLES), "quantum": 1e-6, "level": 1e-8, "rule": (2, 1.0, 1.0, 1e-14)},
     ),
     "draw_motion": (
-        lambda **rest: _core.draw_motion(CHAIN, **rest),
-        {"derivative": 1, "count": 3, "seed": 1},
+        lambda derivative, count, seed, **chain: _core.draw_motion(
+            tuple(chain.values()), derivative, count, seed
+        ),
+        CHAIN | {"derivative": 1, "count": 3, "seed": 1},
     ),
     "load_spread": (
-        lambda **rest: _core.load_spread(scene, CHAIN, **rest),
+        lambda **rest: _core.load_spread(scene, tuple(CHAIN.values()), **rest),
         GROUPS
         | {"derivative": 2, "unit": np.ones(SAMPLES), "time": time, "instants": time[2:5].copy()}
         | {"loads": np.ones((3, 2, 6))},
@@ -238,7 +240,7 @@ def test_the_calls_themselves_are_answered(name):
     assert found is not None and finite(found)
 
 
-@pytest.mark.parametrize("name", ["solve", "peaks", "Batch", "smooth_motion", "load_spread"])
+@pytest.mark.parametrize("name", ["solve", "peaks", "Batch", "smooth_motion", "draw_motion", "load_spread"])
 def test_arrays_changed_by_another_thread_do_no_harm(name):
     """The numbers that come out are of no use, but the call ends, in a result or in an error of ours."""
     call, arguments = CALLS[name]

@@ -44,7 +44,7 @@ SLIGHT = {"mass": 1e-9, "inertia": (1e-9 * np.eye(3)).tolist()}
 @pytest.mark.parametrize(
     ("changes", "method"),
     [
-        # Each method with what uses up its budget, some five seconds, and with what ends before.
+        # Each kind of loop with what uses up its budget, some five seconds for implicit, and with what ends before.
         pytest.param(far_rail(-1e9), "exact", id="rail at -1e9 m"),
         pytest.param(far_rail(1e6), "rk45", id="rail at 1e6 m"),
         pytest.param({"damping": np.full(16, 1e200)}, "rk45", id="damping 1e200"),
@@ -58,9 +58,10 @@ SLIGHT = {"mass": 1e-9, "inertia": (1e-9 * np.eye(3)).tolist()}
 )
 def test_extreme_values_end(changes: dict[str, Any], method: Any) -> None:
     """Values that no machine has end in a result or an error that gives the time reached and a way out."""
-    motion = piece(noisy(), 0, 150)  # the budget grows with the samples
+    motion = piece(noisy(), 0, 150)  # the budget grows with the samples, and with the time up to a limit
+    time = 1e-6 * motion.time if method == "exact" else motion.time
     try:
-        scene(cart_clear(), **changes).solve(motion.time, motion.acceleration, method=method, rtol=1e-6)
+        scene(cart_clear(), **changes).solve(time, motion.acceleration, method=method, rtol=1e-6)
     except SceneError:
         pass  # the static position is refused
     except RunError as error:

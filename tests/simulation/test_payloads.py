@@ -57,28 +57,11 @@ def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
     np.testing.assert_allclose(
         data["link_load"][:grip], alone["link_load"][:grip], rtol=0.0, atol=1e-9 * size
     )
-    # Position is continuous; momentum of the free dofs at the grip, velocity at the release.
+    # Position is continuous; what velocities do is a law of the core (rust/core/tests/laws/start.rs).
     for at in (grip, release):
         np.testing.assert_allclose(
             data["displacement"][at], data["displacement"][at - 1], rtol=0.0, atol=1e-15
         )
-    full = carrying(machine, part).carrying(["part"])
-    (m_before, *_), _ = machine.scene.matrices()
-    (m_after, *_), _ = full.scene.matrices()
-    free = [1, 2, 3, 4, 5]
-    before, after = data["velocity"][grip - 1], data["velocity"][grip]
-    momentum = (m_before @ before)[free]
-    np.testing.assert_allclose(
-        (m_after @ after)[free], momentum, rtol=0.0, atol=1e-12 * np.abs(momentum).max()
-    )
-    # The energy that is lost is that of an inelastic impact.
-    loss = 0.5 * before @ m_before @ before - 0.5 * after @ m_after @ after
-    slip = before - after
-    impact = 0.5 * slip @ m_before @ slip + 0.5 * after @ (m_after - m_before) @ after
-    assert loss == pytest.approx(impact, rel=1e-9, abs=1e-18)
-    assert loss >= 0.0
-    before, after = data["velocity"][release - 1], data["velocity"][release]
-    np.testing.assert_allclose(after, before, rtol=0.0, atol=1e-14 * np.abs(before).max() + 1e-18)
 
 
 @pytest.mark.parametrize("error", [0.0, 1e-12, 2e-6])

@@ -11,7 +11,6 @@ from reference import cart, cart_clear, cycle
 
 from guideload import ArgumentError, Machine, Motion, PointOfInterest, Result, simulate
 from guideload.base.errors import ReadError
-from guideload.html_report import run_page
 from guideload.reports.run import result_report
 
 MASS, STIFFNESS, DAMPING = 100.0, 4e6, 1e3  # one dof: 200 rad/s, damping ratio 2.5 %
@@ -151,12 +150,3 @@ def test_a_file_without_the_points_of_its_machine_is_refused(tmp_path: Path) -> 
     Result(result.machine, broken).to_netcdf(tmp_path / "broken.nc")
     with pytest.raises(ReadError, match="without point_velocity"):
         Result.load(tmp_path / "broken.nc")
-
-
-def test_reports_show_the_points() -> None:
-    result = simulate(with_points(cart(), (0.4, -1.0, 0.7), window=2e-6), cycle())
-    peak = f"{1e6 * result.points().loc['p0', 'peak_m']:.1f}"
-    text, page = " ".join(result_report(result).text().split()), run_page(result)
-    assert "Motion of the points" in text and f" {peak} " in text and "Settling: from the last" in text
-    assert "Motion of the points" in page and peak in page and "p0: displacement from rest" in page
-    assert "Motion of the points" not in result_report(simulate(cart(), cycle())).text()

@@ -1,15 +1,9 @@
 """Random machine files of every mixture of laws against an independent reference; `tests/fuzz/scenes.py` runs more."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import random_machines
 from plain_reference import NoReference, PlainMachine
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "fuzz"))
-
 from scenes import GOAL, errors
 
 

@@ -6,8 +6,6 @@ import ast
 import inspect
 import json
 import pickle
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import cache
 from io import BytesIO
@@ -440,23 +438,6 @@ def test_the_core_takes_no_array_in_the_wrong_order() -> None:
 
 
 # ---- the package
-
-
-def test_import_loads_nothing_heavy() -> None:
-    code = "import sys, guideload; print(*sorted({name.split('.')[0] for name in sys.modules}))"
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    heavy = {
-        "pandas",
-        "xarray",
-        "scipy",
-        "matplotlib",
-        "pydantic",
-        "pyarrow",
-        "h5netcdf",
-        "h5py",
-        "rich",
-    }
-    assert "guideload" in ended.stdout and not heavy & set(ended.stdout.split())
 
 
 def test_every_public_name_resolves() -> None:

@@ -23,20 +23,6 @@ def under_way(**changes: Any) -> Motion:
     return replace(Motion.along_x(time, 2.0 * np.cos(2.0 * np.pi * time), recorded=True), **changes)
 
 
-def test_a_constant_acceleration_leaves_a_quasi_static_start_at_rest():
-    motion = Motion(np.array([0.0, 0.5, 1.0]), np.full((3, 3), (2.0, 0.0, 0.5)))
-    for machine in (ref.cart(), ref.cart_clear(), ref.preloaded()):
-        data = simulate(machine, motion, start="quasi-static", rtol=1e-10).quantities
-        static = data["link_load"][0]
-        np.testing.assert_allclose(
-            data["link_load"],
-            np.broadcast_to(static, data["link_load"].shape),
-            rtol=0.0,
-            atol=1e-7 * np.abs(static).max(),
-        )
-        assert not data["velocity"][0].any()
-
-
 def test_what_counts_as_standstill():
     machine, motion = ref.cart(), under_way()
     assert start_of(machine, motion, "auto") == "quasi-static"

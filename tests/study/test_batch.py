@@ -48,17 +48,42 @@ def stiffness_of_carriages() -> list[Any]:
     return changes + [(("law", link, "stiffness"), 0.0, [(1 + link // 4, 6e7)]) for link in range(LINKS)]
 
 
-@pytest.mark.parametrize("machine", [ref.cart(), ref.cart_clear()], ids=["linear", "clear"])
-def test_rows_are_those_of_single_runs(machine: Machine) -> None:
-    mass = {"path": "body.mass", "distribution": "uniform", "plus_minus": "20 %"}
-    stiffness = {
-        "path": "carriages.*.stiffness",
-        "each": "carriage",
-        "distribution": "lognormal",
-        "sigma": 0.1,
-    }
+def moved_parts() -> Machine:
+    """The cart with widths, a rolled rail and mounting errors."""
+    machine = ref.cart(width=0.03)
+    first, second = machine.rails
+    rolled = second.model_copy(update={"roll": "30 deg", "mounting_error": (2e-6, 1e-6)})
+    return machine.model_copy(update={"rails": (first, rolled)})
+
+
+SCALED = [
+    {"path": "body.mass", "distribution": "uniform", "plus_minus": "20 %"},
+    {"path": "carriages.*.stiffness", "each": "carriage", "distribution": "lognormal", "sigma": 0.1},
+]
+MOVED = [
+    {"path": f"carriages.*.{key}", "each": "carriage", "distribution": "uniform", "plus_minus": "20 %"}
+    for key in ("length", "width")
+]
+MOVED += [
+    {"path": path, "each": "value", "distribution": "normal", "sigma": "5 um"}
+    for path in ("rails.*.mounting_error", "carriages[2b].mounting_error")
+]
+MOVED += [{"path": "rails.*.position", "each": "value", "distribution": "normal", "sigma": "20 mm"}]
+
+
+@pytest.mark.parametrize(
+    ("machine", "vary"),
+    [
+        (ref.cart(), SCALED),
+        (ref.cart_clear(), SCALED),
+        (moved_parts(), MOVED),
+        (ref.cart_clear(), MOVED[:1] + MOVED[2:]),
+    ],
+    ids=["linear", "clear", "moved", "moved, clear"],
+)
+def test_rows_are_those_of_single_runs(machine: Machine, vary: list[dict[str, Any]]) -> None:
     motion = Motion(TIME, ACCELERATION, velocity=0.5 + 0.0 * ACCELERATION)
-    study = Study(machine=machine, motion=motion, vary=(mass, stiffness), samples=5, seed=1)
+    study = Study(machine=machine, motion=motion, vary=vary, samples=5, seed=1)
     assert_samples_are_runs(study, range(5), 1e-12)
 
 

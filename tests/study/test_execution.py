@@ -49,13 +49,6 @@ def pool() -> Iterator[Executor]:
         yield executor
 
 
-@pytest.fixture(scope="module", autouse=True)
-def children_import_this_folder() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setenv("PYTHONPATH", os.pathsep.join(path for path in sys.path if path))
-        yield
-
-
 def test_a_file_replaces_its_study_and_other_types_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     of_file = {file: study(20) for file in (EXAMPLES / "study.toml", str(EXAMPLES / "study.toml"))}
     monkeypatch.setattr("guideload.study.study.Study.from_toml", of_file.pop)

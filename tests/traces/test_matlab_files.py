@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
+from made_files import PLACE, TIME, matlab73
 from scipy import sparse
 from scipy.io import savemat
 
 from guideload import read_trace
 from guideload.base.errors import ReadError, TraceError
 from guideload.cli.inputs import EXAMPLES
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "damage"))
-from made_files import PLACE, TIME, matlab73
 
 VECTORS = {"t_s": TIME, "x_m": PLACE}
 

@@ -1,8 +1,6 @@
 """Reading of traces: what is understood, what is refused with its rows, and the motion that comes out."""
 
 import inspect
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -325,12 +323,3 @@ def test_the_example_gives_the_true_acceleration():
     assert motion.acceleration[:, 0].max() == pytest.approx(4.0, rel=0.005)
     assert motion.position is not None
     assert np.abs(motion.position[:, 0] - position).max() < 2e-5
-
-
-def test_reading_is_imported_without_the_heavy_libraries():
-    code = (
-        "import sys, guideload.traces.options; assert 'numpy' not in sys.modules; import guideload.traces.reading; "
-        "print([name for name in ('pandas', 'pyarrow', 'scipy.linalg', 'xarray') if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
