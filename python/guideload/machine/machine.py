@@ -152,8 +152,17 @@ class Machine(FileModel):
 
     @checked
     def carrying(self, payloads: Iterable[str]) -> Machine:
-        """The machine with the payloads of these names as part of its body, and without the others."""
+        """The machine with the payloads of these names as part of its body, and without the others.
+
+        Raises ArgumentError for a name that no payload has.
+        """
         names = frozenset(payloads)
+        known = [payload.name for payload in self.payloads]
+        if unknown := sorted(names.difference(known)):
+            there = f"it has {', '.join(known)}" if known else "it has no [[payloads]]"
+            raise ArgumentError(
+                f"{self.name}: expected names of payloads of the machine, got {shown(unknown[0])}; {there}"
+            )
         if names not in self._carrying:
             body = united(self.body, (payload for payload in self.payloads if payload.name in names))
             self._carrying[names] = self.model_copy(update={"body": body, "payloads": ()})

@@ -21,7 +21,9 @@ class Place(ConfigModel):
 
     x: Annotated[float, in_range(TRAVEL)] = Field(description='position of the cart, e.g. "1.2 m"')
     travel: Literal["+x", "-x", "any"] = Field(
-        default="any", description='direction in which the cart reaches it: "+x", "-x" or "any"'
+        default="any",
+        description='direction in which the cart reaches it: "+x", "-x" or "any"; a place where the motion starts is '
+        "reached at the start, unless the cart leaves it against this direction",
     )
 
 
