@@ -5,7 +5,7 @@ from __future__ import annotations
 from guideload.audit.motion_plausibility import life_warnings
 from guideload.base.number_text import fixed, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
-from guideload.reports.life import life_words, rating_formulas
+from guideload.reports.life import life_verdict, life_words, rating_formulas
 from guideload.reports.report import Definitions, Report, Section, Table, Value, warnings_by_title
 
 DEFINITION = (
@@ -39,7 +39,7 @@ def duty_report(duty: DutyCycle) -> Report:
 
 def _answer(duty: DutyCycle) -> str:
     conditions, (name, weakest) = duty.conditions, duty.worst
-    verdict = "Life and static safety are reached." if duty.holds else "NOT REACHED."
+    verdict = life_verdict(duty.machine_life, duty.wanted, weakest.static.safety, conditions)
     risk = ""
     if conditions.life is not None and duty.wanted is not None:
         risk = f"The probability that one fails before is {percent(duty.failure_probability(duty.wanted))}. "
