@@ -19,6 +19,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.parameters.parameters import Parameters
 from guideload.sensitivity import VariedMachine
 from guideload.simulation.simulation import simulate
+from guideload.smoothing.smoothing import smooth
 
 GANTRY = EXAMPLES / "gantry.toml"
 HUGE = 10**400
@@ -63,6 +64,25 @@ def test_numbers_of_numpy_are_numbers_and_a_number_fits_a_double() -> None:
 def test_what_is_no_real_number_is_no_array(values: Any) -> None:
     with pytest.raises(ArgumentTypeError, match="^x: expected an array of real numbers, got"):
         real_array("x", values)
+
+
+def test_masked_values_are_refused() -> None:
+    """NumPy drops the mask; where nothing is masked the array is one as any other."""
+    values = np.ma.array([0.0, 99.0, 2.0, 3.0], mask=[0, 1, 0, 0])
+    whole = np.ma.array([0.0, 1.0, 2.0, 3.0], mask=False)
+    assert np.array_equal(real_array("x", whole), [0.0, 1.0, 2.0, 3.0])
+    for given in (values, [values, values], [1.0, np.ma.masked]):
+        with pytest.raises(ArgumentError, match="^x: expected values without a mask"):
+            real_array("x", given)
+    many, eight = np.ma.array(np.zeros(8), mask=[1] + [0] * 7), np.arange(8.0)
+    for call in (
+        lambda: Motion.along_x(whole, values),
+        lambda: read_trace({"t [s]": eight, "x [m]": many}),
+        lambda: read_trace(np.ma.array([eight, eight], mask=[[1] + [0] * 7, [0] * 8]).T),
+        lambda: smooth(eight, many, "position"),
+    ):
+        with pytest.raises(ArgumentError, match="without a mask"):
+            call()
 
 
 def test_an_array_is_a_copy() -> None:

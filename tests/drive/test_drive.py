@@ -22,6 +22,7 @@ from guideload import (
 )
 from guideload.drive import DriveRequirements, drive_requirements
 from guideload.drive.requirements import rms, share_of_push
+from guideload.machine.riders import Rider
 from guideload.motion.motion import with_instants
 from guideload.reports.run import result_report
 
@@ -160,6 +161,20 @@ def test_share_of_the_push_in_the_peaks() -> None:
     assert share == pytest.approx(1.0 - without / result.peak_columns["peak_resultant_N"], abs=1e-9)
     assert np.abs(share).max() > 0.01
     assert "Share of this push" in " ".join(result_report(result).text().split())
+
+
+def test_share_of_the_push_with_riders_agrees_with_two_runs() -> None:
+    """Riders that move, and riders with a motion in the file that stand, move or stand without the push too."""
+    slide = {"name": "slide", "mass": 180.0, "center_of_mass": (0.1, 0.3, -0.2), "inertia": np.eye(3) * 9.0}
+    riders = (Rider(**slide, direction=(0.2, -0.1, 2.0), motion="slide.toml"),)
+    without = cart().model_copy(update={"riders": riders})
+    machine = without.model_copy(update={"drive": Drive(**RACK)})
+    for travels in ({}, {"slide": motion(-0.5)}):
+        pushed, free = (simulate(one, motion(), riders=travels) for one in (machine, without))
+        share = share_of_push(pushed, drive_requirements(pushed))
+        peaks, bare = (one.peak_columns["peak_resultant_N"] for one in (pushed, free))
+        assert share == pytest.approx(1.0 - bare / peaks, abs=1e-6)
+        assert np.abs(share).max() > 0.01
 
 
 @pytest.mark.parametrize(

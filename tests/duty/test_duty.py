@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from moves import GENTLE
 from texts import one_line
 
 from guideload import LoadCase, duty_cycle, life_of, simulate
-from guideload.base.errors import ArgumentError, ConfigError, LifeError
+from guideload.base.errors import ArgumentError, ArgumentTypeError, ConfigError, LifeError
 from guideload.base.number_text import rounded
 from guideload.cli.inputs import EXAMPLES
 from guideload.duty.duty_cycle import DutyCycle
@@ -69,6 +70,44 @@ def test_the_life_together_is_that_under_the_mean_load_of_all_cycles() -> None:
     name, worst = duty.worst
     assert worst.static.safety == table["static_safety"].min()
     assert table["static_safety"].idxmin() == (name, worst.name)
+
+
+def test_a_life_in_cycles_counts_the_cycles_of_all_cases() -> None:
+    """1800 cycles in 8 h: 5 000 000 cycles last 5e6 / 1800 * 8 h, and their travel is that of the cases."""
+    machine, shift = cart(life={"life": "5e6 cycles"}), 8.0 * 3600.0
+    given = [LoadCase("a", machine, MOTION, 600.0), LoadCase("b", loaded(machine, 2000.0), MOTION, 1200.0)]
+    duty = duty_cycle(given, shift)
+    assert duty.wanted is not None
+    assert duty.wanted == pytest.approx(5e6 * duty.lives[0].distance, rel=1e-12)
+    assert duty.hours(duty.wanted) == pytest.approx(5e6 / 1800.0 * 8.0, rel=1e-12)
+    alone = duty_cycle([LoadCase("a", machine, MOTION, 1800.0)], shift)
+    assert alone.wanted == pytest.approx(alone.lives[0].wanted, rel=1e-12)
+    again = duty_cycle([LoadCase(c.name, c.machine, c.motion, 2.0 * c.cycles) for c in given], 2.0 * shift)
+    assert again.wanted == pytest.approx(duty.wanted, rel=1e-12)
+
+
+def test_cycles_per_hour_are_those_of_the_cases() -> None:
+    stated = duty_cycle(cases(cycles_per_hour=75.0))
+    bare = duty_cycle(cases())
+    assert stated.hours(stated.machine_life) == pytest.approx(bare.hours(bare.machine_life), rel=1e-12)
+    with pytest.raises(ArgumentError, match=r"\[life\] states 30, but the cases run 75 cycles per hour"):
+        duty_cycle(cases(cycles_per_hour=30.0))
+
+
+def test_impossible_cases_and_periods_are_refused() -> None:
+    one, _ = cases()
+    with pytest.raises(ArgumentError, match="a unique name of each case, got empty, empty"):
+        duty_cycle([one, one])
+    for period in (np.nan, np.inf, 0.0, -1.0):
+        with pytest.raises(ArgumentError, match="period: expected a time above 0 s"):
+            duty_cycle([one], period=period)
+    for name, value in (("cycles", "3"), ("machine", None), ("motion", 1.0), ("name", 2)):
+        with pytest.raises(ArgumentTypeError, match=f"^{name}: expected"):
+            replace(one, **{name: value})
+    with pytest.raises(ArgumentError, match="more than 0 cycles"):
+        duty_cycle([replace(one, cycles=np.nan)])
+    with pytest.raises(ArgumentError, match="travel: expected at least 0 m"):
+        duty_cycle([one]).failure_probability(-1.0)
 
 
 def test_cases_that_do_not_add_up_are_refused() -> None:

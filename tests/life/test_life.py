@@ -12,7 +12,7 @@ from machines import carriage, machine
 from moves import BRISK, GENTLE, Move
 
 from guideload._core import Law
-from guideload.base.errors import LifeError
+from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.number_text import kilometres
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -280,6 +280,19 @@ def test_carriages_side_by_side_share_the_contact_factor() -> None:
     assert [place.side_by_side for place in found] == [2, 2, 3, 3, 3]  # e, without product, is 105 mm from d
     assert {place.on_rail for place in found} == {5}
     assert found[0].contact_factor == 0.81 and found[2].contact_factor == 0.72
+
+
+def test_no_travel_is_negative_or_unknown(life: Life) -> None:
+    """Of a distance of 0 nothing fails, and after an infinite one everything has."""
+    assert life.failure_probability(0.0) == 0.0 and life.failure_probability(np.inf) == 1.0
+    assert life.hours(0.0) == 0.0 and life.hours(np.inf) == np.inf
+    (place, *_) = life.places
+    for wrong in (-1.0, np.nan):
+        for question in (life.failure_probability, life.hours, life.years, place.worst_window):
+            with pytest.raises(ArgumentError, match="(travel|life|width): expected a.* 0 m, got"):
+                question(wrong)
+    with pytest.raises(ArgumentError, match="width: expected a length above 0 m"):
+        place.worst_window(0.0)
 
 
 def test_damage_lies_where_the_carriage_was() -> None:

@@ -14,6 +14,7 @@ import reference
 from command_line import MACHINE, guideload
 from lives import cart, moved
 from moves import GENTLE
+from texts import one_line
 
 from guideload import (
     LongRun,
@@ -29,6 +30,8 @@ from guideload import (
 from guideload.base.errors import ArgumentError, LifeError, TraceError
 from guideload.cli.inputs import EXAMPLES
 from guideload.long_runs.blocks import MARGIN
+from guideload.reports.life import life_report
+from guideload.reports.long_run import long_run_report
 
 MOTION = moved(GENTLE, 500.0)
 
@@ -83,6 +86,31 @@ def test_life_in_blocks_is_that_of_one_run() -> None:
     shares = run.table().filter(like="share_of_damage").to_numpy()
     np.testing.assert_allclose(shares.sum(axis=0), 1.0, rtol=1e-12)
     assert run.used == pytest.approx(whole.failure_probability(whole.distance), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("life", "words"),
+    [
+        ({"life": "1 km"}, "Life and static safety are reached."),
+        ({"life": "1e6 km", "cycles_per_hour": 30.0}, "NOT REACHED: life."),
+        ({"life": "1000 cycles", "safety": 1e4}, "NOT REACHED: static safety."),
+        (
+            {"life": "900 years", "safety": 1e4, "cycles_per_hour": 1e3},
+            "NOT REACHED: life and static safety.",
+        ),
+        ({"hours_per_year": 4000.0}, "The static safety is reached."),
+    ],
+)
+def test_life_and_safety_are_judged_as_in_one_run(life: dict[str, Any], words: str) -> None:
+    machine = cart(life=life)
+    run, whole = in_blocks(machine, 200, 777), life_of(simulate(machine, MOTION))
+    assert run.repetition.hours(1.0) == pytest.approx(whole.repetition.hours(1.0), rel=1e-12)
+    assert run.wanted == (None if whole.wanted is None else pytest.approx(whole.wanted, rel=1e-12))
+    assert run.holds == whole.holds
+    report, text = long_run_report(run), one_line(long_run_report(run).text())
+    assert report.failed != whole.holds
+    assert words in text and words in one_line(life_report(whole, band=False).text())
+    assert ("leaves 3.6 s for the motion, which lasts" in text) == (life.get("cycles_per_hour") == 1e3)
 
 
 def test_a_block_that_does_not_follow_is_refused_and_leaves_nothing() -> None:

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from command_line import MACHINE, guideload, refused
 from reference import cart, cart_clear
+from texts import one_line
 
 from guideload import (
     ArgumentError,
@@ -20,6 +21,10 @@ from guideload import (
     plots,
     simulate,
 )
+from guideload.machine.modes import Modes
+from guideload.machine.payloads import Payload
+from guideload.reports.machine import machine_report, modes_report
+from guideload.reports.response import response_report
 
 MASS, STIFFNESS, DAMPING = 100.0, 4e6, 1e3
 PLACES = ((0.3, -1.0, 0.4), (-0.2, 0.5, 0.1))
@@ -146,6 +151,24 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert table["tool y re [m/N]"].to_numpy() == pytest.approx(found.displacement[:, 0, 1].real, rel=1e-12)
     assert "exists; give another name" in refused("response", "machine.toml", "--csv", "out.csv")
     refused("response", "machine.toml", "--direction", "1,x")
+
+
+def test_reports_without_payloads_say_so() -> None:
+    """Modes, response and check are those of the machine without payloads; what carries them is named."""
+    inertia = ((9.0, 0.0, 0.0), (0.0, 9.0, 0.0), (0.0, 0.0, 9.0))
+    keys = {"center_of_mass": (0, 0, 0), "inertia": inertia, "times": [(0.0, 1.0)]}
+    payloads = tuple(Payload(name=name, mass=mass, **keys) for name, mass in (("a", 90.0), ("b", 1500.0)))
+    bare = with_points(cart())
+    machine = bare.model_copy(update={"payloads": payloads})
+    words = 'Without payload a (90 kg) and b (1500 kg); machine.carrying(["a"]) in Python is the machine that carries'
+    for report in (
+        lambda one: modes_report(one, Modes.of(one)),
+        lambda one: response_report(one, frequency_response(one)),
+        machine_report,
+    ):
+        assert words in one_line(report(machine).text())
+        assert "Without payload" not in report(bare).text()
+    assert np.array_equal(Modes.of(machine).frequency, Modes.of(machine.carrying([])).frequency)
 
 
 def test_picture_has_every_point() -> None:

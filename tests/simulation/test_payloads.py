@@ -114,6 +114,38 @@ def test_places_of_the_cart_give_the_times():
         simulate(carrying(ref.cart(), by_place), ref.cycle())
 
 
+@pytest.mark.parametrize(
+    ("travel", "begins"), [("any", [0.0, 3.0]), ("+x", [0.0, 3.0]), ("-x", [0.0, 2.0, 3.0])]
+)
+def test_a_place_where_the_motion_starts_is_reached_at_the_start(travel: str, begins: list[float]):
+    """Unless the cart leaves it against the direction: then when it comes back."""
+    time = np.arange(4001) / 1000.0
+    angle = np.pi * time / 2.0  # from 0.5 m to 1 m, back through 0.5 m at 2 s to 0 at 3 s
+    there = {"velocity": np.pi / 4.0 * np.cos(angle), "position": 0.5 + 0.5 * np.sin(angle)}
+    motion = Motion.along_x(time, -((np.pi / 2.0) ** 2) * 0.5 * np.sin(angle), **there)
+    place = {"x": 0.5, "travel": travel}
+    part = payload(picked_at=place, released_at={"x": 1e-6, "travel": "-x"})
+    got = simulate(carrying(ref.cart(), part), motion).quantities
+    changes = json.loads(str(got.attrs["payload_changes"]))
+    np.testing.assert_allclose([at for at, _ in changes], begins, atol=2e-3)
+    assert changes[-2][1] == ["part"]
+    timed = payload(times=[(-1.0 if len(begins) == 2 else changes[1][0], changes[-1][0])])
+    same = simulate(carrying(ref.cart(), timed), motion).quantities
+    np.testing.assert_array_equal(got["force"], same["force"])
+    still = Motion.along_x([0.0, 1.0], [0.0, 0.0], position=[0.5, 0.5])
+    stays = simulate(carrying(ref.cart(), payload(picked_at=place)), still).quantities
+    assert json.loads(str(stays.attrs["payload_changes"])) == [[0.0, ["part"]]]
+
+
+def test_a_payload_that_the_machine_does_not_have_is_refused():
+    machine = carrying(ref.cart(), payload(name="Workpiece", times=[(0.0, 1.0)]))
+    with pytest.raises(ArgumentError, match='got "workpiece"; it has Workpiece'):
+        machine.carrying(["workpiece"])
+    with pytest.raises(ArgumentError, match=r'got "part"; it has no \[\[payloads\]\]'):
+        machine.carrying([]).carrying(["part"])
+    assert machine.carrying(["Workpiece"]).body.mass == ref.cart().body.mass + 90.0
+
+
 def test_simultaneous_changes_keep_what_stays():
     first, second = payload(name="a", times=[(-1.0, 0.8)]), payload(name="b", mass=50.0, times=[(0.8, 9.0)])
     machine = carrying(ref.cart(), first, second)

@@ -7,11 +7,14 @@ from pathlib import Path
 import machines
 import numpy as np
 import pytest
-from reference import cart, cart_clear, cycle
+from reference import cart, cart_clear, cycle, preloaded
 
-from guideload import ArgumentError, Machine, Motion, PointOfInterest, Result, simulate
+from guideload import ArgumentError, Machine, Motion, Moves, PointOfInterest, Result, simulate
 from guideload.base.errors import ReadError
+from guideload.machine.payloads import Payload
+from guideload.machine.riders import Rider
 from guideload.reports.run import result_report
+from guideload.simulation.point_motion import from_rest
 
 MASS, STIFFNESS, DAMPING = 100.0, 4e6, 1e3  # one dof: 200 rad/s, damping ratio 2.5 %
 OMEGA = np.sqrt(STIFFNESS / MASS)
@@ -133,6 +136,54 @@ def test_a_lasting_force_moves_the_place_of_rest() -> None:
     pressed = braked().with_force((0, 0, 0), force, time=[0.0, 0.2, 1.0])
     (found,) = simulate(bouncing(1e-5), pressed).settling()
     assert np.isfinite(found.time).all()
+
+
+def test_a_payload_that_is_gripped_at_rest_settles_at_its_own_place() -> None:
+    """From the grip on, the sag m g / k of the payload decays as the free vibration of both masses."""
+    mass, window, end, grip = 30.0, 1e-6, 0.2, 2.5  # the vibration of the move is gone
+    part = Payload(
+        name="part", mass=mass, center_of_mass=(0, 0, 0), inertia=np.eye(3).tolist(), times=[(grip, 9.0)]
+    )
+    machine = bouncing(window).model_copy(update={"payloads": (part,)})
+    (found,) = simulate(machine, braked(5.0)).settling()
+    omega, decay = np.sqrt(STIFFNESS / (MASS + mass)), DAMPING / (2.0 * (MASS + mass))
+    damped, since = np.sqrt(omega**2 - decay**2), np.arange(0.0, 3.0, 1e-6)
+    sag = mass * 9.80665 / STIFFNESS * np.exp(-decay * since)
+    outside = sag * np.abs(np.cos(damped * since) + decay / damped * np.sin(damped * since)) > window
+    expected = grip - end + since[np.flatnonzero(outside)[-1]]
+    assert found.spans[0].end == end and 0.0 <= found.time[0] - expected <= 1.01e-4
+
+
+def test_a_payload_that_stays_all_the_time_settles_as_a_part_of_the_body() -> None:
+    part = Payload(
+        name="part", mass=900.0, center_of_mass=(0, 0, 0), inertia=np.eye(3).tolist(), times=[(-1.0, 9.0)]
+    )
+    machine = bouncing().model_copy(update={"payloads": (part,)})
+    for rest in (0.03, 0.5, 1.5):  # the slow mode of both masses decides how long is long enough
+        for window in (1e-2, 1e-5, 1e-6):
+            one, other = (
+                simulate(each, braked(rest)).settling(window)
+                for each in (machine, machine.carrying(["part"]))
+            )
+            np.testing.assert_array_equal(one[0].time, other[0].time)
+
+
+@pytest.mark.parametrize("build", [cart, preloaded])
+def test_when_all_has_decayed_points_are_at_rest_with_payload_and_rider(build: object) -> None:
+    """Also with laws that are not linear, and where a point turns about L."""
+    heavy = {"mass": 180.0, "center_of_mass": (0.1, 0.3, -0.2), "inertia": (9.0 * np.eye(3)).tolist()}
+    machine = with_points(build(), (0.4, -1.0, 0.7), window=1e-6)
+    carried = machine.model_copy(update={"payloads": (Payload(name="part", **heavy, times=[(1.0, 99.0)]),)})
+    ridden = machine.model_copy(update={"riders": (Rider(name="slide", **heavy, direction=(1, 0, 2)),)})
+    limits = {"speed": 1.0, "acceleration": 4.0, "jerk": 200.0}
+    motion = Moves(limits=limits, moves=[{"distance": 0.3, "dwell": 4.0}]).motion()
+    for result in (simulate(carried, motion), simulate(ridden, motion, riders={"slide": motion})):
+        data = result.quantities
+        (found,) = result.settling()
+        left = from_rest(machine=result.machine, data=data, spans=found.spans)[-1]
+        moved = data["point_displacement"][-1] - data["static_point_displacement"]
+        assert np.linalg.norm(moved) > 1e-6 and np.linalg.norm(left) <= 1e-3 * np.linalg.norm(moved)
+        assert np.isfinite(found.time).all()
 
 
 def test_impossible_windows_are_refused() -> None:

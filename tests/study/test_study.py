@@ -15,9 +15,11 @@ from scipy.special import ndtri
 import guideload
 from guideload.base.errors import ArgumentError, ConfigError, SceneError, TraceError
 from guideload.cli.options import trace_options
+from guideload.machine.drive import Friction
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.study.options import TraceOptions
+from guideload.study.rare import exceedance_probability
 from guideload.study.study import Study
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -455,6 +457,22 @@ def test_columns_tell_statistic_quantity_unit_and_carriage() -> None:
     assert study(histories=[9, 3]).plan().histories == (3, 9)
     few = study(quantities=["resultant"], statistics=["max"]).plan()
     assert few.metadata.columns == tuple(f"max_resultant_N[{name}]" for name in ("1a", "1b", "2a", "2b"))
+
+
+def test_the_force_of_the_drive_is_named_and_limited_as_what_it_is() -> None:
+    """A study has the reaction of the held x; with friction the drive's force is larger: a limit on it is refused."""
+    for friction in ({"seal": "300 N"}, {"coefficient": 0.01}, {"viscous": "200 N s/m"}):
+        braked = MACHINE.model_copy(update={"friction": Friction(**friction)})
+        words = refused(machine=braked, limits={"peak_drive": "2 kN"})
+        assert "limits.peak_drive: expected no limit on peak drive force of a machine with friction" in words
+        plan = study(machine=braked).plan()
+        assert plan.metadata.title("peak_drive_N") == "peak drive force without friction"
+        assert plan.metadata.title("peak_Fy_N") == "peak |Fy|"
+        with pytest.raises(ArgumentError, match="limit on rms_drive_N: expected no limit on rms drive force"):
+            exceedance_probability(plan, "rms_drive_N", "2 kN")
+    none = MACHINE.model_copy(update={"friction": Friction(seal="0 N")})
+    plan = study(machine=none, limits={"peak_drive": "2 kN"}).plan()
+    assert plan.metadata.title("peak_drive_N") == "peak drive force"
 
 
 def test_what_a_scene_does_not_have_is_left_out_or_refused_where_it_was_asked_for() -> None:

@@ -98,9 +98,10 @@ def whole_number(name: str, value: int, least: int = 1) -> int:
 def real_array(name: str, values: ArrayLike) -> Array:
     """A new float64 array of real numbers, C-contiguous.
 
-    Raises ArgumentTypeError for texts, dates, complex and other objects, ArgumentError for rows of different lengths
-    and for numbers beyond a double.
+    Raises ArgumentTypeError for texts, dates, complex and other objects, ArgumentError for rows of different lengths,
+    for masked values and for numbers beyond a double.
     """
+    require_unmasked(name, values)
     try:
         found = np.asarray(values)
     except (TypeError, ValueError) as error:
@@ -119,6 +120,16 @@ def real_array(name: str, values: ArrayLike) -> Array:
         raise ArgumentError(f"{name}: expected numbers that fit a double, got larger ones") from None
     except (TypeError, ValueError) as error:
         raise ArgumentTypeError(f"{name}: expected an array of real numbers, got {error}") from None
+
+
+def require_unmasked(name: str, values: object) -> None:
+    """Raise ArgumentError for an array of NumPy, or a list of arrays, with masked values: NumPy drops the mask."""
+    parts = values if isinstance(values, list | tuple) else [values]
+    if any(isinstance(one, np.ma.MaskedArray) and np.ma.is_masked(one) for one in parts):
+        raise ArgumentError(
+            f"{name}: expected values without a mask, got masked ones; leave these samples out, or make them missing: "
+            "values.filled(np.nan)"
+        )
 
 
 class _ByName:

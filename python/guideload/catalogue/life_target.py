@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from guideload.base.config import number
-from guideload.base.errors import ValueRefused, shown
+from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.number_text import number as number_text
 from guideload.base.ranges import CYCLES, DISTANCE, TIME, YEARS
 from guideload.base.units import NUMBER, quantity
@@ -83,7 +83,12 @@ class Repetition:
         return CONTINUOUS if self.hours_per_year is None else self.hours_per_year
 
     def hours(self, life: float) -> float:
-        """Hours of operation in which the machine travels `life` [m]; nan without travel."""
+        """Hours of operation in which the machine travels `life` [m]; nan without travel.
+
+        Raises ArgumentError for a negative life and for nan.
+        """
+        if self.distance > 0.0 and not life >= 0.0:
+            raise ArgumentError(f"life: expected a travel of at least 0 m, got {life:g}")
         return life / self.distance * self.duration / HOUR if self.distance > 0.0 else math.nan
 
     def years(self, life: float) -> float:

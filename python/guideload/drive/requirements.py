@@ -191,7 +191,8 @@ def _motor(drive: Drive, time: Array, velocity: Array, acceleration: Array, forc
 def share_of_push(result: Result, needed: DriveRequirements) -> Array:
     """Share (carriage,) of the push of the rack in the peak resultants: 1 - peak without the push / peak.
 
-    The same motion is run without the push. Raises ArgumentError if the result reports other instants than the samples.
+    The same motions of cart and riders are run without the push. Raises ArgumentError if the result reports other
+    instants than the samples.
     """
     drive, data = result.machine.drive, result.quantities
     peaks = result.peak_columns["peak_resultant_N"]
@@ -205,11 +206,21 @@ def share_of_push(result: Result, needed: DriveRequirements) -> Array:
         wrench += data["foot_load"] @ result.machine.link_table().rows
     velocity, position = (data[name] if name in data else None for name in ("cart_velocity", "cart_position"))
     motion = Motion(data["time"], data["cart_acceleration"], velocity, position, wrench)
+    riders = {}
+    if "rider_position" in data:
+        places, speeds, rates = (
+            data.by_label(f"rider_{one}") for one in ("position", "velocity", "acceleration")
+        )
+        riders = {
+            name: Motion.along_x(data["time"], rates[name], velocity=speeds[name], position=place)
+            for name, place in places.items()
+        }
     machine = result.machine.model_copy(update={"drive": drive.model_copy(update=NO_RACK)})
     method, attributes = cast("Method", result.method), data.attrs
     step = float(attributes["step_s"]) if "step_s" in attributes else None
     start = cast("StartState", attributes.get("start", "rest"))
-    without = peak_loads(machine, motion, method, rtol=float(attributes["rtol"]), step=step, start=start)
+    rtol = float(attributes["rtol"])
+    without = peak_loads(machine, motion, method, riders=riders, rtol=rtol, step=step, start=start)
     return np.asarray(1.0 - without.largest[:, RESULTANT] / peaks)
 
 

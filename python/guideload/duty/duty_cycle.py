@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, require_type
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.number_text import digits
@@ -41,6 +41,10 @@ class LoadCase:
     machine: Machine
     motion: Motion
     cycles: float
+
+    def __post_init__(self) -> None:
+        for name, hint in (("name", str), ("machine", Machine), ("motion", Motion), ("cycles", float)):
+            require_type(name, getattr(self, name), hint)
 
 
 def load_cases(file: str | PathLike[str]) -> tuple[tuple[LoadCase, ...], float]:
@@ -142,8 +146,11 @@ class DutyCycle:
 
     @property
     def repetition(self) -> Repetition:
-        """The travel in a period, and the period: one cycle of all cases together."""
-        return Repetition(float(self.distances.sum()), self.period, self.conditions.hours_per_year)
+        """The mean of all cycles: travel and time of a period over the number of cycles of all cases."""
+        cycles = sum(case.cycles for case in self.cases)
+        return Repetition(
+            float(self.distances.sum()) / cycles, self.period / cycles, self.conditions.hours_per_year
+        )
 
     @property
     def wanted(self) -> float | None:
@@ -179,13 +186,19 @@ def duty_cycle(cases: Sequence[LoadCase], period: float = HOUR) -> DutyCycle:
     """Simulate load cases, and judge them together by the table [life] of their machines.
 
     period: s, in which each case runs its cycles. Raises LifeError for a case without life, and ArgumentError for cases
-    that take longer than the period, or whose carriages, products or conditions of life differ.
+    of one name, that take longer than the period, or whose carriages, products or conditions of life differ, and for
+    `cycles_per_hour` of [life] that are not the cycles of all cases.
     """
     if not len(cases):
         raise ArgumentError("cases: expected at least one load case")
+    names = [case.name for case in cases]
+    if len(set(names)) < len(names):
+        raise ArgumentError(f"cases: expected a unique name of each case, got {', '.join(names)}")
+    if not 0.0 < period < np.inf:
+        raise ArgumentError(f"period: expected a time above 0 s, got {period:g}")
     lives = []
     for case in cases:
-        if not case.cycles > 0.0:
+        if not 0.0 < case.cycles < np.inf:
             raise ArgumentError(f"case {case.name}: expected more than 0 cycles, got {case.cycles:g}")
         try:
             lives.append(life_of(simulate(case.machine, case.motion)))
@@ -199,6 +212,12 @@ def duty_cycle(cases: Sequence[LoadCase], period: float = HOUR) -> DutyCycle:
         )
     for case, life in zip(cases[1:], lives[1:], strict=True):
         _require_same_carriages(cases[0], lives[0], case, life)
+    stated, hourly = lives[0].conditions.cycles_per_hour, sum(case.cycles for case in cases) * HOUR / period
+    if stated is not None and not np.isclose(stated, hourly, rtol=1e-6):
+        raise ArgumentError(
+            f"cycles_per_hour: [life] states {stated:g}, but the cases run {hourly:g} cycles per hour together; leave "
+            f"it out, or give each case change = {{ life = {{ cycles_per_hour = {hourly:.9g} }} }}"
+        )
     return DutyCycle(tuple(cases), tuple(lives), float(period))
 
 

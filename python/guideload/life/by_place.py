@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
 
 SEGMENT = 0.01  # m, length of the segments of a rail
 FEWEST, MOST = 50, 5000  # segments of a rail
@@ -30,8 +32,14 @@ class RailDamage:
         """Damage per metre of rail, (k,) [1/m]."""
         return np.asarray(self.damage / np.diff(self.edges))
 
+    @checked
     def worst_window(self, width: float = WINDOW) -> tuple[float, float, float]:
-        """Ends [m] of the stretch of this width with the largest damage, and its share of the damage of the rail."""
+        """Ends [m] of the stretch of this width with the largest damage, and its share of the damage of the rail.
+
+        width: m, above 0; at most the length of the rail counts. Raises ArgumentError for another one.
+        """
+        if not width > 0.0:
+            raise ArgumentError(f"width: expected a length above 0 m, got {width:g}")
         length = float(self.edges[-1] - self.edges[0])
         width = min(width, length)
         total = np.concatenate([[0.0], np.cumsum(self.damage)])

@@ -11,7 +11,7 @@ import numpy as np
 
 from guideload.base.arguments import checked
 from guideload.base.notebook import as_html
-from guideload.base.number_text import fixed, kilometres, number
+from guideload.base.number_text import fixed, kilometres
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import Repetition
 from guideload.life.bands import LifeBand, life_bands
@@ -19,7 +19,7 @@ from guideload.life.by_place import RailDamage, rail_damage
 from guideload.life.carriage_life import CarriageLife, carriage_life
 from guideload.life.causes import phase_shares
 from guideload.life.criteria import criteria_of
-from guideload.life.limits import left_out, limit_notes, load_notes
+from guideload.life.limits import cycles_notes, left_out, limit_notes, load_notes
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.record import Record
 from guideload.simulation.result import Result
@@ -84,7 +84,7 @@ class Life:
             *limit_notes(record.result.machine, self.carriages, record.travel, position),
             *load_notes(record, self.carriages),
             *self._note_on_preload(),
-            *self._note_on_cycles(),
+            *cycles_notes(self.conditions, float(np.ptp(record.travel.time))),
         )
 
     @cached_property
@@ -93,15 +93,6 @@ class Life:
         if self.conditions.preload_in_life or not any(one.preload for one in self.carriages):
             return None
         return life_of(self.record.result, self.conditions.model_copy(update={"preload_in_life": True}))
-
-    def _note_on_cycles(self) -> Iterator[str]:
-        lasts, cycles = float(np.ptp(self.record.travel.time)), self.conditions.cycles_per_hour
-        if cycles is not None and lasts > (1.0 + 1e-9) * self.repetition.duration:
-            yield (
-                f"cycles_per_hour = {number(cycles)} leaves {number(self.repetition.duration)} s for the motion, which "
-                f"lasts {number(lasts)} s: hours and years of life are not those of this motion; check cycles_per_hour "
-                "and that its time is in s and its speed in m/s"
-            )
 
     def _note_on_preload(self) -> Iterator[str]:
         if (counted := self.with_preload) is not None:

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import digits, first_names, joined, load_in_sentence
+from guideload.base.number_text import digits, first_names, joined, load_in_sentence, number
+from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import Product
 from guideload.life.carriage_life import CarriageLife
 from guideload.life.criteria import Criteria
@@ -59,6 +61,17 @@ def limit_notes(
             "twice"
         )
     yield from unverified_notes(one.product for one in rated)
+
+
+def cycles_notes(conditions: LifeConditions, lasts: float) -> Iterator[str]:
+    """A sentence on a motion that lasts [s] longer than `cycles_per_hour` leaves for it; none otherwise."""
+    cycles = conditions.cycles_per_hour
+    if cycles is not None and lasts * cycles > (1.0 + 1e-9) * HOUR:
+        yield (
+            f"cycles_per_hour = {number(cycles)} leaves {number(HOUR / cycles)} s for the motion, which lasts "
+            f"{number(lasts)} s: hours and years of life are not those of this motion; check cycles_per_hour and that "
+            "its time is in s and its speed in m/s"
+        )
 
 
 def unverified_notes(products: Iterable[Product]) -> Iterator[str]:

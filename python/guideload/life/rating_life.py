@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.rating import WEIBULL_SLOPE, Rating, reliability_factor
 
@@ -22,7 +23,12 @@ def rating_life(
 
 
 def failure_probability(travel: ArrayLike, life: ArrayLike, reliability: float) -> Array:
-    """Probability of a failure before a travel [m]: Weibull distribution whose `life` [m] has this reliability."""
+    """Probability of a failure before a travel [m]: Weibull distribution whose `life` [m] has this reliability.
+
+    Raises ArgumentError for a negative travel and for nan.
+    """
+    if not np.all(np.asarray(travel) >= 0.0):
+        raise ArgumentError(f"travel: expected at least 0 m, got {travel!r:.80}")
     with np.errstate(over="ignore"):  # far beyond the life the probability is 1
         ratio = np.asarray(travel) / np.asarray(life)
         return np.asarray(-np.expm1(ratio**WEIBULL_SLOPE * math.log(reliability)))

@@ -205,6 +205,8 @@ class LongRun:
     @property
     def used(self) -> float:
         """Probability that a carriage has failed by fatigue after the travel of this record; nan as the life."""
+        if not self.criteria:
+            return math.nan
         return float(failure_probability(self.distance, self.machine_life, self.machine.life.reliability))
 
     @property
@@ -227,8 +229,23 @@ class LongRun:
 
     @property
     def repetition(self) -> Repetition:
-        """The record as one cycle, which repeats at once."""
-        return Repetition(self.distance, self.duration, self.machine.life.hours_per_year)
+        """The record as one cycle, which repeats at once, or `cycles_per_hour` times."""
+        return self.machine.life.repetition(self.distance, self.duration)
+
+    @property
+    def wanted(self) -> float | None:
+        """The life to be reached as travel [m]; None if none is asked for, and without travel."""
+        target = self.machine.life.life
+        return self.repetition.travel(target) if target is not None and self.distance > 0.0 else None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the carriages with ratings reach the life, if there is travel, and the static safety asked for.
+
+        Raises ArgumentError before the first block.
+        """
+        reached = self.wanted is None or self.machine_life >= self.wanted
+        return reached and bool(np.all(self.safeties[0] >= self.machine.life.least_safety))
 
     def table(self) -> pd.DataFrame:
         """A row per block: its time, travel, and of each carriage the largest resultant and the share of its damage."""

@@ -134,8 +134,17 @@ class Machine(FileModel):
 
     @checked
     def carrying(self, payloads: Iterable[str]) -> Machine:
-        """The machine with the payloads of these names as part of its body, and without the others."""
+        """The machine with the payloads of these names as part of its body, and without the others.
+
+        Raises ArgumentError for a name that no payload has.
+        """
         names = frozenset(payloads)
+        known = [payload.name for payload in self.payloads]
+        if unknown := sorted(names.difference(known)):
+            there = f"it has {', '.join(known)}" if known else "it has no [[payloads]]"
+            raise ArgumentError(
+                f"{self.name}: expected names of payloads of the machine, got {shown(unknown[0])}; {there}"
+            )
         if names not in self._carrying:
             body = united(self.body, (payload for payload in self.payloads if payload.name in names))
             self._carrying[names] = self.model_copy(update={"body": body, "payloads": ()})
@@ -270,6 +279,14 @@ class Machine(FileModel):
             return read_only(np.full(len(self.carriages), self.friction.seal))
         seals = [None if one is None else one.seal_force for one in self.product_of_carriage]
         return read_only(np.array([0.0 if one is None else one.per_carriage for one in seals]))
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether friction of the guides adds to the force of the drive."""
+        friction = self.friction
+        return bool(self.seal_forces.any()) or (
+            friction is not None and (friction.coefficient > 0.0 or friction.viscous > 0.0)
+        )
 
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:

@@ -20,7 +20,9 @@ class Place(ConfigModel):
 
     x: Annotated[float, in_range(TRAVEL)] = Field(description='position of the cart, e.g. "1.2 m"')
     travel: Literal["+x", "-x", "any"] = optional(
-        'direction in which the cart reaches it: "+x", "-x" or "any"', "any"
+        'direction in which the cart reaches it: "+x", "-x" or "any"; a place where the motion starts is '
+        "reached at the start, unless the cart leaves it against this direction",
+        "any",
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from guideload._core import Monitor as CoreMonitor
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, require_unmasked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.life.criteria import Criteria, known_criteria
@@ -113,6 +113,7 @@ class Monitor(CoreMonitor):
 
 def _words(name: str, values: ArrayLike, size: int) -> NDArray[np.uint32]:
     """Whole numbers, one row of them, as the remainder of `size`."""
+    require_unmasked(name, values)
     array = np.asarray(values)
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
         hint = "; times in s are np.round(t * ticks / period).astype(int)" if name == "stamps" else ""

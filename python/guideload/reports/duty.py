@@ -5,7 +5,7 @@ from __future__ import annotations
 from guideload.audit.motion_plausibility import life_warnings
 from guideload.base.number_text import fixed, number, percent, seconds
 from guideload.duty.duty_cycle import DutyCycle
-from guideload.reports.life import life_words, rating_formulas, verdict
+from guideload.reports.life import life_verdict, life_words, rating_formulas
 from guideload.reports.report import Definitions, Report, Section, Table, Value, warnings_by_title
 
 DEFINITION = (
@@ -42,14 +42,14 @@ def duty_report(duty: DutyCycle) -> Report:
 
 def _answer(duty: DutyCycle) -> str:
     conditions, (name, weakest) = duty.conditions, duty.worst
-    reached = verdict(duty.machine_life, duty.wanted, weakest.static.safety, conditions.least_safety)
+    verdict = life_verdict(duty.machine_life, duty.wanted, weakest.static.safety, conditions)
     risk = ""
     if conditions.life is not None and duty.wanted is not None:
         failure = percent(duty.failure_probability(duty.wanted))
         risk = f"The probability that one fails before {conditions.life.text} is {failure}. "
     costliest = int(duty.shares.argmax())
     return (
-        f"{reached} With {life_words(duty.machine_life, duty.repetition, conditions, wanted=duty.wanted)}. "
+        f"{verdict} With {life_words(duty.machine_life, duty.repetition, conditions, wanted=duty.wanted)}. "
         f"{risk}Case {duty.cases[costliest].name} uses "
         f"{fixed(100 * duty.shares[costliest], 1)} % of the life. The smallest static safety is "
         f"{fixed(weakest.static.safety, 2)} (least: {number(conditions.least_safety)}), on carriage {weakest.name} in "

@@ -98,9 +98,9 @@ def _answer(life: Life, band: LifeBand | None) -> str:
     if life.wanted is not None and conditions.life is not None:
         risk = f"The probability that one fails before {conditions.life.text} is "
         risk += f"{percent(life.failure_probability(life.wanted))}. "
-    reached = verdict(life.machine, life.wanted, weakest.static.safety, conditions.least_safety)
+    verdict = life_verdict(life.machine, life.wanted, weakest.static.safety, conditions)
     return (
-        f"{reached} With {words}. {risk}Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} "
+        f"{verdict} With {words}. {risk}Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} "
         f"h. The smallest static safety is {fixed(weakest.static.safety, 2)} ({required}: "
         f"{number(conditions.least_safety)}), on carriage {weakest.name} at {seconds(weakest.worst.time)} s, "
         f"{weakest.worst.phase}."
@@ -149,10 +149,10 @@ def duty_text(conditions: LifeConditions) -> str:
     return "if the motion repeats at once" if cycles is None else f"at {number(cycles)} cycles per hour"
 
 
-def verdict(life: float, wanted: float | None, safety: float, least_safety: float) -> str:
-    """Whether a life [m], if one is wanted, and the static safety are reached."""
+def life_verdict(life: float, wanted: float | None, safety: float, conditions: LifeConditions) -> str:
+    """Whether the life [m], if one is wanted, and the smallest static safety are reached."""
     reached = {} if wanted is None else {"life": life >= wanted}
-    reached["static safety"] = safety >= least_safety
+    reached["static safety"] = safety >= conditions.least_safety
     if missed := [name for name, held in reached.items() if not held]:
         return f"NOT REACHED: {joined(missed)}."
     return "Life and static safety are reached." if len(reached) > 1 else "The static safety is reached."

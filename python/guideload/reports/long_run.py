@@ -5,9 +5,26 @@ from __future__ import annotations
 from guideload.audit.motion_plausibility import life_warnings
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.arrays import Array
-from guideload.base.number_text import counted, digits, fixed, kilometres, load_in_table, percent, seconds
+from guideload.base.number_text import (
+    counted,
+    digits,
+    fixed,
+    kilometres,
+    load_in_table,
+    number,
+    percent,
+    seconds,
+)
+from guideload.life.limits import cycles_notes
+from guideload.life.rating_life import failure_probability
 from guideload.long_runs.long_run import RESULTANT, LongRun
-from guideload.reports.life import life_words, rating_formulas, unverified_lines
+from guideload.reports.life import (
+    duty_text,
+    life_verdict,
+    life_words,
+    rating_formulas,
+    unverified_lines,
+)
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 DEFINITION = (
@@ -37,6 +54,7 @@ def long_run_report(run: LongRun) -> Report:
             Section("Formulas", *(rating_formulas(run.criteria) if rated else ())),
             Section("Motion", _motion_lines(run)),
         ],
+        failed=not run.holds,
     )
 
 
@@ -49,6 +67,10 @@ def _warnings(run: LongRun) -> list[str]:
         *of_motion[:MOST_WARNINGS],
         *([f"Warning: {counted(more, 'more warning')} of the motion, in later blocks."] if more > 0 else []),
         *machine_warnings(run.machine),
+        *(
+            f"Note: {note}."
+            for note in (cycles_notes(run.machine.life, run.duration) if run.criteria else ())
+        ),
         *(() if hours is None else life_warnings(hours)),
     ]
 
@@ -78,15 +100,20 @@ def _answer(run: LongRun) -> str:
     )
     if not run.criteria:
         return f"{text} No carriage has a product with ratings, so there is no life."
-    safeties, times = run.safeties
+    (safeties, times), conditions = run.safeties, run.machine.life
     weakest = int(safeties.argmin())
-    text += (
-        f" The smallest static safety is {fixed(safeties[weakest], 2)}, on carriage {run.criteria[weakest].name} at "
-        f"{seconds(times[weakest])} s."
+    verdict = life_verdict(run.machine_life, run.wanted, float(safeties[weakest]), conditions)
+    text = (
+        f"{verdict} {text} The smallest static safety is {fixed(safeties[weakest], 2)} (least: "
+        f"{number(conditions.least_safety)}), on carriage {run.criteria[weakest].name} at {seconds(times[weakest])} s."
     )
     if not run.distance > 0.0:
         return f"{text} The cart does not move along x, so there is no mean load and no life."
-    words = life_words(run.machine_life, run.repetition, run.machine.life, "of such operation")
+    duty = "of such operation" if conditions.cycles_per_hour is None else duty_text(conditions)
+    words = life_words(run.machine_life, run.repetition, conditions, duty, run.wanted)
+    if run.wanted is not None and conditions.life is not None:
+        used = failure_probability(run.wanted, run.machine_life, conditions.reliability)
+        words += f". The probability that one fails before {conditions.life.text} is {percent(float(used))}"
     return (
         f"{text} In {kilometres(run.distance)} km of travel the probability that a carriage fails is "
         f"{percent(run.used)}; with {words}."

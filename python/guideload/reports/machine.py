@@ -10,6 +10,7 @@ from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
 from guideload.base.arrays import Array
+from guideload.base.errors import shown
 from guideload.base.number_text import (
     between,
     counted,
@@ -50,7 +51,10 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
     return Report.of(
         machine,
         "machine",
-        answer=[f"{machine.name}: {_springs(machine)}. {state}. {_modes_range(modes)}"],
+        answer=[
+            f"{machine.name}: {_springs(machine)}. {state}. {_modes_range(modes)}",
+            *without_payloads(machine),
+        ],
         warnings=[*input_warnings(machine, motion), *rows],
         sections=[
             *machine_sections(machine),
@@ -102,10 +106,19 @@ def modes_report(machine: Machine, modes: Modes) -> Report:
     return Report.of(
         machine,
         "natural modes",
-        answer=[f"{machine.name}: {_modes_range(modes)}"],
+        answer=[f"{machine.name}: {_modes_range(modes)}", *without_payloads(machine)],
         warnings=[*machine_warnings(machine, modes)],
         sections=[modes_section(machine, modes)],
     )
+
+
+def without_payloads(machine: Machine) -> list[str]:
+    """The payloads that modes and static loads leave out, and the way to have them; no line without any."""
+    if not machine.payloads:
+        return []
+    names = joined(f"{one.name} ({number(one.mass)} kg)" for one in machine.payloads)
+    way = f"machine.carrying([{shown(machine.payloads[0].name)}]) in Python is the machine that carries it"
+    return [f"Without payload {names}; {way}."]
 
 
 def modes_section(machine: Machine, modes: Modes) -> Section:

@@ -8,6 +8,7 @@ from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
+from guideload.reports.machine import without_payloads
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none
@@ -48,7 +49,10 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
     return Report.of(
         machine,
         "frequency response",
-        answer=[f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}."],
+        answer=[
+            f"{machine.name}: response to {source_words(response)}, in um per {source_unit(response)}.",
+            *without_payloads(machine),
+        ],
         warnings=machine_warnings(machine),
         sections=[Section("Points", table, Definitions(NOTE))],
     )

@@ -14,6 +14,7 @@ from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion, with_stamps
 
 NEAR_A_STAMP = 1e-9  # share of the time between two stamps
+SIGNS = {"+x": 1.0, "-x": -1.0, "any": 0.0}
 
 
 def with_changes(machine: Machine, motion: Motion) -> tuple[Motion, Stretches | None]:
@@ -57,7 +58,7 @@ def _stays(payload: Payload, motion: Motion) -> Iterator[tuple[float, float]]:
     place, began, found = motion.position[:, 0], start, False
     gripped = False
     goals = {False: payload.picked_at, True: payload.released_at}
-    at = start
+    at = -np.inf
     while (goal := goals[gripped]) is not None:
         reached = _reached(motion.time, place, goal, at)
         if reached is None:
@@ -79,8 +80,14 @@ def _stays(payload: Payload, motion: Motion) -> Iterator[tuple[float, float]]:
 
 
 def _reached(time: Array, place: Array, goal: Place, after: float) -> float | None:
-    """The first time after `after` [s] at which the cart reaches a place, linear between the stamps; None if never."""
+    """The first time after `after` [s] at which the cart reaches a place, linear between the stamps; None if never.
+
+    At a place where the motion starts the cart is from the start, unless it leaves it against the direction of travel.
+    """
     before, now = place[:-1] - goal.x, place[1:] - goal.x
+    leaves = np.sign(now[now != 0.0][:1])
+    if place[0] == goal.x and after < time[0] and not np.any(leaves * SIGNS[goal.travel] < 0.0):
+        return float(time[0])
     up, down = (before < 0.0) & (now >= 0.0), (before > 0.0) & (now <= 0.0)
     crosses = {"+x": up, "-x": down, "any": up | down}[goal.travel]
     for k in np.flatnonzero(crosses).tolist():

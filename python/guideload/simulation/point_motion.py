@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS, Machine
-from guideload.machine.modes import displacement
+from guideload.machine.modes import Modes, displacement
 from guideload.motion.standstill import MoveSpan, move_spans
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
@@ -45,19 +46,35 @@ def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Row]:
     yield "static_point_displacement", DIMS["static_point_displacement"], static, "m", "displacement at rest"
 
 
-def from_rest(machine: Machine, data: Quantities) -> Array:
-    """Displacement (time, point, 3) [m] from the place at rest, which process forces of the instant shift.
+def from_rest(machine: Machine, data: Quantities, spans: Sequence[MoveSpan]) -> Array:
+    """Displacement (time, point, 3) [m] from the place at rest with the payloads, riders and forces of the instant.
 
-    At rest under process forces the body is where its nominal stiffness and the forces balance.
+    spans: the moves; riders count where they are at the end of the standstill after a move. By process forces, and by
+    riders on their way there, the place is shifted as far as the nominal stiffness of the links balances them.
     """
-    moving = data["point_displacement"] - data["static_point_displacement"]
-    if "wrench" not in data:
-        return np.asarray(moving)
+    stretches = Histories(machine, data).stretches
+    sizes = [part.time.size for part in stretches]
+    rest = np.repeat([part.machine.scene.static_position() for part in stretches], sizes, axis=0)
+    forces = data["wrench"].copy() if "wrench" in data else np.zeros_like(rest)
+    if "rider_position" in data:
+        places = data["rider_position"]
+        away = places - [rider.position for rider in machine.riders]
+        for span in spans:
+            first, last = np.searchsorted(data["time"], [span.end, span.until])
+            there = places[min(last, len(places) - 1)]
+            riders = [
+                rider.model_copy(update={"position": float(at)})
+                for rider, at in zip(machine.riders, there, strict=True)
+            ]
+            rest[first:] = machine.model_copy(update={"riders": riders}).scene.static_position()
+            away[first:] = places[first:] - there
+        for rider, travel in zip(machine.riders, away.T, strict=True):
+            along = np.array(rider.direction) / np.linalg.norm(rider.direction)
+            forces[:, 3:] += travel[:, None] * np.cross(along, rider.mass * np.array(machine.gravity))
     free = [DOFS.index(dof) for dof in machine.free]
     stiffness = machine.nominal_scene.matrices()[0][2][np.ix_(free, free)]
-    shift = np.zeros((data["time"].size, 6))
-    shift[:, free] = np.linalg.solve(stiffness, data["wrench"][:, free].T).T
-    return np.asarray(moving - moved(machine, shift))
+    rest[:, free] += np.linalg.solve(stiffness, forces[:, free].T).T
+    return np.asarray(data["point_displacement"] - moved(machine, rest))
 
 
 def point_columns(data: Quantities) -> dict[str, Array]:
@@ -94,12 +111,10 @@ class Settling:
     time: Array
 
 
-def settling_of(
-    machine: Machine, data: Quantities, lowest_mode: float, window: float | None = None
-) -> tuple[Settling, ...]:
+def settling_of(machine: Machine, data: Quantities, window: float | None = None) -> tuple[Settling, ...]:
     """The settling of every point with a window.
 
-    lowest_mode: Hz. window: m, for all points; by default each point's own settle_window. Raises ArgumentError for a
+    window: m, for all points; by default each point's own settle_window. Raises ArgumentError for a
     window that is not above 0.
     """
     if window is not None and not 0.0 < window < np.inf:
@@ -109,7 +124,9 @@ def settling_of(
         return ()
     velocity = data["cart_velocity"] if "cart_velocity" in data else None
     spans = tuple(move_spans(data["time"], data["cart_acceleration"], velocity))
-    distance = np.linalg.norm(from_rest(machine, data), axis=2)
+    distance = np.linalg.norm(from_rest(machine, data, spans), axis=2)
+    machines = [part.machine for part in Histories(machine, data).stretches]
+    lowest_mode = min(float(Modes.of(one).frequency.min(initial=np.inf)) for one in machines)
     watched = WATCHED / lowest_mode if lowest_mode else 0.0
     found = []
     for i, (point, limit) in enumerate(zip(machine.points, windows, strict=True)):

@@ -203,12 +203,12 @@ class Result:
 
         window: m or text such as "10 um", for all points; by default each point's settle_window, and points without one
         are left out. The time runs from the last acceleration of the move until the point stays within the window
-        around its place at rest; process forces shift this place. Raises ArgumentError for an impossible window.
+        around its place at rest, with the payloads and riders of the instant; process forces shift this place. Raises
+        ArgumentError for an impossible window.
         """
         self._require_instants()
-        lowest = float(self.modes.frequency.min(initial=np.inf))
         size = None if window is None else quantity(window, "m")
-        return settling_of(self.machine, self._estimate, lowest, size)
+        return settling_of(self.machine, self._estimate, size)
 
     def _require_instants(self) -> None:
         if not self._estimate["time"].size:

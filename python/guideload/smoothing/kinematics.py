@@ -8,6 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from guideload.base.arguments import require_unmasked
 from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
 from guideload.base.warnings import LIMITS
@@ -42,6 +43,8 @@ def checked_samples(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Arra
     Raises TraceError for an unknown kind, shapes that do not agree, fewer than 8 samples, numbers that are not finite,
     and times that do not increase.
     """
+    require_unmasked("time", time)
+    require_unmasked("value", value)
     stamps, samples = np.asarray(time, float), np.asarray(value, float)
     if kind not in get_args(Kind):
         raise TraceError(f'smoothing: kind: expected one of {", ".join(get_args(Kind))}, got "{kind}"')

@@ -213,7 +213,10 @@ class StudyMetadata(BaseModel, frozen=True):
         stem = name.partition("[")[0]
         if stem == CONTACT:
             return contact_words(self.machine)
-        return QUANTITIES[stem].title if stem in QUANTITIES else name
+        if stem not in QUANTITIES:
+            return name
+        without = " without friction" if QUANTITIES[stem].of_machine and self.machine.has_friction else ""
+        return QUANTITIES[stem].title + without
 
     def title_with_unit(self, name: str) -> str:
         """The title of a column and its unit: "peak resultant [N]"."""

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array
 from guideload.base.config import number
 from guideload.base.errors import ConfigError, Problem, ValueRefused, problem_at, refused_at
-from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import Repetition, life_target
 from guideload.life.rating_life import system_life
 from guideload.machine.machine import Machine
@@ -81,6 +80,17 @@ class Quantity:
         """Whether values exceed a limit; for the limit NaN, whether contact is lost."""
         bound = 0.5 if np.isnan(limit) else limit
         return values < bound if self.smallest_is_worst else values > bound
+
+
+def require_limit(quantity: Quantity, machine: Machine, limit: object) -> None:
+    """Raise ValueRefused for a limit on the force of the drive where friction adds to it, which a study leaves out."""
+    if quantity.of_machine and machine.has_friction:
+        raise ValueRefused(
+            f"no limit on {quantity.title} of a machine with friction",
+            limit,
+            "a study has this force without friction, which `guideload run` adds; to limit it so, take the friction "
+            'off the limit and state none: [friction] with seal = "0 N" alone',
+        )
 
 
 def column_name(load: str, statistic: str) -> str:
@@ -188,14 +198,14 @@ def recorded_measures(
 def checked_limits(
     given: Mapping[str, object],
     measures: Sequence[Measure],
-    conditions: LifeConditions,
+    machine: Machine,
     unrated: str,
     repetition: Repetition | None,
 ) -> dict[str, float]:
     """Limits by quantity, in its unit; of life and static safety, if not given, those that the machine is to reach.
 
     unrated: why there is neither life nor static safety, or empty. repetition: of the motion, where there is a life.
-    Raises ConfigError with all that are unknown or not recorded.
+    Raises ConfigError with all that are unknown, not recorded or of a force that lacks the friction of the machine.
     """
     problems: list[Problem] = []
     limits: dict[str, float] = {}
@@ -208,6 +218,7 @@ def checked_limits(
             if quantity.is_rated and unrated:
                 raise ValueRefused(f"no limit on {quantity.title} without a rating", value, unrated)
             limit = quantity.limit(value, repetition)
+            require_limit(quantity, machine, value)
             if not recorded.issuperset(quantity.sources):
                 names = " and ".join(column_name(*source) for source in quantity.sources)
                 hint = f"it takes {names}: add them to quantities and statistics"
@@ -219,9 +230,9 @@ def checked_limits(
     if problems:
         raise ConfigError(problems)
     if PEAK_LOAD in recorded:
-        limits.setdefault(SAFETY, conditions.least_safety)
-        if conditions.life is not None:
-            limits.setdefault(LIFE, QUANTITIES[LIFE].limit(conditions.life, repetition))
+        limits.setdefault(SAFETY, machine.life.least_safety)
+        if machine.life.life is not None:
+            limits.setdefault(LIFE, QUANTITIES[LIFE].limit(machine.life.life, repetition))
     return limits
 
 

@@ -27,7 +27,7 @@ from guideload.base.number_text import percent, scientific
 from guideload.study.columns import StudyColumns
 from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
-from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES
+from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES, require_limit
 from guideload.study.storage import Chunk, SampleStore
 from guideload.study.study import Study, make_plan
 
@@ -200,6 +200,7 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
     if limit is None:
         raise ArgumentError(f"limit: expected a limit on {name}, as in the table [limits] of a study file")
     try:
+        require_limit(QUANTITIES[stem], plan.metadata.machine, limit)
         if isinstance(limit, str):
             limit = QUANTITIES[stem].limit(limit, plan.metadata.repetition)
         limit = float(limit)

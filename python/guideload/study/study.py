@@ -183,7 +183,7 @@ class Study(StudyOptions):
             travel=rated.travel if rated.criteria else None,
             limits={},
         )
-        limits = checked_limits(self.limits, measures, self.machine.life, rated.reason, metadata.repetition)
+        limits = checked_limits(self.limits, measures, self.machine, rated.reason, metadata.repetition)
         metadata = metadata.model_copy(update={"limits": limits})
         posterior = [posterior_digest(motion)] if self.posterior else []
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.arguments import require_unmasked
 from guideload.base.arrays import errors_name
 from guideload.base.errors import ArgumentTypeError, TraceError, UnreadableTrace, no_file, shortened
 from guideload.traces.format.matlab import read_matlab
@@ -122,6 +123,8 @@ def _plain(series: Any) -> Any:
 
 
 def _mapping(mapping: Mapping[str, Any], source: str) -> Table:
+    for name, values in mapping.items():
+        require_unmasked(str(name), values)
     columns = {str(name): np.asarray(values) for name, values in mapping.items()}
     shapes = {name: values.shape for name, values in columns.items()}
     if not shapes or any(len(shape) != 1 for shape in shapes.values()) or len(set(shapes.values())) > 1:
@@ -132,6 +135,7 @@ def _mapping(mapping: Mapping[str, Any], source: str) -> Table:
 def _array(array: NDArray[Any], source: str) -> Table:
     if array.dtype.names:
         return _mapping({name: array[name] for name in array.dtype.names}, source)
+    require_unmasked(source, array)
     if array.ndim not in (1, 2):
         raise TraceError(f"{source}: expected shape (samples,) or (samples, columns), got {array.shape}")
     columns = {str(i): column for i, column in enumerate(np.atleast_2d(array.T))}
