@@ -57,11 +57,7 @@ impl LinkBlock {
             let (up, down) = (larger(at[i], end[i]) - self.high[i], self.low[i] - smaller(at[i], end[i]));
             worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.tolerance[i];
         }
-        let mut clear = true;
-        for worst in worst {
-            clear &= worst <= 0.0;
-        }
-        clear
+        none_above_zero(&worst)
     }
 
     /// Whether no link passes an edge in the states of a box, or up to `margin` per unit of reach beside it.

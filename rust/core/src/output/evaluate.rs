@@ -4,7 +4,7 @@ use super::block_values::{BLOCK, Values, evaluate_block, transpose};
 use super::loads::{Linear, Recovery};
 use crate::numeric::float::add_scaled;
 use crate::numeric::simd::{LANES, dispatch_wide};
-use crate::system::{Input, State};
+use crate::system::{Input, NO_INPUT, State};
 
 /// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k. Returns whether
 /// all values are finite.
@@ -32,21 +32,6 @@ pub fn evaluate<const ROWS: usize>(
     dispatch_wide!(write_blocks(quantities, states, &input, out))
 }
 
-/// Sum of all values times zero: zero while they are finite, NaN after the first that is not. It takes one vector instruction per instant.
-struct FiniteCheck([f64; LANES]);
-
-impl FiniteCheck {
-    #[cfg_attr(feature = "std", inline(always))]
-    fn add(&mut self, values: &[f64; LANES]) {
-        add_scaled(&mut self.0, values, 0.0);
-    }
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn all_finite(&self) -> bool {
-        self.0 == [0.0; LANES]
-    }
-}
-
 impl Linear<LANES> {
     fn copy_row<const ROWS: usize>(&mut self, lane: usize, from: &Linear<ROWS>, row: usize) {
         self.constant[lane] = from.constant[row];
@@ -60,7 +45,8 @@ impl Linear<LANES> {
     }
 }
 
-/// Writes eight rows of linear quantities to `out[k * width + from..]`, fewer at the end of a row.
+/// Writes eight rows of linear quantities to `out[k * width + from..]`, fewer at the end of a row. `check`, a sum of all values times zero, is
+/// zero while they are finite, NaN after the first that is not: one vector instruction per instant.
 #[cfg_attr(feature = "std", inline(always))]
 fn write_linear<I: Fn(usize) -> Input>(
     lanes: &Linear<LANES>,
@@ -70,11 +56,11 @@ fn write_linear<I: Fn(usize) -> Input>(
     from: usize,
     width: usize,
 ) -> bool {
-    let (count, mut check) = (usize::min(LANES, width - from), FiniteCheck([0.0; LANES]));
+    let (count, mut check) = (usize::min(LANES, width - from), [0.0; LANES]);
     if lanes.by_input_at_all || count < LANES {
         for (k, (state, out)) in states.iter().zip(out.chunks_exact_mut(width)).enumerate() {
             let values = lanes.at(state, &input(k));
-            check.add(&values);
+            add_scaled(&mut check, &values, 0.0);
             for (out, value) in out[from..].iter_mut().zip(&values) {
                 *out = *value;
             }
@@ -90,18 +76,18 @@ fn write_linear<I: Fn(usize) -> Input>(
                 add_scaled(&mut sum_a, &lanes.by_state[j], a[j]);
                 add_scaled(&mut sum_b, &lanes.by_state[j], b[j]);
             }
-            check.add(&sum_a);
-            check.add(&sum_b);
+            add_scaled(&mut check, &sum_a, 0.0);
+            add_scaled(&mut check, &sum_b, 0.0);
             row_a[from..from + LANES].copy_from_slice(&sum_a);
             row_b[from..from + LANES].copy_from_slice(&sum_b);
         }
         for (state, row) in last.iter().zip(rows) {
-            let values = lanes.of_state(state);
-            check.add(&values);
+            let values = lanes.at(state, &NO_INPUT);
+            add_scaled(&mut check, &values, 0.0);
             row[from..from + LANES].copy_from_slice(&values);
         }
     }
-    check.all_finite()
+    check == [0.0; LANES]
 }
 
 /// Writes quantities of which some are nonlinear, block by block.
@@ -115,7 +101,7 @@ fn write_blocks<I: Fn(usize) -> Input, const ROWS: usize>(
     let width = quantities.len() * ROWS;
     let (mut block, mut inputs) = ([[0.0; 12]; BLOCK], [[0.0; 9]; BLOCK]);
     let (mut entries, mut components) = ([[0.0; BLOCK]; 12], [[0.0; BLOCK]; 9]);
-    let (mut values, mut sums): ([Values; 8], Values) = ([[0.0; BLOCK]; 8], [0.0; BLOCK]);
+    let (mut values, mut check): ([Values; 8], Values) = ([[0.0; BLOCK]; 8], [0.0; BLOCK]);
     let needs_input = quantities.iter().any(|quantity| quantity.linear.by_input_at_all);
     for ((part, states), out) in states.chunks(BLOCK).enumerate().zip(out.chunks_mut(BLOCK * width)) {
         // Of an incomplete block, the rest is left as it was.
@@ -129,13 +115,17 @@ fn write_blocks<I: Fn(usize) -> Input, const ROWS: usize>(
         }
         for (index, quantity) in quantities.iter().enumerate() {
             evaluate_block(quantity, &[true; ROWS], (&entries, &components), &block, &mut values);
-            for (row, values) in values[..ROWS].iter().enumerate() {
-                add_scaled(&mut sums, values, 0.0);
-                for (out, value) in out[index * ROWS + row..].iter_mut().step_by(width).zip(values) {
-                    *out = *value;
+            for values in &values[..ROWS] {
+                add_scaled(&mut check, values, 0.0);
+            }
+            for (k, out) in (0..BLOCK).zip(out.chunks_exact_mut(width)) {
+                if let Some(out) = out[index * ROWS..].first_chunk_mut::<ROWS>() {
+                    for row in 0..ROWS {
+                        out[row] = values[row][k];
+                    }
                 }
             }
         }
     }
-    sums == [0.0; BLOCK]
+    check == [0.0; BLOCK]
 }
