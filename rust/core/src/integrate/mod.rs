@@ -1,7 +1,7 @@
 //! Time integration: [`run`] advances a [`Method`] from sample to sample of an excitation, with steps by a [`Control`].
 //!
-//! A new integrator is one file beside `exact`, `exponential`, `rk45` and `radau` with an implementation of [`Method`], a line here, and an arm
-//! in `named_method`. It computes one step of given length. `run` chooses the lengths, locates contact changes and records, for all methods.
+//! A new integrator is one file beside `exact`, `exponential`, `rk45` and `radau` with an implementation of [`Method`], a line here, and a row in
+//! `named_method`. It computes one step of given length. `run` chooses the lengths, locates contact changes and records, for all methods.
 
 mod budget;
 mod control;

@@ -13,49 +13,58 @@ use crate::excitation::{Excitation, ScaledExcitation};
 use crate::output::Record;
 use crate::system::System;
 
-/// A method chosen by its name at run time.
-///
-/// [`super::run`] is compiled for each method and kind of equations, which takes long. With this type all callers share one compiled copy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NamedMethod {
+/// Writes the enumeration of the methods, from a row for each: its variant, its name and the method.
+macro_rules! named_methods {
+    ($($(#[$doc:meta])* $variant:ident, $name:literal, $method:expr;)*) => {
+        /// A method chosen by its name at run time.
+        ///
+        /// [`super::run`] is compiled for each method and kind of equations, which takes long. With this type all callers share one compiled copy.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum NamedMethod {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl NamedMethod {
+            /// All methods.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// The name of the method.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            /// [`NamedMethod::run`] with factors on the excitation.
+            pub(crate) fn run_scaled(
+                self,
+                system: &System,
+                control: Control,
+                start: Start,
+                scaled: &ScaledExcitation,
+                output: Output,
+                record: &mut dyn Record,
+            ) -> Result<Summary, RunError> {
+                match self {
+                    $(Self::$variant => run_scaled(system, &$method, control, start, scaled, output, record),)*
+                }
+            }
+        }
+    };
+}
+
+named_methods! {
     /// [`Exact`] with 16 cached propagators.
-    Exact,
+    Exact, "exact", Exact::<CACHED_STEPS>;
     /// [`Exponential`] with 16 cached propagators.
-    Exponential,
+    Exponential, "exponential", Exponential::<CACHED_STEPS>;
     /// [`Rk45`].
-    Rk45,
+    Rk45, "rk45", Rk45;
     /// [`Radau`].
-    Implicit,
+    Implicit, "implicit", Radau;
 }
 
 impl NamedMethod {
-    /// All methods.
-    pub const ALL: &'static [Self] = &[Self::Exact, Self::Exponential, Self::Rk45, Self::Implicit];
-
-    /// The name of the method.
-    pub const fn name(self) -> &'static str {
-        ["exact", "exponential", "rk45", "implicit"][self as usize]
-    }
-
-    /// [`NamedMethod::run`] with factors on the excitation.
-    pub(crate) fn run_scaled(
-        self,
-        system: &System,
-        control: Control,
-        start: Start,
-        scaled: &ScaledExcitation,
-        output: Output,
-        record: &mut dyn Record,
-    ) -> Result<Summary, RunError> {
-        let (exact, exponential) = (&Exact::<CACHED_STEPS>, &Exponential::<CACHED_STEPS>);
-        match self {
-            Self::Exact => run_scaled(system, exact, control, start, scaled, output, record),
-            Self::Exponential => run_scaled(system, exponential, control, start, scaled, output, record),
-            Self::Rk45 => run_scaled(system, &Rk45, control, start, scaled, output, record),
-            Self::Implicit => run_scaled(system, &Radau, control, start, scaled, output, record),
-        }
-    }
-
     /// The method of that name, as in [`NamedMethod::name`].
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|method| method.name() == name)
