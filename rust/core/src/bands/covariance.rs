@@ -2,7 +2,7 @@
 
 use super::schedule::{Event, Response};
 use crate::equations::three_sums;
-use crate::numeric::float::{add_scaled, fma};
+use crate::numeric::float::add_scaled;
 use crate::smoother::{MAX_ORDER, MarkovStep, Square};
 
 /// Covariances within the interval between two samples: of a, the acceleration at its start, d, the state of the motion at its end, and
@@ -68,27 +68,13 @@ impl Covariance {
     #[inline(always)]
     fn begin(&mut self, step: &MarkovStep, unit: f64) {
         let (order, at) = (self.order, self.derivative);
-        let before = self.d;
         (_, self.a) = self.end();
         self.a_z = self.d_z[at].map(|x| self.unit * x);
-        let mut carried = [[0.0; MAX_ORDER]; MAX_ORDER];
         for i in 0..order {
-            for j in 0..order {
-                add_scaled(&mut carried[i], &before[j], step.transition[i][j]);
-            }
+            let carried: f64 = (0..order).map(|j| step.transition[i][j] * self.d[j][at]).sum();
+            self.a_d[i] = self.unit * carried;
         }
-        for i in 0..order {
-            self.a_d[i] = self.unit * carried[i][at];
-            for j in 0..=i {
-                let mut sum = 0.0;
-                for l in 0..order {
-                    sum = fma(carried[i][l], step.transition[j][l], sum);
-                    sum = fma(step.noise_root[i][l], step.noise_root[j][l], sum);
-                }
-                self.d[i][j] = sum;
-                self.d[j][i] = sum;
-            }
-        }
+        self.d = step.covariance(&self.d);
         let across = self.d_z;
         for i in 0..order {
             self.d_z[i] = [0.0; 12];

@@ -11,8 +11,6 @@ pub(super) struct LinkBlock {
     pub rate: [Lanes; 6],
     /// Norm of the deflection row: largest deflection for a state of norm one.
     pub reach: Lanes,
-    /// Norm of the rate row: largest rate of deflection for velocities of norm one.
-    pub quickness: Lanes,
     pub tolerance: Lanes,
     /// Edges of the present segments, less the deflection at rest.
     pub low: Lanes,
@@ -23,7 +21,6 @@ pub(super) const NO_LINKS: LinkBlock = LinkBlock {
     deflection: [[0.0; LANES]; 6],
     rate: [[0.0; LANES]; 6],
     reach: [0.0; LANES],
-    quickness: [0.0; LANES],
     tolerance: [0.0; LANES],
     low: [f64::NEG_INFINITY; LANES],
     high: [f64::INFINITY; LANES],
@@ -60,11 +57,7 @@ impl LinkBlock {
             let (up, down) = (larger(at[i], end[i]) - self.high[i], self.low[i] - smaller(at[i], end[i]));
             worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.tolerance[i];
         }
-        let mut clear = true;
-        for worst in worst {
-            clear &= worst <= 0.0;
-        }
-        clear
+        none_above_zero(&worst)
     }
 
     /// Whether no link passes an edge in the states of a box, or up to `margin` per unit of reach beside it.
@@ -128,19 +121,6 @@ impl LinkBlock {
                 smaller(top + beyond, steepest + slope_error),
                 smaller(bottom + beyond, slope_error - flattest),
             );
-        }
-        none_above_zero(&worst)
-    }
-
-    /// Whether the straight lines between deflections at both ends of a step stay within the edges even if they were three times as wide,
-    /// each end moving on for as much as `travel` per unit of quickness: then [`LinkBlock::cubics_far_from_edges`], too.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn far_from_edges(&self, travel: f64, at: &Lanes, end: &Lanes) -> bool {
-        let mut worst = [0.0; LANES];
-        for i in 0..LANES {
-            let (top, bottom) = (larger(at[i], end[i]), smaller(at[i], end[i]));
-            let beyond = larger(top - self.high[i], self.low[i] - bottom) + (top - bottom);
-            worst[i] = fma(3.0 * travel, self.quickness[i], beyond) - self.tolerance[i];
         }
         none_above_zero(&worst)
     }

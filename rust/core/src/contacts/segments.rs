@@ -66,7 +66,6 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
                 block.rate[j][lane] = row.rate[j];
             }
             block.reach[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
-            block.quickness[lane] = sqrt(row.rate.iter().map(|x| x * x).sum());
             let edges = law.edges().iter().fold(row.rest.abs(), |most, edge| f64::max(most, edge.abs()));
             let largest = load_scale / law.nominal();
             block.tolerance[lane] = f64::max(EDGE_TOLERANCE * (edges + largest), slack * largest);

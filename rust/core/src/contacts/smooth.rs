@@ -9,9 +9,8 @@ use super::segments::{Change, Segments};
 use super::switched::SwitchedEquations;
 use crate::equations::{Riders, SmoothEquations};
 use crate::excitation::{Excitation, Ramp};
-use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
-use crate::numeric::float::{add_scaled, fma, scale, sqrt};
-use crate::numeric::simd::{LANES, Lanes, dispatch};
+use crate::numeric::float::{add_scaled, scale};
+use crate::numeric::simd::dispatch;
 use crate::system::{State, System};
 
 /// Points that determine the dense output of a step, a polynomial of degree five or less: the ends, and four between them.
@@ -32,9 +31,6 @@ const CACHED_COMBINATIONS: usize = 4;
 pub(crate) struct SmoothContacts<'a> {
     segments: Segments<'a, CACHED_COMBINATIONS>,
     equations: SmoothEquations<'a>,
-    /// Deflections at the start of the step, less those at rest, m, and size of the velocities there.
-    starts: BoundedVec<Lanes, { MAX_LINKS / LANES }>,
-    speed: f64,
     /// The change that ends the present step.
     change: Option<Change>,
     /// Links that have changed their segment so far.
@@ -56,31 +52,9 @@ impl<'a> SmoothContacts<'a> {
         segments.update();
         let equations =
             SmoothEquations::new(system, segments.current.equations, Riders::new(system, excitation));
-        let starts = BoundedVec::filled([0.0; LANES], segments.blocks.as_slice().len());
-        let mut contacts =
-            Self { segments, equations, starts, speed: 0.0, change: None, changes: 0, examined: 0 };
+        let mut contacts = Self { segments, equations, change: None, changes: 0, examined: 0 };
         contacts.cross(state);
         contacts
-    }
-
-    /// Whether the ends of a step of length `h` show that no link passes an edge. The next step starts in `next`, unless a change is found.
-    #[cfg_attr(feature = "std", inline(always))]
-    fn far_from_edges(&mut self, h: f64, state: &State, next: &State) -> bool {
-        let (before, mut far) = (self.speed, true);
-        self.speed = speed(next);
-        let travel = h / 3.0 * if before > self.speed { before } else { self.speed };
-        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.starts.as_mut_slice()) {
-            let end = block.deflections(next);
-            far &= block.far_from_edges(travel, start, &end);
-            *start = end;
-        }
-        if !far {
-            far = true;
-            for block in self.segments.blocks.as_slice() {
-                far = far && block.cubics_far_from_edges(h, state, next);
-            }
-        }
-        far
     }
 
     /// The fraction at which the first link passes an edge in a step of length `h` through these states at equal distances, if one does;
@@ -99,10 +73,6 @@ impl<'a> SmoothContacts<'a> {
     fn switch(&mut self, state: &State) {
         if let Some(Change { crossing: Some(crossing), .. }) = self.change.take() {
             self.changes += self.segments.cross(state, crossing);
-        }
-        self.speed = speed(state);
-        for (block, start) in self.segments.blocks.as_slice().iter().zip(self.starts.as_mut_slice()) {
-            *start = block.deflections(state);
         }
         self.segments.update();
         self.equations.set_linear(&self.segments.current.equations);
@@ -124,7 +94,11 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
         [state, next]: [&State; 2],
         mut between: impl FnMut(&SmoothEquations<'a>, f64) -> State,
     ) -> Option<f64> {
-        if self.far_from_edges(ramp.h, state, next) {
+        let mut far = true;
+        for block in self.segments.blocks.as_slice() {
+            far = far && block.cubics_far_from_edges(ramp.h, state, next);
+        }
+        if far {
             return None;
         }
         let mut path = [*state; DENSE_POINTS];
@@ -162,18 +136,6 @@ impl<'a> SwitchedEquations for SmoothContacts<'a> {
     fn searched(&self) -> usize {
         self.examined / EXAMINED_PER_WORK
     }
-}
-
-/// Size of the velocities of a state.
-#[cfg_attr(feature = "std", inline(always))]
-fn speed(state: &State) -> f64 {
-    let mut sums = [0.0; 2];
-    for pair in 3..6 {
-        for i in 0..2 {
-            sums[i] = fma(state[2 * pair + i], state[2 * pair + i], sums[i]);
-        }
-    }
-    sqrt(sums[0] + sums[1])
 }
 
 /// Terms of the polynomial in the fraction of a step that takes these values at equal distances: Newton's forward differences, expanded.

@@ -77,15 +77,8 @@ impl Start {
         if after == *kept {
             return Self::State { position, velocity: before };
         }
-        let (mut mass, mut momentum) = (after, kept * before);
-        for dof in Dof::ALL.into_iter().filter(|dof| !to.free().contains(*dof)) {
-            let held = dof as usize;
-            mass.row_mut(held).fill(0.0);
-            mass.column_mut(held).fill(0.0);
-            (mass[(held, held)], momentum[held]) = (1.0, 0.0);
-        }
         // The mass matrix of a body is positive definite, so that there is a solution; if not, the start is refused as not finite.
-        let velocity = mass.cholesky().map_or(Vector6::repeat(f64::NAN), |factors| factors.solve(&momentum));
+        let velocity = to.solved(after, kept * before);
         Self::State { position, velocity }
     }
 }

@@ -11,7 +11,7 @@ pub use body::Body;
 pub use dof::{Dof, Free};
 pub(crate) use law::LawDerivative;
 pub use law::{Law, LawParameter, MAX_CURVE_POINTS};
-pub(crate) use law::{ball_compressions, ball_force, forces, sided_force};
+pub(crate) use law::{ball_compressions, ball_force, forces};
 pub use link::{Link, carriage_ends, carriage_links};
 pub use rider::Rider;
 pub use scene::Scene;

@@ -1,6 +1,6 @@
 //! The values of a load at the instants of a block, side by side.
 
-use super::loads::{NonlinearLink, Wrench};
+use super::loads::{NonlinearLink, Recovery};
 use crate::model::forces;
 use crate::numeric::float::{add_scaled, fma, sqrt};
 use crate::system::State;
@@ -31,22 +31,23 @@ pub(super) fn needed_for(wanted: &[bool; 8]) -> [bool; 6] {
     [x, y | across, z | across, mx | moment, my | moment, mz | moment]
 }
 
-/// The needed components of a load at all instants, to the last bit those of [`super::Recovery::at`].
+/// The needed rows of a quantity, at most eight, at all instants, to the last bit those of [`Recovery::at`].
 #[cfg_attr(feature = "std", inline(always))]
-pub(crate) fn evaluate_block<const COUNT: usize>(
-    load: &Wrench,
-    needed: &[bool; 6],
+pub(crate) fn evaluate_block<const ROWS: usize, const COUNT: usize>(
+    load: &Recovery<ROWS>,
+    needed: &[bool; ROWS],
     (entries, inputs): (&[[f64; COUNT]; 12], &[[f64; COUNT]; 9]),
     states: &[State; COUNT],
     values: &mut [[f64; COUNT]; 8],
 ) {
     // Two rows at a time, so that the sums of one fill the time in which those of the other wait for each other.
-    for pair in 0..3 {
-        let (a, b) = (2 * pair, 2 * pair + 1);
-        if !needed[a] || !needed[b] {
-            let row = if needed[a] { a } else { b };
-            if needed[row] {
-                evaluate_row(load, row, entries, &mut values[row]);
+    for a in (0..ROWS).step_by(2) {
+        let b = a + 1;
+        if b == ROWS || !needed[a] || !needed[b] {
+            for row in a..usize::min(b + 1, ROWS) {
+                if needed[row] {
+                    evaluate_row(load, row, entries, &mut values[row]);
+                }
             }
             continue;
         }
@@ -63,7 +64,7 @@ pub(crate) fn evaluate_block<const COUNT: usize>(
     }
     if load.linear.by_input_at_all {
         for (column, input) in load.linear.by_input.iter().zip(inputs) {
-            for row in 0..6 {
+            for row in 0..ROWS {
                 if needed[row] && column[row] != 0.0 {
                     add_scaled(&mut values[row], input, column[row]);
                 }
@@ -73,7 +74,7 @@ pub(crate) fn evaluate_block<const COUNT: usize>(
     for link in load.nonlinear.as_slice() {
         let NonlinearLink { row, elastic, damping } = link;
         let mut is_needed = false;
-        for component in 0..6 {
+        for component in 0..ROWS {
             is_needed |= needed[component] & ((elastic[component] != 0.0) | (damping[component] != 0.0));
         }
         if !is_needed {
@@ -84,7 +85,7 @@ pub(crate) fn evaluate_block<const COUNT: usize>(
             add_scaled(&mut at, &entries[j], row.deflection[j]);
         }
         let force = forces(row.link.law(), &at);
-        for component in 0..6 {
+        for component in 0..ROWS {
             if needed[component] && elastic[component] != 0.0 {
                 add_scaled(&mut values[component], &force, elastic[component]);
             }
@@ -92,7 +93,7 @@ pub(crate) fn evaluate_block<const COUNT: usize>(
         if row.link.is_damped_in_contact() {
             for k in 0..COUNT {
                 let (_, load) = row.loads(&states[k]);
-                for component in 0..6 {
+                for component in 0..ROWS {
                     if needed[component] {
                         values[component][k] = fma(damping[component], load, values[component][k]);
                     }
@@ -104,8 +105,8 @@ pub(crate) fn evaluate_block<const COUNT: usize>(
 
 /// The part of a row that is linear in the state.
 #[cfg_attr(feature = "std", inline(always))]
-fn evaluate_row<const COUNT: usize>(
-    load: &Wrench,
+fn evaluate_row<const ROWS: usize, const COUNT: usize>(
+    load: &Recovery<ROWS>,
     row: usize,
     entries: &[[f64; COUNT]; 12],
     values: &mut [f64; COUNT],

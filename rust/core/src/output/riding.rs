@@ -1,10 +1,10 @@
 //! Acceleration, reactions and drive forces of a body with moving riders, whose mass matrix depends on their travel.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 
 use super::loads::{Part, Wrench, group_load, position, velocity};
 use crate::excitation::MAX_RIDERS;
-use crate::model::{Dof, Rider};
+use crate::model::Rider;
 use crate::system::{Input, State, System};
 
 /// A body with riders: the quantities that depend on their motion.
@@ -63,7 +63,7 @@ impl<'a> Ridden<'a> {
         }
         force += wrench;
         force -= mass.fixed_columns::<3>(0) * drive;
-        let acceleration = self.solved(&mass, &force);
+        let acceleration = system.solved(mass, force);
         let mut reaction = mass * acceleration - force;
         let change = mass - system.matrices().mass;
         wrench -= change * acceleration + change.fixed_columns::<3>(0) * drive;
@@ -83,22 +83,6 @@ impl<'a> Ridden<'a> {
             reaction: reaction.into(),
             wrench: wrench.into(),
             drive: drives,
-        }
-    }
-
-    /// Acceleration of the free degrees of freedom under a force; zero for the held ones. Not finite where numbers leave their range.
-    fn solved(&self, mass: &Matrix6<f64>, force: &Vector6<f64>) -> Vector6<f64> {
-        let (mut matrix, mut right) = (*mass, *force);
-        for dof in Dof::ALL.into_iter().filter(|&dof| !self.system.free().contains(dof)) {
-            let at = dof as usize;
-            matrix.row_mut(at).fill(0.0);
-            matrix.column_mut(at).fill(0.0);
-            matrix[(at, at)] = 1.0;
-            right[at] = 0.0;
-        }
-        match matrix.cholesky() {
-            Some(factors) => factors.solve(&right),
-            None => Vector6::repeat(f64::NAN),
         }
     }
 }

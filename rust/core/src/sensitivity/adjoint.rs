@@ -4,10 +4,9 @@
 //! column, and `dJ = Σ λ_{k+1} · D (s_k, u_k, u_{k+1}, 1)` needs each column only once for each length of interval, for the sum of the
 //! outer products.
 
-use super::equations::ModalDerivative;
 use super::steps::Recurring;
 use super::tangents::{Interval, LinearRun, components};
-use crate::equations::PropagatorDerivative;
+use crate::equations::{EquationsDerivative, PropagatorDerivative};
 use crate::numeric::float::add_scaled;
 use crate::numeric::simd::dispatch;
 use crate::system::State;
@@ -40,7 +39,7 @@ impl Products {
 /// Derivatives of a figure by each column through the states. `by_state`: its derivatives by the state at each sample.
 pub(super) fn through_states(
     run: LinearRun,
-    columns: &[ModalDerivative],
+    columns: &[EquationsDerivative],
     (intervals, recurring): (&[Interval], &[Recurring]),
     by_state: &[State],
 ) -> Vec<f64> {

@@ -9,14 +9,12 @@ use std::ops::Range;
 
 use nalgebra::Vector6;
 
-use super::equations::ModalDerivative;
 use super::error::SensitivityError;
 use super::steps::{Recurring, by_series, derivatives};
 use super::system::VariedSystem;
-use crate::equations::{PowerSeries, SegmentEquations};
+use crate::equations::{EquationsDerivative, PowerSeries, SegmentEquations};
 use crate::error::RunError;
 use crate::excitation::Excitation;
-use crate::numeric::float::add_columns;
 use crate::numeric::simd::dispatch;
 use crate::output::Record;
 use crate::system::{Input, State, System};
@@ -27,7 +25,7 @@ pub(super) struct Piece {
     segments: Vec<(usize, u8)>,
     pub varied: VariedSystem,
     equations: SegmentEquations,
-    columns: Vec<ModalDerivative>,
+    pub columns: Vec<EquationsDerivative>,
     series: PowerSeries,
 }
 
@@ -120,7 +118,7 @@ impl ContactChanges {
         }
         let (varied, equations) = varied.on_segments(segments);
         let columns =
-            (0..varied.derivatives.len()).map(|column| ModalDerivative::new(&varied, column)).collect();
+            (0..varied.derivatives.len()).map(|column| EquationsDerivative::new(&varied, column)).collect();
         let series = PowerSeries::new(&equations);
         self.pieces.push(Piece { segments: segments.to_vec(), varied, equations, columns, series });
         self.pieces.len() - 1
@@ -164,23 +162,6 @@ impl ContactChanges {
             }
         }
         out.retain(|(_, ranges)| !ranges.is_empty());
-        out
-    }
-
-    /// Derivatives of the quasi-static state of the first sample, in which the run starts.
-    pub(super) fn quasi_static(&self, input: &Input, state: &State, column: usize) -> State {
-        let piece = &self.pieces[self.at_samples[0]];
-        let by = &piece.columns[column].equations;
-        let mut rate = [0.0; 12];
-        rate[6..].copy_from_slice(&by.constant[..6]);
-        add_columns(&mut rate, &by.matrix, state);
-        for (column, factor) in by.influence.iter().zip(input) {
-            for i in 0..6 {
-                rate[6 + i] += factor * column[i];
-            }
-        }
-        let mut out = [0.0; 12];
-        out[..6].copy_from_slice(&piece.varied.balanced(&rate[6..]));
         out
     }
 

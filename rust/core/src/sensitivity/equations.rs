@@ -7,21 +7,11 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::system::VariedSystem;
 use crate::equations::EquationsDerivative;
-use crate::system::{Force, NO_FORCE};
+use crate::numeric::float::{add_columns, times};
+use crate::system::{Force, Input, NO_FORCE, Square, State};
 
-/// Derivatives of the equations of a linear system by a column.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ModalDerivative {
-    /// Those of `s' = A s + B u`.
-    pub equations: EquationsDerivative,
-    /// Of K̂, columns.
-    pub stiffness: [Force; 6],
-    /// Of the modal force of a unit of each component of an input.
-    pub force: [Force; 9],
-}
-
-impl ModalDerivative {
-    /// The derivatives by a column.
+impl EquationsDerivative {
+    /// The derivatives of the equations of a linear system by a column.
     pub(super) fn new(varied: &VariedSystem, column: usize) -> Self {
         let (system, by) = (&varied.system, &varied.derivatives[column]);
         let (shapes, n) = (system.shapes(), system.mode_count());
@@ -55,36 +45,35 @@ impl ModalDerivative {
         for i in 0..n {
             constant[i] -= resisted[i];
         }
-        let force = forces(varied, column);
-        let mut influence = force;
+        let mut influence = forces(varied, column);
         for (to, own) in influence.iter_mut().zip(system.influence()) {
             let taken = mass * Vector6::from_column_slice(&own[..6]);
             for i in 0..n {
                 to[i] -= taken[i];
             }
         }
-        let equations = EquationsDerivative { matrix, influence, constant };
-        Self { equations, stiffness, force }
+        Self { matrix, influence, constant }
     }
 
-    /// Derivative of the quasi-static state under an input: `Ω² η = f`.
-    pub(super) fn quasi_static(
-        &self,
-        varied: &VariedSystem,
-        state: &[f64; 12],
-        input: &[f64; 9],
-    ) -> [f64; 12] {
-        let (frequency, n) = (varied.system.frequencies(), varied.system.mode_count());
-        let mut out = [0.0; 12];
-        for i in 0..n {
-            let mut force: f64 = self.force.iter().zip(input).map(|(force, u)| force[i] * u).sum();
-            for j in 0..n {
-                force -= self.stiffness[j][i] * state[j] / frequency[j];
-            }
-            out[i] = force / frequency[i];
-        }
-        out
+    /// Derivative of the quasi-static state under an input: at rest there is no acceleration.
+    pub(super) fn quasi_static(&self, varied: &VariedSystem, state: &State, input: &Input) -> State {
+        let mut force = self.constant;
+        add_columns(&mut force, &self.influence, input);
+        let by_state = times(&self.matrix, state);
+        let rate: [f64; 6] = core::array::from_fn(|i| force[i] + by_state[6 + i]);
+        let (stiffness, _) = varied.stiffness_and_constant();
+        balanced(&stiffness, varied.system.mode_count(), &rate)
     }
+}
+
+/// Solves `S x = f` for a state of equilibrium, S by columns and of n modes.
+pub(super) fn balanced(stiffness: &Square, n: usize, force: &[f64]) -> State {
+    let mut matrix = Matrix6::from_fn(|i, j| stiffness[j][i]);
+    for mode in n..6 {
+        matrix[(mode, mode)] = 1.0;
+    }
+    let solved = matrix.lu().solve(&Vector6::from_column_slice(force)).unwrap_or(Vector6::repeat(f64::NAN));
+    core::array::from_fn(|i| if i < 6 { solved[i] } else { 0.0 })
 }
 
 /// Derivatives of the modal force of a unit of each component of an input that contains the factors on the motion.

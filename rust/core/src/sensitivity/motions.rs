@@ -2,15 +2,16 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::equations::{ModalDerivative, input_rates};
+use super::equations::input_rates;
 use super::loads::group_load;
 use super::system::VariedSystem;
+use crate::equations::EquationsDerivative;
 use crate::model::Dof;
 use crate::output::{Axes, Linear, Part, acceleration};
 
 /// Derivative of the acceleration of L at a fixed state and input, by a column.
 pub(super) fn acceleration_of(varied: &VariedSystem, column: usize) -> Linear<6> {
-    let by = ModalDerivative::new(varied, column).equations;
+    let by = EquationsDerivative::new(varied, column);
     let shapes = varied.system.shapes();
     let spread = |modal: &[f64]| -> [f64; 6] { (shapes * Vector6::from_column_slice(&modal[..6])).into() };
     Linear {

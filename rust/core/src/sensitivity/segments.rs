@@ -1,7 +1,5 @@
 //! The linear system that holds while each link stays on one segment of its law, and its derivatives.
 
-use nalgebra::{Matrix6, Vector6};
-
 use super::system::{OnSegments, VariedSystem};
 use crate::equations::{Equations, SegmentEquations};
 use crate::excitation::Instant;
@@ -56,15 +54,5 @@ impl VariedSystem {
     /// Derivative of the constant force of the equations by a column, with the mass matrix as it is.
     pub(super) fn constant_derivative(&self, column: usize) -> Force {
         self.on_segments.as_ref().map_or(NO_FORCE, |of| of.constants[column])
-    }
-
-    /// Solves `S x = f` for a state of equilibrium.
-    pub(super) fn balanced(&self, force: &[f64]) -> [f64; 6] {
-        let (stiffness, _) = self.stiffness_and_constant();
-        let mut matrix = Matrix6::from_fn(|i, j| stiffness[j][i]);
-        for mode in self.system.mode_count()..6 {
-            matrix[(mode, mode)] = 1.0;
-        }
-        matrix.lu().solve(&Vector6::from_column_slice(force)).unwrap_or(Vector6::repeat(f64::NAN)).into()
     }
 }

@@ -6,9 +6,9 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::equations::ModalDerivative;
+use super::equations::balanced;
 use super::system::{LinkDerivative, VariedSystem};
-use crate::equations::Equations;
+use crate::equations::{Equations, EquationsDerivative};
 use crate::numeric::float::{add_columns, add_scaled, times};
 use crate::system::{Force, Input, LinkRow, NO_FORCE, State, System};
 
@@ -25,7 +25,7 @@ pub(super) struct SmoothSystem {
 /// What the equations of the derivatives by a column depend on.
 #[derive(Debug, Clone)]
 pub(super) struct SmoothColumn {
-    pub linear: ModalDerivative,
+    pub linear: EquationsDerivative,
     /// M̂', columns; none if it is zero.
     pub mass: Option<[Force; 6]>,
     /// Derivatives of the modal force per unit of load of each nonlinear link; none if all are zero.
@@ -54,7 +54,7 @@ impl SmoothSystem {
             let mass: Matrix6<f64> = shapes.transpose() * by.mass * shapes;
             let turned = links.iter().map(|&link| modal(&(shapes.transpose() * by.links[link].row)));
             SmoothColumn {
-                linear: ModalDerivative::new(&linear, column),
+                linear: EquationsDerivative::new(&linear, column),
                 mass: (mass != Matrix6::zeros())
                     .then(|| core::array::from_fn(|j| modal(&mass.column(j).into_owned()))),
                 turned: links
@@ -126,7 +126,7 @@ impl SmoothSystem {
         input: &Input,
     ) -> State {
         let (of, by) = (&self.columns[column], &varied.derivatives[column]);
-        let equations = &of.linear.equations;
+        let equations = &of.linear;
         let mut force = equations.constant;
         add_columns(&mut force, &equations.influence, input);
         if let Some(mass) = &of.mass {
@@ -180,21 +180,13 @@ impl SmoothSystem {
 
     /// Derivatives of a state of equilibrium: `dη'' = 0`.
     pub(super) fn balanced(&self, bends: &Bends, fixed: &State) -> State {
-        let (frequency, n) = (self.system().frequencies(), self.system().mode_count());
-        let matrix = Matrix6::from_fn(|i, j| {
-            let own = if i != j {
-                0.0
-            } else if i < n {
-                frequency[i]
-            } else {
-                1.0
-            };
-            own - bends.by_state[j][i]
-        });
-        let mut out = [0.0; 12];
-        let solved = matrix.lu().solve(&Vector6::from_column_slice(&fixed[6..]));
-        out[..6].copy_from_slice(solved.unwrap_or(Vector6::repeat(f64::NAN)).as_slice());
-        out
+        let (mut stiffness, _) = self.linear.stiffness_and_constant();
+        for j in 0..6 {
+            for i in 0..6 {
+                stiffness[j][i] -= bends.by_state[j][i];
+            }
+        }
+        balanced(&stiffness, self.system().mode_count(), &fixed[6..])
     }
 }
 

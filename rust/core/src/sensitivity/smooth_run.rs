@@ -145,7 +145,7 @@ impl Walk {
         let scale = ROUNDING_MAY_BE * (effect(system.influence()) + loads) / fastest;
         let moved = effect(system.influence()) / fastest;
         let scales = run.smooth.columns.iter().zip(&run.varied.derivatives).map(|(of, by)| {
-            let equations = &of.linear.equations;
+            let equations = &of.linear;
             let matrix = equations.matrix.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
             let terms = rows().map(|(link, row)| {
                 let by = &by.links[link];

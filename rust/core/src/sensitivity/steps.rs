@@ -1,8 +1,7 @@
 //! Steps of the derivatives of a state: over a length of interval that recurs, and by power series.
 
-use super::equations::ModalDerivative;
 use super::system::VariedSystem;
-use crate::equations::{Equations, PowerSeries, PropagatorDerivative, PropagatorStages};
+use crate::equations::{Equations, EquationsDerivative, PowerSeries, PropagatorDerivative, PropagatorStages};
 use crate::numeric::float::{add_columns, add_scaled, scale, times};
 use crate::system::{Force, Input, NO_FORCE, State};
 
@@ -43,14 +42,14 @@ impl Recurring {
 pub(super) fn derivatives<E: Equations>(
     equations: &E,
     varied: &VariedSystem,
-    columns: &[ModalDerivative],
+    columns: &[EquationsDerivative],
     length: f64,
 ) -> Recurring {
     let stages = PropagatorStages::new(equations, length);
     let (influence, constant) = (varied.system.influence(), equations.constant());
     let mut derivatives = Vec::with_capacity(columns.len());
     for column in columns {
-        derivatives.push(stages.derivative(&column.equations, influence, constant));
+        derivatives.push(stages.derivative(column, influence, constant));
     }
     Recurring { length, change: *stages.change(), derivatives }
 }
@@ -75,7 +74,7 @@ fn terms_for(norm: f64) -> usize {
 pub(super) fn by_series<E: Equations>(
     equations: &E,
     influence: &[Force; 9],
-    (columns, series): (&[ModalDerivative], &PowerSeries),
+    (columns, series): (&[EquationsDerivative], &PowerSeries),
     (length, state, ends): (f64, &State, &[Input; 2]),
     tangents: &mut [State],
 ) -> State {
@@ -96,8 +95,7 @@ pub(super) fn by_series<E: Equations>(
             terms[k + 1] = equations.linear(&terms[k], force);
             scale(&mut terms[k + 1], tau / (k + 1) as f64);
         }
-        for (tangent, column) in tangents.iter_mut().zip(columns) {
-            let by = &column.equations;
+        for (tangent, by) in tangents.iter_mut().zip(columns) {
             let mut forces = [times(&by.influence, &input), times(&by.influence, &rise)];
             add_scaled(&mut forces[0], &by.constant, 1.0);
             let mut term = *tangent;

@@ -2,10 +2,9 @@
 //! sample.
 
 use super::contacts::ContactChanges;
-use super::equations::ModalDerivative;
 use super::steps::{Recurring, by_series, derivatives};
 use super::system::VariedSystem;
-use crate::equations::PowerSeries;
+use crate::equations::{EquationsDerivative, PowerSeries};
 use crate::excitation::Excitation;
 use crate::numeric::simd::{dispatch, dispatch_once};
 use crate::numeric::watch::Watch;
@@ -40,7 +39,7 @@ pub(super) enum Interval {
 
 /// The derivatives of a run that all its samples share.
 pub(super) struct Prepared {
-    pub columns: Vec<ModalDerivative>,
+    pub columns: Vec<EquationsDerivative>,
     pub intervals: Vec<Interval>,
     pub recurring: Vec<Recurring>,
 }
@@ -51,8 +50,8 @@ impl Prepared {
         varied: &VariedSystem,
         (intervals, lengths): (Vec<Interval>, Vec<(usize, f64)>),
     ) -> Self {
-        let columns: Vec<ModalDerivative> =
-            (0..varied.derivatives.len()).map(|column| ModalDerivative::new(varied, column)).collect();
+        let columns: Vec<EquationsDerivative> =
+            (0..varied.derivatives.len()).map(|column| EquationsDerivative::new(varied, column)).collect();
         let of = |length| dispatch!(derivatives(&varied.system, varied, &columns, length));
         let recurring = lengths.iter().map(|&(_, length)| of(length)).collect();
         Self { columns, intervals, recurring }
@@ -91,15 +90,12 @@ pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) ->
     let components = &components(run.excitation)[..];
     let mut tangents = vec![[0.0; 12]; run.varied.derivatives.len()];
     if run.quasi_static {
-        for (column, tangent) in tangents.iter_mut().enumerate() {
-            *tangent = match run.contacts {
-                Some(contacts) => contacts.quasi_static(&run.excitation.input(0), &run.states[0], column),
-                None => prepared.columns[column].quasi_static(
-                    run.varied,
-                    &run.states[0],
-                    &run.excitation.input(0),
-                ),
-            };
+        let (varied, columns) = match run.contacts.map(|contacts| &contacts.pieces[contacts.at_samples[0]]) {
+            Some(piece) => (&piece.varied, &piece.columns),
+            None => (run.varied, &prepared.columns),
+        };
+        for (tangent, column) in tangents.iter_mut().zip(columns) {
+            *tangent = column.quasi_static(varied, &run.states[0], &run.excitation.input(0));
         }
     }
     dispatch_once!(pass_all(run, prepared, components, tangents, watch, out))

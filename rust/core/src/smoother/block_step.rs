@@ -5,7 +5,8 @@
 //! A draw so takes one random number per stamp, and one more for each other entry of the state per block.
 
 use super::posterior::{MAX_ORDER, MarkovStep, Square};
-use super::square_root::upper_cholesky;
+use super::square_root::{dot, upper_cholesky};
+use super::transition::product;
 
 /// Stamps in a block. Longer blocks take fewer random numbers, 1 + (order - 1) / BLOCK per stamp, but more multiplications by the root.
 pub(crate) const BLOCK: usize = 8;
@@ -61,12 +62,4 @@ impl BlockStep {
         all.noise_root = upper_cholesky(&joint);
         all
     }
-}
-
-fn product(a: &Square, b: &Square) -> Square {
-    a.map(|row| core::array::from_fn(|j| (0..MAX_ORDER).map(|l| row[l] * b[l][j]).sum()))
-}
-
-fn dot(a: &[f64; MAX_ORDER], b: &[f64; MAX_ORDER]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -15,7 +15,7 @@
 
 use super::data::ProcessNoise;
 use super::square_root::{Columns, TimeUpdated, measurement_update, time_update, upper_cholesky};
-use super::transition::{Transition, with_transition};
+use super::transition::{Transition, product, with_transition};
 use crate::error::Stopped;
 use crate::numeric::simd::dispatch;
 use crate::numeric::watch::{Watch, filled};
@@ -37,7 +37,7 @@ pub struct MarkovStep {
 
 impl MarkovStep {
     /// Covariance of d', given that of d.
-    pub(super) fn covariance(&self, before: &Square) -> Square {
+    pub(crate) fn covariance(&self, before: &Square) -> Square {
         dispatch!(self.covariance_after(before))
     }
 
@@ -45,14 +45,7 @@ impl MarkovStep {
     #[inline(always)]
     fn covariance_after(&self, covariance: &Square) -> Square {
         let Self { transition: carry, noise_root: noise } = self;
-        let (mut carried, mut after) = ([[0.0; MAX_ORDER]; MAX_ORDER], [[0.0; MAX_ORDER]; MAX_ORDER]);
-        for i in 0..MAX_ORDER {
-            for j in 0..MAX_ORDER {
-                for l in 0..MAX_ORDER {
-                    carried[i][j] += carry[i][l] * covariance[l][j];
-                }
-            }
-        }
+        let (carried, mut after) = (product(carry, covariance), [[0.0; MAX_ORDER]; MAX_ORDER]);
         for i in 0..MAX_ORDER {
             for j in 0..MAX_ORDER {
                 for l in 0..MAX_ORDER {

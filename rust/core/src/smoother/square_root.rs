@@ -90,7 +90,7 @@ pub(super) fn measurement_update<const N: usize>(columns: &Columns<N>, row: f64)
 }
 
 #[inline(always)]
-fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+pub(super) fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     let mut sum = 0.0;
     for i in 0..N {
         sum += a[i] * b[i];

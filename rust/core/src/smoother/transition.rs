@@ -59,6 +59,20 @@ macro_rules! with_transition {
 }
 pub(super) use with_transition;
 
+/// Product of matrices by rows.
+#[inline(always)]
+pub(super) fn product<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
+    let mut c = [[0.0; N]; N];
+    for i in 0..N {
+        for l in 0..N {
+            for j in 0..N {
+                c[i][j] += a[i][l] * b[l][j];
+            }
+        }
+    }
+    c
+}
+
 /// Copies the lower triangle to the upper one.
 #[inline(always)]
 pub(super) fn mirror<const N: usize>(m: &mut [[f64; N]; N]) {

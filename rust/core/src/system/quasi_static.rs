@@ -1,9 +1,10 @@
-//! States by other descriptions: of a given motion of L, and of equilibrium under a constant force.
+//! States by other descriptions: of a given motion of L, and of equilibrium under a constant force; motions by their mass matrix.
 
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
 
 use super::statics::equilibrium;
 use super::{Force, ModelLevel, State, System};
+use crate::model::Dof;
 
 impl System {
     /// The state with this position `(u, φ)` of L (sag included; m, rad) and this velocity (m/s, rad/s), both zero in held degrees of
@@ -12,6 +13,17 @@ impl System {
         let momenta = self.shapes.transpose() * self.matrices.mass;
         let [away, rates] = [position - self.equilibrium.position, *velocity].map(|motion| momenta * motion);
         core::array::from_fn(|i| if i < 6 { self.frequency[i] * away[i] } else { rates[i - 6] })
+    }
+
+    /// Solves `M x = f` in the free degrees of freedom; zero in the held ones. Not finite where numbers leave their range.
+    pub(crate) fn solved(&self, mut mass: Matrix6<f64>, mut force: Vector6<f64>) -> Vector6<f64> {
+        for dof in Dof::ALL.into_iter().filter(|&dof| !self.free.contains(dof)) {
+            let held = dof as usize;
+            mass.row_mut(held).fill(0.0);
+            mass.column_mut(held).fill(0.0);
+            (mass[(held, held)], force[held]) = (1.0, 0.0);
+        }
+        mass.cholesky().map_or(Vector6::repeat(f64::NAN), |factors| factors.solve(&force))
     }
 
     /// The state of static equilibrium under the weight and a constant modal force.

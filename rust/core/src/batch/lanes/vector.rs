@@ -56,20 +56,11 @@ impl<T, F: FnMut() -> T> WithSimd for Call<F> {
 }
 
 /// A number in each lane.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Real<S: Simd> {
     simd: S,
     pub(super) lanes: S::f64s,
 }
-
-impl<S: Simd> Clone for Real<S> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd> Copy for Real<S> {}
 
 impl<S: Simd> Real<S> {
     /// From a vector register.
@@ -164,20 +155,11 @@ impl<S: Simd> Number for Real<S> {
 }
 
 /// A truth value in each lane.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Mask<S: Simd> {
     simd: S,
     lanes: S::m64s,
 }
-
-impl<S: Simd> Clone for Mask<S> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd> Copy for Mask<S> {}
 
 impl<S: Simd> Mask<S> {
     /// The first number where true, the second where false.
@@ -277,20 +259,11 @@ impl<S: Simd> Neg for Real<S> {
 }
 
 /// A complex number in each lane.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Complex<S: Simd> {
     pub(super) re: Real<S>,
     pub(super) im: Real<S>,
 }
-
-impl<S: Simd> Clone for Complex<S> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd> Copy for Complex<S> {}
 
 impl<S: Simd> Complex<S> {
     #[inline(always)]

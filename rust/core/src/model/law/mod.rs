@@ -15,12 +15,13 @@ mod sided;
 
 use crate::error::SceneError;
 use curve::Curve;
+use kernels::sided_force;
 use preloaded::Preloaded;
 use sided::Sided;
 
 pub use curve::MAX_CURVE_POINTS;
 pub(crate) use derivative::LawDerivative;
-pub(crate) use kernels::{ball_compressions, ball_force, sided_force};
+pub(crate) use kernels::{ball_compressions, ball_force};
 pub use parameter::LawParameter;
 
 /// An elastic law, checked when it is made.

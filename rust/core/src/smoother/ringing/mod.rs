@@ -21,7 +21,7 @@
 
 use crate::numeric::simd::{LANES, Lanes, dispatch};
 use crate::smoother::data::Oscillator;
-use crate::smoother::transition::{Transition, mirror};
+use crate::smoother::transition::{Transition, mirror, product};
 
 /// Times within a step, side by side: the nodes of Gauss and Legendre's quadrature, and the end.
 const TIMES: Lanes = [
@@ -204,19 +204,6 @@ impl<const N: usize> Ringing<N> {
             self.phi[a + 1][j] = w * w * g[j - a - 1];
         }
     }
-}
-
-#[inline(always)]
-fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
-    let mut c = [[0.0; N]; N];
-    for i in 0..N {
-        for l in 0..N {
-            for j in 0..N {
-                c[i][j] += a[i][l] * b[l][j];
-            }
-        }
-    }
-    c
 }
 
 /// M x, with the columns of M.
