@@ -60,9 +60,7 @@ def test_peaks_are_those_of_the_result(result: Result) -> None:
     for label, name in expected.items():
         np.testing.assert_array_equal(values(forces, label), peaks[name])
     np.testing.assert_array_equal(values(forces, "share"), share)
-    np.testing.assert_array_equal(
-        values(forces, "dynamic factor"), result.audit.simpler_models.dynamic_factor
-    )
+    np.testing.assert_array_equal(values(forces, "factor"), result.audit.simpler_models.dynamic_factor)
     assert set(values(moments, "|Mx|")) == {"-"}  # the carriages have no width
     for axis in "yz":
         np.testing.assert_array_equal(values(moments, f"|M{axis}|"), peaks[f"peak_M{axis}_Nm"])

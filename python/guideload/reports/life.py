@@ -93,7 +93,7 @@ def _answer(life: Life, band: LifeBand | None) -> str:
     )
     risk = ends = ""
     if band is not None and (text := _ends(*band.machine)) != _ends(*band.machine[:1] * 2):
-        ends = f" ({text} km with 95 %, by the noise of the trace alone)"
+        ends = f" (noise of the trace alone: {text} km, 95 %)"
     words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
     if life.wanted is not None and conditions.life is not None:
         risk = f"The probability that one fails before {conditions.life.text} is "

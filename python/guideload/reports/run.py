@@ -26,8 +26,8 @@ from guideload.simulation.result import Result
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
-    "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). Dynamic factor: peak over the peak of a static calculation "
-    "with weight and m a. Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. "
+    "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). Factor: dynamic factor, peak over that of a static "
+    "calculation with weight and m a. Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. "
     "force over peak."
 )
 
@@ -93,7 +93,7 @@ def _largest_load(result: Result) -> str:
         if "peak_lower_N" in peaks:
             lower, upper = (load_in_table(peaks[f"peak_{end}_N"][at]) for end in ("lower", "upper"))
             if lower != upper:
-                band = f" ({lower} to {upper} N with 95 %, by the noise of the trace alone)"
+                band = f" (noise of the trace alone: {lower} to {upper} N, 95 %)"
     else:
         kind, loads = "link", np.abs(data["link_load"])
         instant, at = divmod(int(loads.argmax()), loads.shape[1])
@@ -102,7 +102,7 @@ def _largest_load(result: Result) -> str:
         f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at "
         f"{seconds(time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
         f"{fixed(100.0 * dynamic / peak if peak else 0.0, 1)} %; the peak is "
-        f"{fixed(models.dynamic_factor[at], 2)} times the peak of a static calculation with weight and m a."
+        f"{fixed(models.dynamic_factor[at], 2)} times that of a static calculation with m a."
     )
 
 
@@ -137,7 +137,7 @@ def _peaks_tables(result: Result) -> list[Table]:
         load("|Fy|", "peak_Fy_N"),
         load("|Fz|", "peak_Fz_N"),
         load("static", "static_resultant_N"),
-        Column("dynamic factor", factors[: len(peak)], "", "factor"),
+        Column("factor", factors[: len(peak)], "", "factor"),
         load("dyn.", "dynamic_resultant_N"),
         Column("share", share, "%", "1 decimal"),
     )
