@@ -18,12 +18,15 @@ from guideload import (
     Friction,
     Machine,
     Motion,
+    motion_from_trace,
+    read_trace,
     simulate,
 )
 from guideload.drive import DriveRequirements, drive_requirements
 from guideload.drive.requirements import rms, share_of_push
 from guideload.machine.riders import Rider
 from guideload.motion.motion import with_instants
+from guideload.motion.standstill import is_moving
 from guideload.reports.run import result_report
 
 G = 9.80665
@@ -218,3 +221,33 @@ def test_the_rms_of_huge_and_of_no_forces_is_finite() -> None:
     assert rms(time, np.zeros(3)) == 0.0
     assert rms(time, 1e200 * np.array([3.0, 3.0, 3.0])) == pytest.approx(3e200, rel=1e-14)
     assert rms(time, np.array([0.0, 3.0, 0.0])) == pytest.approx(np.sqrt(3.0), rel=1e-14)
+
+
+@pytest.mark.parametrize("quantum", [1e-7, 1e-6, 2e-5])
+def test_a_trace_has_no_friction_at_rest(quantum: float) -> None:
+    """An estimated speed is not quite zero there; dry friction with its random sign would heat the motor."""
+    friction, time = Friction(seal=25.0), np.arange(0.0, 4.0, 1e-3)
+    s = np.clip((time - 1.5) / 0.6, 0.0, 1.0)
+    place = 0.5 * (s - np.sin(2.0 * np.pi * s) / (2.0 * np.pi))
+    speed, on = 0.5 / 0.6 * (1.0 - np.cos(2.0 * np.pi * s)), (time > 1.5) & (time < 2.1)
+    acceleration = 0.5 / 0.36 * 2.0 * np.pi * np.sin(2.0 * np.pi * s) * on
+    planned = Motion.along_x(time, acceleration, velocity=speed * on, position=place)
+    table = {"t [s]": time, "x [m]": quantum * np.round(place / quantum)}
+    machine = slide(80.0, friction)
+    found, exact = (
+        drive_requirements(simulate(machine, one)) for one in (motion_from_trace(read_trace(table)), planned)
+    )
+    rest = (found.time < 1.45) | (found.time > 2.15)
+    assert not found.friction[rest].any() and np.abs(exact.friction).max() == pytest.approx(100.0)
+    assert found.rms_force == pytest.approx(exact.rms_force, rel=0.01)
+
+
+def test_creeping_has_friction() -> None:
+    """However slow it is beside the moves."""
+    time = np.linspace(0.0, 4.0, 4001)
+    corners = [0.0, 0.2, 0.8, 1.0, 1.2, 3.8, 4.0]
+    speed = np.interp(time, corners, [0.0, 2.0, 2.0, 0.0, 1e-3, 1e-3, 0.0])
+    acceleration = np.gradient(speed, time)
+    given = np.column_stack([speed, 0.0 * speed, 0.0 * speed])
+    creeps = (time > 1.3) & (time < 3.7)
+    assert is_moving(time, np.column_stack([acceleration, 0 * time, 0 * time]), given)[creeps].all()

@@ -88,6 +88,8 @@ CYCLES = Range("a number of cycles", "1", 1e-9, 1e12, "a thousand per second for
 YEARS = Range("a life in years", "years", 1e-6, 1e4, "from half a minute to ten thousand years")
 YEARLY = Range("hours per year", "1", 1e-3, 8784.0, "all hours of a leap year")
 SHARE = Range("a share", "1", 1e-12, 1e3, "from the rounding of a double to a thousand times the value")
+PRELOAD_SHARE = Range("a preload over a rating", "1", 1e-12, 0.5, "catalogues print up to 0.19; 5 % is 0.05")
+DAMPING_RATIO = Range("a damping ratio", "1", 1e-12, 1.0, "beyond it nothing rings; 1.3 % is 0.013")
 FREQUENCY = Range("a frequency", "Hz", 1e-6, 1e9, "from a turn in ten days to sound in a nanometre")
 COMPONENT = Range(
     "a component of a shape", "1", 0.0, 1e9, "shapes in any unit, as of acceleration per newton"

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, StrictStr, model_va
 
 from guideload.base.config import ConfigModel, in_range, interval, number, optional
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import CLEARANCE, PRELOAD, SHARE, STIFFNESS
+from guideload.base.ranges import CLEARANCE, PRELOAD, PRELOAD_SHARE, STIFFNESS
 from guideload.catalogue.curve import CurvePoint, from_zero
 
 Text = Annotated[StrictStr, Field(min_length=1)]
@@ -53,7 +53,7 @@ def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
     return ends
 
 
-Share = Annotated[float, in_range(SHARE, least=0.0)]
+Share = Annotated[float, in_range(PRELOAD_SHARE, least=0.0)]
 Clearance = Annotated[float, in_range(CLEARANCE)]
 Shares = Annotated[tuple[Share, Share], BeforeValidator(interval), AfterValidator(_ascending)]
 Clearances = Annotated[tuple[Clearance, Clearance], BeforeValidator(interval), AfterValidator(_ascending)]

@@ -153,11 +153,11 @@ def drive_requirements(result: Result) -> DriveRequirements:
     velocity, reaction = result.history("cart_velocity"), reactions[:, DOFS.index("x")]
     if is_elastic(machine):
         reaction = -result.quantities["link_load"] @ _along_x(machine)
-    friction = friction_force(machine, result.carriage_loads, velocity)
+    acceleration = result.history("cart_acceleration")
+    assert acceleration is not None
+    friction = friction_force(machine, result.carriage_loads, time, acceleration, velocity)
     motor = None
     if machine.drive is not None and not machine.drive.linear_motor and velocity is not None:
-        acceleration = result.history("cart_acceleration")
-        assert acceleration is not None
         motor = _motor(machine.drive, time, velocity[:, 0], acceleration[:, 0], reaction + friction)
     along_x = None if velocity is None else velocity[:, 0]
     return DriveRequirements(time, along_x, reaction, friction, motor, machine)

@@ -14,6 +14,7 @@ from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import (
     COMPONENT,
+    DAMPING_RATIO,
     DEFLECTION,
     FORCE,
     FREQUENCY,
@@ -51,6 +52,7 @@ def _share(value: object, unit: str, above: float, within: Range) -> float:
 
 
 Share = Annotated[float, PlainValidator(partial(_share, unit="1", above=0.0, within=SHARE))]
+Ratio = Annotated[float, PlainValidator(partial(_share, unit="1", above=0.0, within=DAMPING_RATIO))]
 Frequency = Annotated[float, in_range(FREQUENCY, above=0.0)]
 Component = Annotated[float, in_range(COMPONENT)]
 
@@ -64,7 +66,7 @@ class ModeTable(ConfigModel):
     """A measured mode."""
 
     frequency: Frequency = Field(description='natural frequency, e.g. "34.9 Hz"')
-    damping: Share | None = optional('damping ratio, e.g. "2.4 %"')
+    damping: Ratio | None = optional('damping ratio, e.g. "2.4 %"')
     shape: tuple[Component, ...] | None = optional(
         "real components at the places of the test, in any scale; in phase or against it"
     )

@@ -119,9 +119,10 @@ def _preload(carriage: Carriage, product: Product) -> float | None:
     """The preload [N] of a carriage: its own, else the largest of its class; 0 with clearance, None if unknown."""
     if own := max(carriage.preload_y or 0.0, carriage.preload_z or 0.0):
         return own
-    if (of_class := product.preload_range(carriage.preload_class)) is not None:
-        return of_class[1]
-    return 0.0 if carriage.clearance_y or carriage.clearance_z else None
+    if carriage.clearance_y or carriage.clearance_z:
+        return 0.0
+    of_class = product.preload_range(carriage.preload_class)
+    return None if of_class is None else of_class[1]
 
 
 def require_rated_moments(machine: Machine, criteria: Criteria) -> None:

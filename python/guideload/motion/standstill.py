@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from guideload.base.arrays import Array, find_runs
 
@@ -14,6 +15,7 @@ STEADY = 0.01  # of the largest acceleration: its noise at rest; at a reversal w
 NORMAL = 1.4826  # standard deviation of normal noise over the median of its magnitude
 LOUD = 5.0  # times the noise: more belongs to a move
 FEWEST = 10  # instants of a standstill
+ROLLING = 5e-6  # m: balls and rollers give way by some micrometres before they roll
 
 
 class MoveSpan(NamedTuple):
@@ -51,21 +53,48 @@ def move_spans(time: Array, acceleration: Array, velocity: Array | None = None) 
     ]
 
 
-def _standstill(rate: Array, first: int, after: int) -> tuple[int, int] | None:
-    """First and last instant of the standstill in a slow stretch, around its quietest part; None if there is none.
+def is_moving(time: Array, acceleration: Array, velocity: Array) -> NDArray[np.bool_]:
+    """Whether the cart moves along x at each instant (n,), not what the noise of an estimated speed looks like at rest.
+
+    time: (n,) s. acceleration, velocity: (n, 3) m/s2, m/s.
+    """
+    speed, rate = velocity[:, 0], np.abs(acceleration[:, 0])
+    moving: NDArray[np.bool_] = speed != 0.0
+    place = np.append(0.0, np.cumsum(0.5 * np.diff(time) * (speed[1:] + speed[:-1])))
+    slow = np.abs(speed) <= RESTING * np.abs(speed).max()
+    for first, after in zip(*find_runs(slow), strict=True):
+        quiet = _quietest_part(rate, int(first), int(after))
+        # Planned motions stand exactly; what moves in its quietest part creeps.
+        if quiet is not None and speed[quiet].any() and np.ptp(place[quiet]) <= ROLLING:
+            moving[first:after] &= np.abs(place[first:after] - place[quiet].mean()) > ROLLING
+    return moving
+
+
+def _quietest_part(rate: Array, first: int, after: int) -> slice | None:
+    """The quietest part of a slow stretch that may be a standstill; None if it is none.
 
     rate: (n,) magnitude of the acceleration. first, after: ends of the stretch, as in a slice.
     """
     if after - first < FEWEST:
         return None
     edges = np.linspace(first, after, PARTS + 1).astype(np.intp)
-    noises = [float(np.sqrt(np.mean(rate[a:b] ** 2))) for a, b in zip(edges, edges[1:], strict=False)]
-    quietest = int(np.argmin(noises))
-    if noises[quietest] > STEADY * rate.max():
+    parts = [slice(*ends) for ends in zip(edges, edges[1:], strict=False)]
+    quietest = min(parts, key=lambda part: float(np.mean(rate[part] ** 2)))
+    return quietest if _rms(rate[quietest]) <= STEADY * rate.max() else None
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _standstill(rate: Array, first: int, after: int) -> tuple[int, int] | None:
+    """First and last instant of the standstill in a slow stretch, around its quietest part; None if there is none."""
+    quietest = _quietest_part(rate, first, after)
+    if quietest is None:
         return None
-    noise = NORMAL * float(np.median(rate[first:after])) if noises[quietest] else 0.0
+    noise = NORMAL * float(np.median(rate[first:after])) if rate[quietest].any() else 0.0
     loud = first + np.flatnonzero(rate[first:after] > LOUD * noise)
-    middle = (edges[quietest] + edges[quietest + 1]) // 2
+    middle = (quietest.start + quietest.stop) // 2
     before, behind = loud[loud < middle], loud[loud > middle]
     # Nothing moves before the first or after the last move of a record: what is loud there is an end of its smoothing.
     begin = int(before[-1]) + 1 if before.size and first > 0 else first

@@ -9,6 +9,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, RunError
+from guideload.motion.standstill import is_moving
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
@@ -29,10 +30,12 @@ def require_held_x(machine: Machine) -> None:
         )
 
 
-def friction_force(machine: Machine, loads: Array, velocity: Array | None) -> Array:
+def friction_force(
+    machine: Machine, loads: Array, time: Array, acceleration: Array, velocity: Array | None
+) -> Array:
     """Force [N] (time,) along x with which the drive overcomes the friction of the guides; 0 at standstill.
 
-    loads: (time, carriage, 6) of the carriages. velocity: (time, 3) m/s of the cart.
+    loads: (time, carriage, 6) of the carriages. acceleration, velocity: (time, 3) m/s2, m/s of the cart.
     Without a table [friction] it is the friction of the products' seals, where the velocity is known.
     Raises ArgumentError if there is a table [friction] but no velocity, which decides its sign.
     """
@@ -43,7 +46,7 @@ def friction_force(machine: Machine, loads: Array, velocity: Array | None) -> Ar
         raise ArgumentError(
             "velocity: friction needs the velocity of the cart, which this motion does not have"
         )
-    speed = velocity[:, 0]
+    speed = np.where(is_moving(time, acceleration, velocity), velocity[:, 0], 0.0)
     if friction is None:
         return np.asarray(np.sign(speed) * seals)
     dry = friction.coefficient * np.abs(loads[:, :, 1:3]).sum(axis=(1, 2)) + seals
@@ -65,7 +68,9 @@ def with_rack_push(run: Run) -> Run:
     at_samples, push = replace(run, times=None), np.zeros(motion.time.size)
     for _ in range(MOST_ITERATIONS):
         force = at_samples.solution.reaction()[:, 0]
-        force += friction_force(run.machine, at_samples.carriage_loads(), motion.velocity)
+        force += friction_force(
+            run.machine, at_samples.carriage_loads(), motion.time, motion.acceleration, motion.velocity
+        )
         before, push = push, drive.push_per_force * np.abs(force)
         at_samples = replace(at_samples, motion=_pushed(motion, push, direction))
         if np.abs(push - before).max() <= SETTLED * np.abs(push).max():
