@@ -209,7 +209,7 @@ def test_check_shows_machine_and_trace(trace: str) -> None:
     picture = Path(trace).with_suffix(".png")
     text = guideload("check", MACHINE, trace, "-o", picture).stdout
     assert picture.read_bytes().startswith(b"\x89PNG")
-    figures = ("mass 1250 kg", "weight 12\u202f258 N", "16 links", "supported", "1200 samples")
+    figures = ("mass 1250 kg", "weight 12\u202f258 N", "16 links", "pressed onto", "1200 samples")
     assert all(part in text for part in (*figures, "column velocity_m_s"))
 
 

@@ -128,7 +128,7 @@ def test_measurements_are_ranked_by_a_peak_load(folder: Path) -> None:
     text = (folder / "identify.toml").read_text(encoding="utf-8") + NEXT
     (folder / "next.toml").write_text(text, encoding="utf-8")
     shown = " ".join(guideload("identify", folder / "next.toml").stdout.split())
-    assert "Interval: that of peak load of carriage" in shown
+    assert "Interval: uncertainty of peak load of carriage" in shown
     assert "load of 1a Fz under moves.toml" in shown and shown.count("acceleration of p4") == 2
     assert re.search(
         r"Now the peak load of carriage \w+ is \d+ N, and with a probability of 95 % from", shown

@@ -146,6 +146,12 @@ def test_limits_are_where_a_requirement_fails(quantity: Any) -> None:
         "payload": lambda: (changed(machine, 1.001 * limit.value, (0.3, 0.2, 0.1)), MOTION),
         "overhang": lambda: (shifted(machine, 1.001 * limit.value), MOTION),
     }[quantity]()
+    place = {
+        "payload": " more at (300, 200, 100) mm from L",
+        "overhang": "m along (0, 0, 1)",
+        "pace": "given pace",
+    }
+    assert place[quantity] in limit_report(machine, limit, WANTED).answer[0]
     margins = margins_of(life_of(simulate(*beyond), WANTED))
     assert not margins.hold and margins.first_to_fail == limit.margins.first_to_fail
 
@@ -219,7 +225,7 @@ def test_bodies_that_are_joined_have_the_sum_of_their_moments(size: float) -> No
 
 
 def test_what_cannot_be_sized_is_refused() -> None:
-    with pytest.raises(ArgumentError, match="'huge' is neither a name in the catalogue"):
+    with pytest.raises(ArgumentError, match="'huge' is neither a name in the catalogue.*; its makers are m"):
         size(cart(), MOTION, CATALOGUE, products=["huge"])
     machine = with_product(cart(), CATALOGUE["small"], "Z0")
     with pytest.raises(RunError, match="is missed even without payload"):

@@ -158,7 +158,7 @@ class TraceResolution:
         excited = self.frequency[self.participating]
         if not excited.size:
             return f"follows changes up to {digits(self.bandwidth)} Hz; the travel excites no mode"
-        within = np.count_nonzero(excited <= self.bandwidth)
+        within = int(np.count_nonzero(excited <= self.bandwidth))
         which = {0: "none of the", excited.size: "all" if within > 1 else "the"}.get(
             within, f"{within} of the"
         )
