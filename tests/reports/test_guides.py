@@ -96,11 +96,18 @@ def test_seals_of_the_products_cost_their_force_over_the_whole_path() -> None:
     assert MOTION.velocity is not None
     speed = MOTION.velocity[:, 0]
     added = needed[1].force - needed[0].force
-    assert added == pytest.approx(12.0 * np.sign(speed), abs=1e-9)  # rounding of forces of kilonewtons
+    moves, stands = np.abs(speed) > 0.003, np.abs(speed) < 1e-12
+    assert (
+        moves.sum() + stands.sum() > 0.98 * speed.size
+    )  # between them, within 5 um of a standstill, it may be either
+    assert added[moves] == pytest.approx(
+        12.0 * np.sign(speed[moves]), abs=1e-9
+    )  # rounding of forces of kilonewtons
+    assert not np.any(np.abs(added[stands]) > 1e-9)
     work, path = (
         np.sum(0.5 * (each[1:] + each[:-1]) * np.diff(MOTION.time)) for each in (added * speed, np.abs(speed))
     )
-    assert work == pytest.approx(12.0 * path, rel=1e-12)
+    assert work == pytest.approx(12.0 * path, rel=1e-5)
     stated = free.model_copy(update={"friction": Friction(seal=3.0)})
     same = drive_requirements(simulate(stated, MOTION)).force
     assert same == pytest.approx(needed[1].force, rel=1e-14)

@@ -68,7 +68,7 @@ def _warnings(run: LongRun) -> list[str]:
         *([f"Warning: {counted(more, 'more warning')} of the motion, in later blocks."] if more > 0 else []),
         *machine_warnings(run.machine),
         *(
-            f"Note: {note}."
+            f"Warning: {note}."
             for note in (cycles_notes(run.machine.life, run.duration) if run.criteria else ())
         ),
         *(() if hours is None else life_warnings(hours)),
