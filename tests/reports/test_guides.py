@@ -97,12 +97,9 @@ def test_seals_of_the_products_cost_their_force_over_the_whole_path() -> None:
     speed = MOTION.velocity[:, 0]
     added = needed[1].force - needed[0].force
     moves, stands = np.abs(speed) > 0.003, np.abs(speed) < 1e-12
-    assert (
-        moves.sum() + stands.sum() > 0.98 * speed.size
-    )  # between them, within 5 um of a standstill, it may be either
-    assert added[moves] == pytest.approx(
-        12.0 * np.sign(speed[moves]), abs=1e-9
-    )  # rounding of forces of kilonewtons
+    # Within 5 um of a standstill it may be either; forces of kilonewtons are rounded.
+    assert moves.sum() + stands.sum() > 0.98 * speed.size
+    assert added[moves] == pytest.approx(12.0 * np.sign(speed[moves]), abs=1e-9)
     assert not np.any(np.abs(added[stands]) > 1e-9)
     work, path = (
         np.sum(0.5 * (each[1:] + each[:-1]) * np.diff(MOTION.time)) for each in (added * speed, np.abs(speed))

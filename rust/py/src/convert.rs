@@ -126,7 +126,7 @@ impl From<CoreError> for PyErr {
     }
 }
 
-/// A start by its name, or a state: position and velocity of L in the carriage frame, (2, 6).
+/// A start by its name, or a state: position and velocity of L in the travelling frame, (2, 6).
 #[derive(FromPyObject)]
 pub enum StartState<'py> {
     Named(String),

@@ -86,17 +86,17 @@ impl PySolution {
         self.recover(py, of, &[self.states.len(), count])
     }
 
-    /// Position of L in the carriage frame, (time, 6).
+    /// Position of L in the travelling frame, (time, 6).
     fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.of_reference(py, position)
     }
 
-    /// Velocity of L in the carriage frame, (time, 6).
+    /// Velocity of L in the travelling frame, (time, 6).
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.of_reference(py, velocity)
     }
 
-    /// Position and velocity of L in the carriage frame at the end of the motion, (2, 6).
+    /// Position and velocity of L in the travelling frame at the end of the motion, (2, 6).
     fn end<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let system = &self.stretches[self.stretches.len() - 1].0;
         let quantities = [position(system), velocity(system)];
@@ -106,7 +106,7 @@ impl PySolution {
         })
     }
 
-    /// Acceleration of L in the carriage frame, (time, 6).
+    /// Acceleration of L in the travelling frame, (time, 6).
     fn acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         if !self.travels.is_empty() {
             return self.of_riders(py, 6, |instant, out| out.copy_from_slice(&instant.acceleration));

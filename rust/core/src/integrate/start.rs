@@ -15,12 +15,12 @@ use crate::system::{NO_INPUT, State, System};
 pub enum Start {
     /// Static equilibrium under the weight.
     AtRest,
-    /// Static equilibrium under the weight and the first sample of the excitation, at rest in the carriage frame: as if that acceleration,
+    /// Static equilibrium under the weight and the first sample of the excitation, at rest in the travelling frame: as if that acceleration,
     /// that external load and the inertia forces and weights of moving riders had acted for a long time.
     QuasiStatic,
     /// A given state.
     State {
-        /// `(u, φ)` of L in the carriage frame, sag included: m, rad.
+        /// `(u, φ)` of L in the travelling frame, sag included: m, rad.
         position: Vector6<f64>,
         /// Its rate: m/s, rad/s.
         velocity: Vector6<f64>,
@@ -62,7 +62,7 @@ impl Start {
     /// The start of a machine whose mass changes while it moves: `from` in the state `end` becomes `to`, for instance because it grips or
     /// releases a payload. `kept`: the masses that are on it before and after.
     ///
-    /// What joins was at rest in the carriage frame, what leaves goes with its velocity: the position does not change, and the momentum of
+    /// What joins was at rest in the travelling frame, what leaves goes with its velocity: the position does not change, and the momentum of
     /// the free degrees of freedom after it is that of the kept masses before it, `M⁺ q'⁺ = M q'⁻` (an inelastic impact). The impulse of the
     /// held degrees of freedom is that of the drive.
     pub fn after_change(from: &System, end: &State, kept: &System, to: &System) -> Self {

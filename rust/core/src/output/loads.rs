@@ -259,7 +259,7 @@ pub fn group_load_along(
     load
 }
 
-/// Position `(u, φ)` of L in the carriage frame, static sag included: m, rad.
+/// Position `(u, φ)` of L in the travelling frame, static sag included: m, rad.
 pub fn position(system: &System) -> Wrench<'_> {
     let mut out = velocity(system);
     out.linear.constant = system.static_position().into();
@@ -270,7 +270,7 @@ pub fn position(system: &System) -> Wrench<'_> {
     out
 }
 
-/// Velocity `(u', φ')` of L in the carriage frame: m/s, rad/s.
+/// Velocity `(u', φ')` of L in the travelling frame: m/s, rad/s.
 pub fn velocity(system: &System) -> Wrench<'_> {
     let mut out = Wrench::nothing(system);
     for mode in 0..system.mode_count() {
@@ -279,7 +279,7 @@ pub fn velocity(system: &System) -> Wrench<'_> {
     out
 }
 
-/// Acceleration `(u'', φ'')` of L in the carriage frame: m/s², rad/s².
+/// Acceleration `(u'', φ'')` of L in the travelling frame: m/s², rad/s².
 pub fn acceleration(system: &System) -> Wrench<'_> {
     let shapes = system.shapes();
     let spread = |modal: &[f64]| -> [f64; 6] { (shapes * Vector6::from_column_slice(modal)).into() };

@@ -20,7 +20,7 @@ pub struct Ridden<'a> {
 /// Quantities of a body with riders at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RiddenInstant {
-    /// Acceleration `(u'', φ'')` of L in the carriage frame: m/s², rad/s².
+    /// Acceleration `(u'', φ'')` of L in the travelling frame: m/s², rad/s².
     pub acceleration: [f64; 6],
     /// Reactions of the held degrees of freedom, N and N m; zero for free ones.
     pub reaction: [f64; 6],

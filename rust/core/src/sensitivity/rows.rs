@@ -18,7 +18,7 @@ pub enum Quantity {
     LinkLoads(Part),
     /// A part of the load of each group about its centre, N and N m.
     GroupLoads(Part),
-    /// Position of L in the carriage frame, sag included.
+    /// Position of L in the travelling frame, sag included.
     Position,
     /// Its velocity.
     Velocity,
