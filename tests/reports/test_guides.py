@@ -19,9 +19,10 @@ from guideload.base.number_text import load_in_sentence
 from guideload.drive import drive_requirements
 from guideload.life.life import life_of
 from guideload.machine.drive import Friction
+from guideload.reports.assumptions import placement_lines
 from guideload.reports.guides import STEP, guides_section, rail_lengths, shortest_rail
 from guideload.reports.life import life_report
-from guideload.reports.machine import machine_report, placement_lines
+from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
 
 MOTION = moved(GENTLE, 500.0)

@@ -11,7 +11,7 @@ from guideload.base.arrays import Array
 from guideload.base.number_text import digits, number
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
-from guideload.motion.consistency import history_warnings, rest_warnings
+from guideload.motion.consistency import motion_texts
 from guideload.motion.motion import Motion
 from guideload.motion.resolution import TraceResolution
 
@@ -37,8 +37,7 @@ def motion_warnings(
         motion.time, motion.acceleration, motion.velocity, motion.position, motion.source, question
     )
     resolution = None if machine is None else TraceResolution.of_motion(machine, motion)
-    whole = (*rest_warnings(motion, machine), *history_warnings(motion))
-    return [*figures, *whole, *motion.warnings, *resolution_warnings(resolution)]
+    return [*figures, *motion_texts(motion, machine), *resolution_warnings(resolution)]
 
 
 def plausible_motion(

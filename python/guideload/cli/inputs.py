@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from guideload.traces.inspection import Inspection
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+RECORDS = (".csv", ".parquet", ".mat", ".npz")  # endings of files of traces
 MACHINE_KINDS = ("one-rail", "gantry", "vertical")  # of short machine files, in examples/kinds
 
 
@@ -29,7 +30,7 @@ def read_machine(machine_file: Path, free: str | None = None) -> Machine:
     try:
         machine, source = Machine.from_toml(machine_file), str(machine_file)
     except ConfigError as error:
-        if machine_file.suffix.lower() == ".toml" or not machine_file.is_file():
+        if machine_file.suffix.lower() not in RECORDS or not machine_file.is_file():
             raise
         first = "the machine comes first, then the trace: guideload run machine.toml trace.csv"
         raise InputError(f"{machine_file}: expected a machine file (.toml); {first}") from error

@@ -9,6 +9,7 @@ from typing import Any
 
 from guideload.base.errors import ConfigError, GuideloadError
 from guideload.base.number_text import first_names
+from guideload.cli.inputs import RECORDS
 
 MOST_FILES = 200  # of a folder that are looked at
 # Kinds of TOML files by a key that they alone have; a catalogue is what has products and no body.
@@ -20,7 +21,6 @@ KINDS = {
     "cases": "duty",
     "unknowns": "identify",
 }
-RECORDS = (".csv", ".parquet", ".mat", ".npz")
 
 
 def next_steps(folder: Path) -> list[str]:

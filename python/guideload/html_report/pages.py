@@ -45,6 +45,10 @@ ASSUMPTIONS = (
         "M q'' + B q' + K q = Q - M_u a(t), from Lagrange's equations in vector form, without constraints.",
         "paper, 3.4",
     ),
+    (
+        "Rails and carriages are exactly where the machine file has them, with its mounting errors and profiles.",
+        "guideload, theory",
+    ),
     ("Rotations are small; the audit estimates what this neglects.", "paper, 3.1"),
     (
         "Load of a link: k delta + b delta', or its nonlinear law; load of a carriage: sum over its links.",

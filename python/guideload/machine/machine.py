@@ -280,14 +280,6 @@ class Machine(FileModel):
         seals = [None if one is None else one.seal_force for one in self.product_of_carriage]
         return read_only(np.array([0.0 if one is None else one.per_carriage for one in seals]))
 
-    @property
-    def has_friction(self) -> bool:
-        """Whether friction of the guides adds to the force of the drive."""
-        friction = self.friction
-        return bool(self.seal_forces.any()) or (
-            friction is not None and (friction.coefficient > 0.0 or friction.viscous > 0.0)
-        )
-
     @cached_property
     def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
         """For each carriage, the indices of its links in the link table."""

@@ -12,7 +12,12 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 
 
-def rest_warnings(motion: Motion, machine: Machine | None = None) -> Iterator[WarningText]:
+def motion_texts(motion: Motion, machine: Machine | None = None) -> tuple[str, ...]:
+    """The warnings of a motion that need all its samples: of its histories, and of its reading."""
+    return (*_rest_warnings(motion, machine), *_history_warnings(motion), *motion.warnings)
+
+
+def _rest_warnings(motion: Motion, machine: Machine | None) -> Iterator[WarningText]:
     """Warn of a motion that is at rest throughout, unless process forces or riders load the guides."""
     position = None if motion.position is None else motion.position - motion.position[0]
     histories = (motion.acceleration, motion.velocity, position, motion.wrench)
@@ -26,7 +31,7 @@ def rest_warnings(motion: Motion, machine: Machine | None = None) -> Iterator[Wa
     )
 
 
-def history_warnings(motion: Motion) -> Iterator[WarningText]:
+def _history_warnings(motion: Motion) -> Iterator[WarningText]:
     """Warn of a velocity that is not the integral of the acceleration, and of a position not that of the velocity.
 
     The acceleration is linear between the stamps, so the velocity is quadratic. Not of records: their smoothing makes

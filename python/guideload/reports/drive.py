@@ -22,7 +22,6 @@ from guideload.base.warnings import LIMITS, WarningText
 from guideload.drive.requirements import (
     DriveRequirements,
     Motor,
-    drive_requirements,
     is_elastic,
     share_of_push,
 )
@@ -33,14 +32,13 @@ from guideload.simulation.result import Result
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 
 
-def drive_warnings(result: Result) -> list[str]:
+def drive_warnings(needed: DriveRequirements) -> list[str]:
     """Warnings of a motor, screw or drive that cannot make the motion."""
-    return [one for one in _limits(drive_requirements(result)) if isinstance(one, WarningText)]
+    return [one for one in _limits(needed) if isinstance(one, WarningText)]
 
 
-def drive_parts(result: Result) -> list[Part]:
+def drive_parts(result: Result, needed: DriveRequirements) -> list[Part]:
     """What the drive is, a table of force, power and torque, and what they mean."""
-    needed = drive_requirements(result)
     return [drive_words(result.machine), _table(needed), *_sentences(result, needed)]
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from guideload.audit.motion_plausibility import life_warnings
-from guideload.base.number_text import fixed, number, percent, seconds
+from guideload.base.number_text import fixed, number, seconds
 from guideload.duty.duty_cycle import DutyCycle
-from guideload.reports.life import life_verdict, life_words, rating_formulas
+from guideload.reports.life import life_risk, life_verdict, life_words, rating_formulas
 from guideload.reports.report import Definitions, Report, Section, Table, Value, warnings_by_title
 
 DEFINITION = (
@@ -43,10 +43,7 @@ def duty_report(duty: DutyCycle) -> Report:
 def _answer(duty: DutyCycle) -> str:
     conditions, (name, weakest) = duty.conditions, duty.worst
     verdict = life_verdict(duty.machine_life, duty.wanted, weakest.static.safety, conditions)
-    risk = ""
-    if conditions.life is not None and duty.wanted is not None:
-        failure = percent(duty.failure_probability(duty.wanted))
-        risk = f"The probability that one fails before {conditions.life.text} is {failure}. "
+    risk = life_risk(duty.machine_life, duty.wanted, conditions)
     costliest = int(duty.shares.argmax())
     return (
         f"{verdict} With {life_words(duty.machine_life, duty.repetition, conditions, wanted=duty.wanted)}. "

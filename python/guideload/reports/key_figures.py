@@ -95,7 +95,7 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
     figures = (
         _largest_load(result, audited),
         *_life_figures(life, margins, audited),
-        KeyFigure("dynamic factor", _dynamic_factor(result) if audited else "...", DYNAMIC_FACTOR),
+        KeyFigure("Dynamic factor", _dynamic_factor(result) if audited else "...", DYNAMIC_FACTOR),
         *_drive_figures(drive, margins),
         *_settling(result),
     )

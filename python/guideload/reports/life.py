@@ -31,6 +31,7 @@ from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
 from guideload.life.limits import unverified_notes
 from guideload.life.load_parts import CAUSES
+from guideload.life.rating_life import failure_probability
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 from guideload.simulation.result import Result
 
@@ -91,13 +92,14 @@ def _answer(life: Life, band: LifeBand | None) -> str:
     required = (
         "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
     )
-    risk = ends = ""
-    if band is not None and (text := _ends(*band.machine)) != _ends(*band.machine[:1] * 2):
-        ends = f" (noise of the trace alone: {text} km, 95 %)"
+    low, high = (0.0, 0.0) if band is None else band.machine
+    ends = (
+        f" (noise of the trace alone: {_ends(low, high)} km, 95 %)"
+        if _ends(low, high) != _ends(low, low)
+        else ""
+    )
     words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
-    if life.wanted is not None and conditions.life is not None:
-        risk = f"The probability that one fails before {conditions.life.text} is "
-        risk += f"{percent(life.failure_probability(life.wanted))}. "
+    risk = life_risk(life.machine, life.wanted, conditions)
     verdict = life_verdict(life.machine, life.wanted, weakest.static.safety, conditions)
     return (
         f"{verdict} With {words}. {risk}Carriage {shortest.name} alone: {rounded(life.hours(shortest.life))} "
@@ -147,6 +149,14 @@ def duty_text(conditions: LifeConditions) -> str:
     """How often the motion is run."""
     cycles = conditions.cycles_per_hour
     return "if the motion repeats at once" if cycles is None else f"at {number(cycles)} cycles per hour"
+
+
+def life_risk(life: float, wanted: float | None, conditions: LifeConditions) -> str:
+    """The probability that a carriage fails before the life wanted [m], as a sentence; empty if none is wanted."""
+    if wanted is None or conditions.life is None:
+        return ""
+    failure = float(failure_probability(wanted, life, conditions.reliability))
+    return f"The probability that one fails before {conditions.life.text} is {percent(failure)}. "
 
 
 def life_verdict(life: float, wanted: float | None, safety: float, conditions: LifeConditions) -> str:

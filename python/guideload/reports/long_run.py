@@ -16,10 +16,10 @@ from guideload.base.number_text import (
     seconds,
 )
 from guideload.life.limits import cycles_notes
-from guideload.life.rating_life import failure_probability
 from guideload.long_runs.long_run import RESULTANT, LongRun
 from guideload.reports.life import (
     duty_text,
+    life_risk,
     life_verdict,
     life_words,
     rating_formulas,
@@ -111,13 +111,10 @@ def _answer(run: LongRun) -> str:
         return f"{text} The cart does not move along x, so there is no mean load and no life."
     duty = "of such operation" if conditions.cycles_per_hour is None else duty_text(conditions)
     words = life_words(run.machine_life, run.repetition, conditions, duty, run.wanted)
-    if run.wanted is not None and conditions.life is not None:
-        used = failure_probability(run.wanted, run.machine_life, conditions.reliability)
-        words += f". The probability that one fails before {conditions.life.text} is {percent(float(used))}"
     return (
         f"{text} In {kilometres(run.distance)} km of travel the probability that a carriage fails is "
-        f"{percent(run.used)}; with {words}."
-    )
+        f"{percent(run.used)}; with {words}. {life_risk(run.machine_life, run.wanted, conditions)}"
+    ).rstrip()
 
 
 def _carriages_table(run: LongRun) -> Table:

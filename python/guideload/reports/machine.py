@@ -10,13 +10,11 @@ from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
 from guideload.base.arrays import Array
-from guideload.base.errors import shown
 from guideload.base.number_text import (
     between,
     counted,
     digits,
     joined,
-    load_in_sentence,
     load_in_table,
     number,
     vector,
@@ -25,12 +23,20 @@ from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
 from guideload.motion.motion import Motion
-from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
+from guideload.reports.assumptions import (
+    compliant_carriages,
+    moments_x,
+    no_roll,
+    nominal_lines,
+    placement_lines,
+    structure_lines,
+    without_payloads,
+)
+from guideload.reports.report import Column, Definitions, Part, Report, Section, Table
 
 STATIC_DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes; moments about the carriage's centre."
 )
-MISPLACED = 10e-6  # m: rails are aligned to some hundredths of a millimetre
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
@@ -112,15 +118,6 @@ def modes_report(machine: Machine, modes: Modes) -> Report:
     )
 
 
-def without_payloads(machine: Machine) -> list[str]:
-    """The payloads that modes and static loads leave out, and the way to have them; no line without any."""
-    if not machine.payloads:
-        return []
-    names = joined(f"{one.name} ({number(one.mass)} kg)" for one in machine.payloads)
-    way = f"machine.carrying([{shown(machine.payloads[0].name)}]) in Python is the machine that carries it"
-    return [f"Without payload {names}; {way}."]
-
-
 def modes_section(machine: Machine, modes: Modes) -> Section:
     """A row per natural mode: frequencies, damping ratio and the dofs that move most."""
     damped = [
@@ -140,43 +137,7 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
         table,
         *nominal_lines(machine, "frequencies"),
         *structure_lines(machine),
-        *placement_lines(machine),
     )
-
-
-def structure_lines(machine: Machine) -> list[str]:
-    """How far the stiffness of the structure around the guides is in the model."""
-    compliant = _compliant(machine)
-    given = [] if machine.base is None else ["the base ([base])"]
-    given += [f"the structure at carriage {joined(compliant)} (compliance)"] if compliant else []
-    if given:
-        return [
-            f"Elastic are the guides and {joined(given)}; all else, as table and body, is rigid in this model."
-        ]
-    return [
-        "The structure, table and base, is rigid in this model: only the guides give way. On an elastic structure "
-        "natural frequencies are lower and displacements larger: enter it as [base], or as compliance_y and "
-        "compliance_z of the carriages."
-    ]
-
-
-def placement_lines(machine: Machine) -> list[str]:
-    """That rails and carriages without mounting errors are exactly in place, and what one of 10 um would change."""
-    if machine.mounting_errors.any() or not machine.has_straight_rails or len(machine.carriages) < 2:
-        return []
-    nominal, changes = machine.static_carriage_loads, {}
-    for i, one in enumerate(machine.carriages):
-        for axis, error in (("y", (MISPLACED, 0.0)), ("z", (0.0, MISPLACED))):
-            moved = [*machine.carriages]
-            moved[i] = one.model_copy(update={"mounting_error": error})
-            loads = machine.model_copy(update={"carriages": tuple(moved)}).static_carriage_loads
-            changes[one.name, axis] = float(np.linalg.norm((loads - nominal)[i, 1:3]))
-    name, axis = max(changes, key=changes.__getitem__)
-    return [
-        f"Rails and carriages are exactly in place in this model. A mounting error of {number(1e6 * MISPLACED)} um of "
-        f"carriage {name} along {axis} would change its load by {load_in_sentence(changes[name, axis])}; state errors "
-        "as mounting_error of rails and carriages, or let them scatter in a study."
-    ]
 
 
 def _springs(machine: Machine) -> str:
@@ -221,13 +182,9 @@ def _carriage_parts(machine: Machine) -> list[Part]:
         Column("rail", [rolled.get(one.rail, one.rail) for one in carriages]),
     )
     laws, series = _laws_table(machine), ""
-    if compliant := _compliant(machine):
+    if compliant := compliant_carriages(machine):
         series = f"Stiffness and damping of {joined(compliant)} are those with the compliance in series."
     return [table, NOMINAL if laws else "", laws, series]
-
-
-def _compliant(machine: Machine) -> list[str]:
-    return [one.name for one in machine.carriages if one.compliance_y or one.compliance_z]
 
 
 def _stiffness(law: Law) -> float | str:
@@ -354,17 +311,6 @@ def _law_text(part: Carriage | Link, law: Law, axis: str = "") -> str:
     return f"{gap}{number(positive)} N/um {forwards}, {number(negative)} N/um {backwards}{pause}"
 
 
-def nominal_lines(machine: Machine, what: str) -> list[str]:
-    """Which stiffness of nonlinear links determines eigenvalues or frequencies; empty for a linear machine."""
-    if machine.model_level == "linear":
-        return []
-    return [
-        f"This machine is {machine.model_level}. The {what} are those with all links in contact and nominal stiffness: "
-        "the larger of two sides, the stiffness of a preloaded contact at no load, the steepest slope of a curve. "
-        "Open or softer links lower them."
-    ]
-
-
 def _static_section(machine: Machine) -> Section:
     """A row per carriage: static force and moment, with sign."""
     loads = machine.static_carriage_loads
@@ -400,24 +346,6 @@ def _sum_lines(machine: Machine, loads: Array) -> list[str]:
                 f"{words} at rest: {'all carriages' if which.all() else joined(names[which].tolist())}"
             )
     return lines
-
-
-def moments_x(machine: Machine, moments: Array) -> list[Value]:
-    """Moments Mx of the carriages for a table; a dash for those that do not resist roll in the model."""
-    return [
-        float(moment) if one.distances.roll else "-"
-        for one, moment in zip(machine.carriages, moments, strict=True)
-    ]
-
-
-def no_roll(machine: Machine) -> str:
-    """Why a table has no Mx for some carriages; empty if it has all."""
-    without = any(not one.distances.roll for one in machine.carriages)
-    return (
-        "Mx is not modelled (-) for carriages without width: in the model they do not resist roll."
-        if without
-        else ""
-    )
 
 
 def _millimetres(point: Sequence[float]) -> str:

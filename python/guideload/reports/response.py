@@ -8,7 +8,7 @@ from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
-from guideload.reports.machine import without_payloads
+from guideload.reports.assumptions import without_payloads
 from guideload.reports.report import Column, Definitions, Report, Section, Table
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none

@@ -15,10 +15,11 @@ from guideload.base.quantities import Quantities
 from guideload.drive.requirements import drive_requirements
 from guideload.machine.machine import DOFS
 from guideload.motion.motion import Motion
+from guideload.reports.assumptions import moments_x, no_roll, placement_lines
 from guideload.reports.drive import drive_parts, drive_warnings
 from guideload.reports.guides import guides_section
 from guideload.reports.life import run_life
-from guideload.reports.machine import modes_section, moments_x, no_roll
+from guideload.reports.machine import modes_section
 from guideload.reports.points import points_section
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, warnings_by_title
 from guideload.simulation.result import Result
@@ -34,20 +35,20 @@ DEFINITIONS = (
 
 def result_report(result: Result) -> Report:
     """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
-    machine, life = result.machine, run_life(result)
-    beyond = [name for name, margin in drive_requirements(result).margins.items() if margin < 1.0]
+    machine, life, needed = result.machine, run_life(result), drive_requirements(result)
+    beyond = [name for name, margin in needed.margins.items() if margin < 1.0]
     drive = [f"NOT REACHED by the drive: {joined(beyond)}."] if beyond else []
     return Report.of(
         machine,
         "load of the guides",
         answer=[_largest_load(result), *drive, *life.answer],
-        warnings=[*result.audit.warnings, *drive_warnings(result), *life.warnings],
+        warnings=[*result.audit.warnings, *drive_warnings(needed), *life.warnings],
         sections=[
             _peaks_section(result),
             *life.sections,
             guides_section(result),
             points_section(result),
-            Section("Drive and held dofs", *drive_parts(result), _held_dofs(result)),
+            Section("Drive and held dofs", *drive_parts(result, needed), _held_dofs(result)),
             modes_section(machine, result.modes),
             Section("Motion of the cart", _run_motion_lines(result.quantities), *_rider_lines(result)),
             Section("Solution", _solution_lines(result.quantities)),
@@ -111,7 +112,7 @@ def _peaks_section(result: Result) -> Section:
     if not result.machine.carriages:
         return Section(title)
     terms = Definitions(_definitions(result), *_band_lines(result))
-    return Section(title, *_peaks_tables(result), terms)
+    return Section(title, *_peaks_tables(result), *placement_lines(result.machine), terms)
 
 
 def _definitions(result: Result) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.base.number_text import digits, joined, milliseconds, number, scientific
 from guideload.method_comparison.step_stability import NEAR, ON_ANY, WITHIN, WITHOUT_EDGES, Stability
-from guideload.reports.machine import nominal_lines
+from guideload.reports.assumptions import nominal_lines
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value
 from guideload.reports.run import motion_lines
 from guideload.simulation.stability_function import error_per_period

@@ -125,8 +125,8 @@ def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[s
     if stem in summary.index.unique("quantity"):
         quantity, rows = QUANTITIES[stem], summary.loc[stem]
         level = "q01" if quantity.smallest_is_worst else "q99"
-        worst = "idxmin" if quantity.smallest_is_worst else "idxmax"
-        carriage = str(getattr(rows[level], worst)())
+        values = rows[level]
+        carriage = str(values.idxmin() if quantity.smallest_is_worst else values.idxmax())
         value, low, high = (float(rows[f"{level}{end}"][carriage]) for end in ("", "_low", "_high"))
         owner = f"carriage {carriage}" if carriage else "the worst carriage of each sample"
         between = ends_text(low, high, stem)
@@ -144,7 +144,7 @@ def _statistics_answer(result: StudyResult, summary: pd.DataFrame) -> Iterator[s
     drivers, measure = result.driving(), "total" if metadata.sensitivity else "rank_correlation"
     if np.isfinite(drivers[measure].iloc[0]):
         words = "total Sobol index" if metadata.sensitivity else "rank correlation"
-        sides = ", to both sides" if drivers.get("to_both_sides", pd.Series([False])).iloc[0] else ""
+        sides = ", to both sides" if drivers.iloc[0].get("to_both_sides", False) else ""
         yield f"Driven by {drivers.index[0]} ({words} {fixed(drivers[measure].iloc[0], 2)}{sides})"
 
 

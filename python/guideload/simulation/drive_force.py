@@ -30,6 +30,14 @@ def require_held_x(machine: Machine) -> None:
         )
 
 
+def has_friction(machine: Machine) -> bool:
+    """Whether friction of the guides adds to the force of the drive."""
+    friction = machine.friction
+    return bool(machine.seal_forces.any()) or (
+        friction is not None and (friction.coefficient > 0.0 or friction.viscous > 0.0)
+    )
+
+
 def friction_force(
     machine: Machine, loads: Array, time: Array, acceleration: Array, velocity: Array | None
 ) -> Array:

@@ -11,7 +11,7 @@ from guideload.base.arrays import Array, median_step
 from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
 from guideload.machine.machine import DOFS
-from guideload.motion.consistency import history_warnings, rest_warnings
+from guideload.motion.consistency import motion_texts
 from guideload.simulation.peaks import peak_rows, resultants
 from guideload.simulation.point_motion import Row, point_rows
 from guideload.simulation.run import AXES, Run
@@ -156,9 +156,7 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "motion_jumps": jumps if run.stretches is None else jumps + 1 - len(run.stretches.first),
         "motion_source": run.motion.source,
         "motion_notes": "\n".join(run.motion.notes),
-        "motion_warnings": "\n".join(
-            (*rest_warnings(run.motion, run.machine), *history_warnings(run.motion), *run.motion.warnings)
-        ),
+        "motion_warnings": "\n".join(motion_texts(run.motion, run.machine)),
     }
     if run.stretches is not None:
         # When each stretch begins [s], and the payloads that are on the machine then.

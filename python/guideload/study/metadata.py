@@ -23,6 +23,7 @@ from guideload.base.number_text import counted, percent, scientific
 from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
+from guideload.simulation.drive_force import has_friction
 from guideload.simulation.start import StartState
 from guideload.study.quantities import CONTACT, PEAK_LOAD, QUANTITIES, Measure, column_name, contact_words
 from guideload.traces.format.table import listed
@@ -215,7 +216,7 @@ class StudyMetadata(BaseModel, frozen=True):
             return contact_words(self.machine)
         if stem not in QUANTITIES:
             return name
-        without = " without friction" if QUANTITIES[stem].of_machine and self.machine.has_friction else ""
+        without = " without friction" if QUANTITIES[stem].of_machine and has_friction(self.machine) else ""
         return QUANTITIES[stem].title + without
 
     def title_with_unit(self, name: str) -> str:

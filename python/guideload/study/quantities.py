@@ -21,6 +21,7 @@ from guideload.catalogue.life_target import Repetition, life_target
 from guideload.life.rating_life import system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
+from guideload.simulation.drive_force import has_friction
 
 Measure = tuple[str, int, str]  # recorded load, index of the carriage, statistic, see `_core.Batch`
 Recorded = Literal["Fx", "Fy", "Fz", "Mx", "My", "Mz", "resultant", "load", "contact", "drive"]
@@ -84,7 +85,7 @@ class Quantity:
 
 def require_limit(quantity: Quantity, machine: Machine, limit: object) -> None:
     """Raise ValueRefused for a limit on the force of the drive where friction adds to it, which a study leaves out."""
-    if quantity.of_machine and machine.has_friction:
+    if quantity.of_machine and has_friction(machine):
         raise ValueRefused(
             f"no limit on {quantity.title} of a machine with friction",
             limit,
