@@ -3,7 +3,7 @@
 use super::block_values::{BLOCK, Values, evaluate_block, transpose};
 use super::loads::{Linear, Recovery};
 use crate::numeric::float::add_scaled;
-use crate::numeric::simd::{LANES, dispatch_wide};
+use crate::numeric::simd::{LANES, dispatch, dispatch_wide};
 use crate::system::{Input, NO_INPUT, State};
 
 /// Evaluates quantities at all instants: `out[(k * quantities + q) * ROWS + row]`. `input` gives the excitation of instant k. Returns whether
@@ -29,7 +29,13 @@ pub fn evaluate<const ROWS: usize>(
         }
         return finite;
     }
-    dispatch_wide!(write_blocks(quantities, states, &input, out))
+    // The roots in the laws of preloaded contacts take longer with AVX-512.
+    let mut links = quantities.iter().flat_map(|quantity| quantity.nonlinear.as_slice());
+    if links.all(|link| link.row.link.law().is_piecewise_linear()) {
+        dispatch_wide!(write_blocks(quantities, states, &input, out))
+    } else {
+        dispatch!(write_blocks(quantities, states, &input, out))
+    }
 }
 
 impl Linear<LANES> {
