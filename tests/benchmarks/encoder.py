@@ -144,6 +144,11 @@ def table(scores: list[Score]) -> None:
         f"{100 * inside:.0f} % of cases; peaks off by {100 * np.median(peak):.2g} % (median), {100 * peak.max():.2g} % "
         f"(worst), {100 * np.mean([s.peaks_held for s in scores]):.0f} % of true peaks within their bands"
     )
+    by_rate = {rate: np.mean([s.peaks_held for s in scores if s.case.rate == rate]) for rate in RATES}
+    print(
+        "of these, by rate: "
+        + ", ".join(f"{rate:.0f} Hz {100 * held:.0f} %" for rate, held in by_rate.items())
+    )
 
 
 def long_trace() -> None:

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 import reference as ref
 from linear_gaussian import dense, problem
+from made_traces import case
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from moves import GENTLE
 
 from guideload import Machine, Motion, Result, TraceError, _core, plots, simulate
+from guideload.cli.inputs import EXAMPLES
 from guideload.motion.uncertainty import COVER, Uncertainty
 from guideload.reports import run as report
 from guideload.simulation.bands import bands_of
@@ -325,7 +327,30 @@ def test_peaks_of_a_gentle_move_are_within_a_percent_and_the_band_says_so(
     true = simulate(machine, Motion.along_x(time, acceleration)).peaks()["peak_resultant_N"]
     assert (measured["peak_resultant_N"] / true - 1.0).abs().max() < 0.01
     assert (measured["peak_lower_N"] < true).all() and (true < measured["peak_upper_N"]).all()
-    assert ((measured["peak_upper_N"] - measured["peak_lower_N"]) / true).max() < 0.02
+    assert ((measured["peak_upper_N"] - measured["peak_lower_N"]) / true).max() < 0.025
+
+
+def test_bands_hold_the_peaks_of_machines_that_ring() -> None:
+    """Moves with jumps of acceleration or jerk, rounded to 1 to 50 um, of a machine with damping ratios of 1 %.
+
+    The four carriages of a move err together: 41 of 48 allow for two moves whose bands miss, of twelve.
+    """
+    text = (
+        (EXAMPLES / "manipulator.toml")
+        .read_text()
+        .replace("10.4 kN s/m", "4.2 kN s/m")
+        .replace("3.1 kN s/m", "1.25 kN s/m")
+    )
+    machine = Machine.from_text(text)
+    held = []
+    for seed, quantum in enumerate(np.repeat([1e-6, 5e-6, 5e-5], 4)):
+        family = ("jerk-limited", "trapezoid")[seed % 2]
+        one = case(family, 1000.0, quantum, 0.0, 0.0, np.random.default_rng(seed))
+        trace = read_trace({"t_s": one.time, "x_m": one.value}, quantum=quantum)
+        band = simulate(machine, motion_from_trace(trace)).peaks()
+        true = simulate(machine, Motion.along_x(one.time, one.acceleration)).peaks()["peak_resultant_N"]
+        held += list((band["peak_lower_N"] < true) & (true < band["peak_upper_N"]))
+    assert np.sum(held) >= 41
 
 
 def test_only_an_uncertain_motion_has_bands() -> None:

@@ -34,7 +34,7 @@ class Uncertainty:
     segment     (n - 1,) segment of each interval
     density     (segments,) process-noise density
     derivative  index of the acceleration in the state
-    unit        (n,) m/s2 per scaled unit of the acceleration, times the calibration of the band
+    unit        (n,) m/s2 per scaled unit of the acceleration; larger where the orders of the model differ
     time        (n,) s, or None for the stamps of the motion. Deviations are linear between stamps
     oscillator  frequency in radians per scaled unit of time, damping ratio, index of the acceleration; None without
     """

@@ -159,8 +159,7 @@ def _band_lines(result: Result) -> list[str]:
         return []
     return [
         "Band: 95 % credible band of the largest resultant at any time, if noise of the trace is the only uncertainty. "
-        "The estimated motion is smoother than the true one, so its peak is often low in the band, or below it; where "
-        "lightly damped modes ring, the band is often too narrow. Noise: "
+        "The estimated motion is smoother than the true one, so its peak is often low in the band, or below it. Noise: "
         "1.96 standard deviations of the resultant at the time of the peak, over the peak. Method: "
         f"{attributes['band_method']}."
     ]

@@ -68,7 +68,7 @@ class MotionEstimate(Kinematics):
     """Estimated motion with its uncertainty; `bandwidth` holds for a sudden change by the largest acceleration.
 
     time                   (n,) s
-    acceleration_variance  (n,) (m/s2)^2; +-1.96 standard deviations are the 95 % credible band
+    acceleration_variance  (n,) (m/s2)^2, of the error at a stamp; +-1.96 standard deviations are the 95 % credible band
     order                  of the white derivative of the position, or of the drive if the axis rings, with the
                            largest weight
     weights                weight of each order in the mixture, the largest first; they sum to 1
@@ -78,7 +78,8 @@ class MotionEstimate(Kinematics):
     jumps                  (k, 2) s, start and end of stretches whose density is at least 20 times the stationary one
     oscillation            frequency and damping with which the axis rings; None if the samples show no ringing
     warning                if the trace is too noisy or too coarse, else ""
-    uncertainty            posterior of the acceleration, for draws; None if all samples are equal
+    uncertainty            posterior of the acceleration over time, for loads, with at least this variance; None if all
+                           samples are equal
     """
 
     time: Array
@@ -156,9 +157,10 @@ def _estimate(
     for each in candidates:
         between += each.weight * (each.mean[:, at] - mean[:, at]) ** 2
     variance = _harmonic_mean(np.array([each.error_variance for each in candidates]), weights) + between
-    # The chain of the best order carries the deviations of the mixture, scaled to its variance.
-    chain = candidates[leading].variance
-    calibration = np.sqrt(np.divide(variance, chain, out=np.ones_like(chain), where=chain > 0.0))
+    # The posterior of the best order describes the deviations over time, widened where the orders differ. It is not
+    # narrowed to the error of the acceleration, which is small between the kinks of a move: those excite the modes.
+    posterior = candidates[leading].variance
+    ratio = np.divide(variance, posterior, out=np.ones_like(variance), where=posterior > 0.0)
     stationary = model.smoother.fit
     units = [samples.value_unit / samples.time_unit**power for power in range(3)]
     smoothed = mean[:, 0] * units[0] + samples.origin
@@ -178,7 +180,6 @@ def _estimate(
     followed = (change**2 / white) ** (1.0 / (2 * at + 1)) / (2.0 * np.pi)
     bandwidth = (min(followed, 0.5) if change else 0.5) / samples.time_unit
     warning = noise_warning(noise, value, quantum, samples.time_unit)
-    unit = calibration * units[at]
     oscillation = _oscillation(samples, stationary.oscillator)
     ringing = f", which the axis follows as an oscillator of {oscillation}" if oscillation else ""
     return MotionEstimate(
@@ -186,7 +187,7 @@ def _estimate(
         position=position,
         velocity=velocity,
         acceleration=acceleration,
-        acceleration_variance=chain * unit**2,
+        acceleration_variance=variance * units[at] ** 2,
         order=order,
         weights=shares,
         noise=noise,
@@ -207,7 +208,7 @@ def _estimate(
             segment=model.segment,
             density=model.fit.density,
             derivative=at,
-            unit=unit,
+            unit=np.sqrt(np.maximum(ratio, 1.0)) * units[at],
             oscillator=stationary.oscillator,
         ),
     )
