@@ -29,6 +29,7 @@ from guideload import (
 from guideload.audit.motion_plausibility import longest_move, motion_warnings
 from guideload.audit.plausibility import machine_warnings
 from guideload.base.warnings import LIMITS, WarningText, verdict
+from guideload.catalogue.product import Product
 from guideload.cli.inputs import MACHINE_KINDS
 from guideload.cli.templates import FILES
 from guideload.reports.machine import machine_report
@@ -73,6 +74,12 @@ def rated(mass: float = 1250.0, **drive: Any) -> Machine:
     """A cart with a product."""
     cart = lives.cart(drive=Drive(gear_ratio=12.0, pinion_diameter=0.1273, **drive))
     return cart.model_copy(update={"body": cart.body.model_copy(update={"mass": mass})})
+
+
+def static_in_newtons() -> Machine:
+    """A cart with a product whose static rating has N in place of kN; so light that it is no load at rest."""
+    product = Product(**{**lives.PRODUCT, "static": "60 N"})
+    return rated(10.0).model_copy(update={"products": (product,)})
 
 
 def heavier_to_turn(factor: float) -> Machine:
@@ -171,6 +178,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         lambda: machine_warnings(rated(6e4)),
         "at rest, more than its static load rating C0 of 60 kN",
     ),
+    "load ratings": (
+        lambda: machine_warnings(static_in_newtons()),
+        "C0 of 20 is 60 N, 0.00189 times its dynamic one for 100 km, 31.7 kN",
+    ),
     "sag": (lambda: machine_warnings(scaled(stiffness_y=1e-3)), "mm: are stiffness in N/m and mass in kg"),
     "frequency": (
         lambda: machine_warnings(scaled(stiffness_y=1e-6, stiffness_z=1e-6)),
@@ -266,6 +277,7 @@ TOGETHER = {
     "distance": {"inertia", "overlap", *OF_UNITS},
     "inertia": {"damping"},
     "load at rest": {"damping"},
+    "load ratings": {"damping", "inertia"},
     "sag": {"damping"},
     "frequency": {"damping", "sag"},
     "clearance": {"sag"},

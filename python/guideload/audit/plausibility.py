@@ -39,6 +39,7 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
         _overlaps(machine),
         _stacked_rails(machine),
         _rest(machine),
+        _ratings(machine),
         _modes(machine, modes),
         _weight(machine),
         _estimates(machine),
@@ -193,6 +194,21 @@ def _rest(machine: Machine) -> Iterator[WarningText]:
             f"its static load rating C0 of {load_in_sentence(ratings[at])}: is the mass in kg ({mass}), and is the "
             "product large enough?",
         )
+
+
+def _ratings(machine: Machine) -> Iterator[WarningText]:
+    """On products whose load ratings do not belong together."""
+    for product in dict.fromkeys(machine.product_of_carriage):
+        if product is None or product.dynamic is None or product.static is None:
+            continue
+        ratio = product.static / product.rating_for_100_km
+        if not LIMITS["load ratings"].holds(ratio):
+            yield WarningText(
+                "load ratings",
+                f"Warning: the static load rating C0 of {product.name} is {load_in_sentence(product.static)}, "
+                f"{digits(ratio)} times its dynamic one for 100 km, {load_in_sentence(product.rating_for_100_km)}; "
+                "catalogues have 1.1 to 2.6 times: is one in the wrong unit?",
+            )
 
 
 def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:

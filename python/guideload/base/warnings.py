@@ -60,6 +60,12 @@ LIMITS = {
     "load at rest": Limit(
         "load of a carriage at rest, over C0", "permanent deformation begins at C0", most=1.0
     ),
+    "load ratings": Limit(
+        "static load rating C0 over the dynamic one C for 100 km",
+        "1.1 to 2.6 in the packaged catalogues; a mistaken unit is a factor of 10 or more",
+        0.7,
+        5.0,
+    ),
     "sag": Limit(
         "displacement of carriages and centre of mass at rest",
         "guides give way by micrometres",
