@@ -35,6 +35,7 @@ from guideload.drive import drive_requirements
 from guideload.machine.components import joined
 from guideload.machine.drive import Drive
 from guideload.machine.modes import Modes
+from guideload.machine.riders import Rider
 from guideload.reports.report import Table
 from guideload.reports.sizing import limit_report, sizing_report
 from guideload.sizing import Sizing, largest, size
@@ -312,6 +313,29 @@ def test_a_place_is_three_finite_numbers_of_its_quantity(given: Any) -> None:
         largest(machine, MOTION, "overhang", direction=(0, 0, 0))
     limits = [largest(machine, MOTION, "overhang", direction=(0, 0, size)).value for size in (1, 1e9)]
     assert limits[0] == limits[1]
+
+
+def test_riders_move_in_every_run() -> None:
+    """A life is that of the run in which the rider moves; candidates that cannot be run share their reason."""
+    slide = Rider(
+        name="slide",
+        mass=100.0,
+        center_of_mass=(0.1, -0.4, -0.3),
+        inertia=[[4, 0, 0], [0, 5, 0], [0, 0, 3]],
+        direction=(0, 0, 1),
+        motion="slide.toml",
+    )
+    machine = cart().model_copy(update={"riders": (slide,)})
+    two = Catalogue(products=[CATALOGUE["large"], CATALOGUE["small"]])
+    found = size(machine, MOTION, two, riders={"slide": MOTION})
+    for one in found.candidates:
+        assert one.life is not None
+        run = simulate(
+            with_product(machine, one.product, one.preload_class), MOTION, riders={"slide": MOTION}
+        )
+        assert one.life.machine == life_of(run, machine.life).machine
+    text = sizing_report(machine, size(machine, MOTION, two)).text()
+    assert text.count("has the motion") == 1 and "and 1 more: riders" in " ".join(text.split())
 
 
 def test_commands(tmp_path: Path) -> None:

@@ -11,7 +11,15 @@ import click
 from guideload.base.errors import ValueRefused
 from guideload.cli import options
 from guideload.cli.exit_codes import InputError
-from guideload.cli.inputs import is_motion_file, paths, read_machine, read_motion, read_moves, requirements
+from guideload.cli.inputs import (
+    is_motion_file,
+    paths,
+    read_machine,
+    read_motion,
+    read_moves,
+    read_riders,
+    requirements,
+)
 from guideload.cli.reporting import Shown, draws_report, shows_report
 from guideload.cli.terminal import status
 
@@ -42,12 +50,14 @@ FIGURES = ("peak_resultant", "mean_load", "life")  # of `sensitivities`
     help='Products to try: a name, or words of maker and name such as "HIWIN 25"; repeatable.',
 )
 @options.requirement_options
+@options.rider_option
 @options.trace_options
 def size(
     machine_file: Path,
     trace_file: Path | Moves,
     catalogue_file: Path | None,
     products: tuple[str, ...],
+    riders: tuple[str, ...],
     **reading: Any,
 ) -> Shown:
     """Find the smallest product of a catalogue that holds.
@@ -63,12 +73,14 @@ def size(
         machine = read_machine(machine_file)
         conditions = requirements(machine, reading)
         motion = read_motion(trace_file, machine, **reading)
+        moved = read_riders(machine, machine_file, riders)
         if catalogue_file is None:
             catalogue = packaged_catalogue(only_maker(products))
         else:
             catalogue = Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
-        found = find(machine, motion, catalogue, products=products or None, conditions=conditions)
+        given = {"conditions": conditions, "riders": moved}
+        found = find(machine, motion, catalogue, products=products or None, **given)
     report = sizing_report(machine, found, MOST_ROWS)
     return Shown(report, page=lambda pages: pages.sizing_page(machine, found))
 
@@ -141,8 +153,11 @@ def limit(
     multiple=True,
     help='Packaged product with preload class for all carriages, e.g. "HGH25CA ZA"; repeatable: one run each.',
 )
+@options.rider_option
 @options.trace_options
-def compare(files: tuple[Path | Moves, ...], products: tuple[str, ...], **reading: Any) -> Shown:
+def compare(
+    files: tuple[Path | Moves, ...], products: tuple[str, ...], riders: tuple[str, ...], **reading: Any
+) -> Shown:
     """Compare machines, motions or products side by side.
 
     A file that ends in .toml is a machine, or a motion if it has [[moves]]; all others are traces. Every machine runs
@@ -163,11 +178,12 @@ def compare(files: tuple[Path | Moves, ...], products: tuple[str, ...], **readin
     for machine_file in machines:
         with status(f"running {machine_file}"):
             equipped = _equipped(machine_file, products)
+            moved = read_riders(equipped[0][1], machine_file, riders)
             for trace_file, (product, machine) in itertools.product(traces, equipped):
                 motion = trace_file.stem if isinstance(trace_file, Path) else "--move"
                 names = [machine_file.stem] * (len(machines) > 1) + [motion] * (len(traces) > 1)
                 title = " ".join(filter(None, (*names, product)))
-                results[title] = simulate(machine, read_motion(trace_file, machine, **reading))
+                results[title] = simulate(machine, read_motion(trace_file, machine, **reading), riders=moved)
     if len(results) < runs:
         raise click.UsageError(
             "two files or products have the same name: rename one, so that the runs can be told apart"

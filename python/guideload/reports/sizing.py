@@ -10,7 +10,7 @@ import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import machine_warnings
-from guideload.base.number_text import between, counted, digits, fixed, joined, number, vector
+from guideload.base.number_text import between, counted, digits, first_names, fixed, joined, number, vector
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
@@ -50,8 +50,13 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
     most: candidates in the table, those next to the smallest that holds; default: all.
     """
     products = [one.product for one in sizing.candidates if one.life is not None]
-    failed = [f"{one.name}: {one.reason}." for one in sizing.candidates if one.reason]
-    not_run = [f"{counted(len(failed), 'candidate')} could not be run, see below."] if failed else []
+    failed: dict[str, list[str]] = {}  # names of candidates by their reason
+    for one in sizing.candidates:
+        if one.reason:
+            failed.setdefault(one.reason, []).append(one.name)
+    reasons = [f"{first_names(names)}: {reason}." for reason, names in failed.items()]
+    count = sum(map(len, failed.values()))
+    not_run = [f"{counted(count, 'candidate')} could not be run, see below."] if failed else []
     ran = [one for one in sizing.candidates if one.life is not None]
     middle = len(ran) - 1 if sizing.smallest is None else ran.index(sizing.smallest)
     first = 0 if most is None else max(0, min(middle - most // 2, len(ran) - most))
@@ -65,7 +70,10 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
         "which carriage",
         answer=[" ".join([_answer(machine, sizing), *not_run])],
         warnings=[*_warnings_of_the_run(sizing), *unverified_lines(products), *_estimate_lines(sizing)],
-        sections=[Section("Candidates", table, marks, Definitions(DEFINITIONS)), Section("Not run", *failed)],
+        sections=[
+            Section("Candidates", table, marks, Definitions(DEFINITIONS)),
+            Section("Not run", *reasons),
+        ],
         failed=sizing.smallest is None,
     )
 

@@ -77,8 +77,9 @@ def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str,
         moving = [rider for rider in machine.riders if rider.motion is not None]
         if moving:
             raise ArgumentError(
-                f'riders: "{moving[0].name}" has the motion {shown(moving[0].motion)}; guideload run and life read it, '
-                f'in Python give riders={{"{moving[0].name}": motion}}, or riders={{}} and it stands at its position'
+                f'riders: "{moving[0].name}" has the motion {shown(moving[0].motion)}; guideload run, life, size and '
+                f'compare read it, in Python give riders={{"{moving[0].name}": motion}}, or riders={{}} and it stands '
+                "at its position"
             )
         return {}
     for name, motion in riders.items():

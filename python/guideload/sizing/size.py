@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -145,12 +145,14 @@ def size(
     *,
     products: Iterable[str] | None = None,
     conditions: LifeConditions | None = None,
+    riders: Mapping[str, Motion] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sizing:
     """Run the machine with every product and preload class of a catalogue on its carriages, and rank them.
 
     products    those to try: a name, or words that all must be in maker and name, "HIWIN 25"; default: all
     conditions  requirements; default: the table [life] of the machine
+    riders      the motion of each rider that moves, as for `simulate`
     progress    called with the number of finished candidates and of all
 
     A product gives its ratings and, if its record has them or they can be estimated, stiffness, length and width; else
@@ -169,7 +171,7 @@ def size(
         for product, preload_class in trials:
             alike = _properties(product, preload_class)
             if alike not in runs:
-                tried = partial(_tried, machine, motion, product, preload_class)
+                tried = partial(_tried, machine, motion, riders, product, preload_class)
                 runs[alike] = submit(tried, conditions)
         for done, (product, preload_class) in enumerate(trials, 1):
             run = runs[_properties(product, preload_class)].result()
@@ -214,12 +216,17 @@ def _properties(product: Product, preload_class: str | None) -> tuple[object, ..
 
 
 def _tried(
-    machine: Machine, motion: Motion, product: Product, preload_class: str | None, conditions: LifeConditions
+    machine: Machine,
+    motion: Motion,
+    riders: Mapping[str, Motion] | None,
+    product: Product,
+    preload_class: str | None,
+    conditions: LifeConditions,
 ) -> Candidate:
     """The candidate, run; its reason if the run is refused."""
     try:
         equipped = with_product(machine, product, preload_class)
-        result = simulate(equipped, motion)
+        result = simulate(equipped, motion, riders=riders)
         life = life_of(result, conditions)
         needed = drive_requirements(result)
         margins, force = margins_of(life, needed), needed.peak_force
