@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::matrix::{MAX_MODES, Square};
+use super::dense::{MAX_MODES, Square};
 use super::vector::Real;
 use crate::model::Body;
 use crate::variation::Instance;

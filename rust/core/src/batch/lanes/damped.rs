@@ -6,8 +6,8 @@
 
 use pulp::Simd;
 
+use super::dense::MAX_MODES;
 use super::jacobi::DampedModes;
-use super::matrix::MAX_MODES;
 use super::undamped::{RowParts, Undamped};
 use super::vector::{Complex, Mask, Real};
 

@@ -2,8 +2,13 @@
 
 use pulp::Simd;
 
-use super::matrix::{MAX_MODES, Square};
 use super::vector::Real;
+
+/// Most modes of a scene.
+pub(super) const MAX_MODES: usize = 6;
+
+/// A square matrix, of which the first rows and columns count.
+pub(super) type Square<T> = [[T; MAX_MODES]; MAX_MODES];
 
 /// Replaces a symmetric matrix by its Cholesky factor L, `L Lᵀ`. Returns the smallest ratio of a pivot to its diagonal entry, at most 1.
 #[inline(always)]

@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::damped::Damped;
-use super::matrix::MAX_MODES;
+use super::dense::MAX_MODES;
 use super::timeline::{BLOCK, Timeline};
 use super::undamped::{RowParts, Undamped};
 use super::vector::{Complex, Real};

@@ -4,7 +4,7 @@
 
 use pulp::Simd;
 
-use super::matrix::{MAX_MODES, Square};
+use super::dense::{MAX_MODES, Square};
 use super::vector::{Complex, Mask, Real};
 
 /// Largest number of sweeps over all pairs. Convergence is quadratic; ordinary scenes need five or six. The scene of a lane that has not

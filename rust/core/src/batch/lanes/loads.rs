@@ -3,8 +3,8 @@
 use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
+use super::dense::MAX_MODES;
 use super::drawn::{self, CHANGES};
-use super::matrix::MAX_MODES;
 use super::memory::Memory;
 use super::modal::{ModalScenes, TILE, width};
 use super::timeline::{BLOCK, Timeline};

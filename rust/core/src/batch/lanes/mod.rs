@@ -1,16 +1,16 @@
 //! Linear scenes in vector lanes: one scene in each lane, with the widest vectors of the processor.
 //!
-//! Files in the order of the data: `vector`, `aligned_buffer`, `matrix` (numbers in lanes, memory for them) → `request`
+//! Files in the order of the data: `vector`, `aligned_buffer` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
 //! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` → `integrate` (from sample to sample, with `memory`) →
-//! `loads` → `time_statistics` with `power_integral` and `bent`; for extremes between the samples, `bows` → `waiting` → `search`. The results
+//! `loads` → `time_statistics` with `power_integral` and `bent`; for extremes between the samples, `bows` → `waiting` → `search` with `curve`. The results
 //! of a scene have the same bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
 mod assemble;
 mod bent;
-mod block;
 mod bows;
+mod curve;
 mod damped;
 mod dense;
 mod drawn;
@@ -18,7 +18,6 @@ mod handover;
 mod integrate;
 mod jacobi;
 mod loads;
-mod matrix;
 mod means;
 mod memory;
 mod modal;

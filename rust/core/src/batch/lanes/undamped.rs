@@ -3,9 +3,8 @@
 use pulp::Simd;
 
 use super::assemble::{LaneLink, Links, mass_matrix, weight};
-use super::dense::{cholesky, congruent, projected};
+use super::dense::{MAX_MODES, Square, cholesky, congruent, projected};
 use super::jacobi::symmetric;
-use super::matrix::{MAX_MODES, Square};
 use super::request::ModalRequest;
 use super::vector::{Mask, Real};
 use crate::batch::requirements::LoadRow;
