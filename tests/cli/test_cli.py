@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import MACHINE, contents, guideload, names, refused, write_trace
-from smoothed_once import smooth_once
 
 from guideload.base.atomic import DRAFT
 from guideload.base.errors import ArgumentError, RunError
@@ -20,12 +19,6 @@ from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.reports.run import result_report
 from guideload.simulation.result import Result
-
-
-@pytest.fixture(autouse=True)
-def once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Most tests read the same trace."""
-    smooth_once(monkeypatch)
 
 
 @pytest.fixture
