@@ -190,8 +190,8 @@ def monitor_watch() -> str:
     with example_folder():
         output(*shlex.split(build.replace("\\\n", " ")))
         exec(code, {})
-        printed = output("monitor", "watch", "monitor.toml", given=Path("samples.csv").read_bytes())
-    return f"```text\n{printed}```"
+        command, choose = ON_PAGE["monitor-watch"]
+        return chosen(output(*command[:-2], given=Path(command[-1]).read_bytes()), choose)
 
 
 @cache
@@ -227,6 +227,7 @@ def stiffness_of_carriages() -> str:
 # Blocks of pages whose own code runs the same command, with what of its output they show: the test of such a page
 # compares them, and the command, which takes long, does not run a second time.
 ON_PAGE: dict[str, tuple[tuple[str, ...], Callable[[list[str]], list[str]]]] = {
+    "monitor-watch": (("monitor", "watch", "monitor.toml", "<", "samples.csv"), lambda all_of_it: all_of_it),
     "probability": (
         ("probability", "study.toml", "--limit", "peak_resultant=8 kN", "--error", "20"),
         first(1),
