@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -43,20 +43,8 @@ def _content(data: Quantities) -> io.BytesIO:
     import h5netcdf
     import h5py
 
-    class Remembering(h5py.File):  # type: ignore[misc]  # which has no types
-        """Finds each object once: h5netcdf looks up the dimensions again and again, which takes half of its time."""
-
-        known: dict[str, Any] | None = None  # None: nothing is remembered
-
-        def __getitem__(self, name: Any) -> Any:
-            if self.known is None:
-                return super().__getitem__(name)
-            if name not in self.known:
-                self.known[name] = super().__getitem__(name)
-            return self.known[name]
-
     content = io.BytesIO()
-    with Remembering(content, "w", track_order=True) as objects, h5netcdf.File(objects, "w") as file:
+    with h5netcdf.File(content, "w") as file:
         # All memory at once, because HDF5 may crash as well if memory ends while it writes; it cuts off the rest.
         content.seek(sum(values.nbytes for _, values, _ in data.variables.values()) + MARGIN)
         content.write(b"\0")
@@ -68,12 +56,9 @@ def _content(data: Quantities) -> io.BytesIO:
         for name, (dims, values, attrs) in data.variables.items():
             kind = h5py.string_dtype() if values.dtype.kind in "OUT" else values.dtype
             empty = np.nan if values.dtype.kind == "f" else None
-            # The variable of a dimension takes the place of an object.
-            objects.known = None if name in file.dimensions else objects.known or {}
             written = file.create_variable(name, dims, kind, fillvalue=empty)
             written.attrs.update(attrs)
             written[...] = values
-        objects.known = None
     return content
 
 
