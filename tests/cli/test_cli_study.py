@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from command_line import guideload, names, refused
+from unrendered import leave_unrendered
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import LIFE_PICTURES, MANIFEST, STUDY_PICTURES
@@ -113,6 +114,7 @@ def test_a_study_is_read_once(file: Path, tmp_path: Path, monkeypatch: pytest.Mo
 def test_ctrl_c_reports_what_is_done_and_tells_how_to_go_on(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    leave_unrendered(monkeypatch)
     whole, out = tmp_path / "whole", tmp_path / "neue Studie"
     guideload("study", file, "-o", whole, "--no-pictures")
     run = ("study", file, "-o", out, "--samples", 200)
@@ -243,7 +245,10 @@ def test_a_refused_resume_tells_what_differs_in_words_and_no_more(file: Path, tm
     assert "k[1a]: lognormal with median" in refused(*run, "--resume")
 
 
-def test_a_limit_on_the_life_is_passed_below_it(file: Path, tmp_path: Path) -> None:
+def test_a_limit_on_the_life_is_passed_below_it(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave_unrendered(monkeypatch)
     rate(file, "")
     file.write_text(STUDY.replace('peak_resultant = "0.5 N"', 'life = "1e12 km"'))
     out = tmp_path / "out"

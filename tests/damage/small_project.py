@@ -117,7 +117,10 @@ def write_project(folder: Path) -> None:
     columns = {"t [s]": time, "v [m/s]": speed}
     np.savez(folder / "trace.npz", **columns)
     time = np.arange(13_000) * 1e-3  # two blocks
-    columns = {"t [s]": time, "v [m/s]": np.round(0.25 * (1 - np.cos(2 * time)), 5)}
+    # Moves with rests between them, and noise: such a record is smoothed four times as soon as a sine.
+    phase = np.clip(np.abs((time / 2) % 2 - 1) * 1.4 - 0.2, 0, 1)
+    place = 0.4 * phase**2 * (3 - 2 * phase) + np.random.default_rng(0).normal(0.0, 1e-5, time.size)
+    columns = {"t [s]": time, "x [m]": np.round(place, 6)}
     parquet.write_table(pa.table(columns), folder / "trace.parquet")
 
 
