@@ -189,6 +189,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
     ),
     "damping": (lambda: machine_warnings(scaled(damping_y=0.1, damping_z=0.1)), "outside 0.5 to 15 %"),
     "clearance": (lambda: machine_warnings(machine(clearance_y=5.0)), "5000 mm to either side: is it in m?"),
+    "gravity": (
+        lambda: machine_warnings(machine(gravity=(0.0, -1.0, 0.0))),
+        "gravity is 1 m/s2, not 9.81 m/s2: is it in m/s2",
+    ),
     "weight on the side": (
         lambda: machine_warnings(machine(gravity=(0.0, 0.0, -9.80665))),
         "100 % of gravity acts on the sides of all carriages (z)",

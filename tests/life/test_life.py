@@ -209,7 +209,7 @@ def test_factors_of_the_whole_formula(result: Result) -> None:
     ratio = (0.9 * 0.8 * 0.81 / 1.5) ** 3 * (np.log(0.99) / np.log(0.9)) ** (1 / 1.5)
     assert changed.carriages[0].life == pytest.approx(ratio * plain.life, rel=1e-13)
     assert changed.carriages[0].static.safety == pytest.approx(0.81 * plain.static.safety, rel=1e-14)
-    assert any("counted twice" in note for note in changed.notes)
+    assert any("the life is that of 1.5 times these loads" in note for note in changed.notes)
 
 
 def test_loads_of_the_rows_are_those_of_the_law() -> None:
@@ -280,6 +280,17 @@ def test_carriages_side_by_side_share_the_contact_factor() -> None:
     assert [place.side_by_side for place in found] == [2, 2, 3, 3, 3]  # e, without product, is 105 mm from d
     assert {place.on_rail for place in found} == {5}
     assert found[0].contact_factor == 0.81 and found[2].contact_factor == 0.72
+
+
+def test_a_product_without_length_is_said_to_count_as_apart() -> None:
+    product = Product(**{key: value for key, value in PRODUCT.items() if key != "carriage_length"})
+    machine = cart().model_copy(update={"products": (product,)})
+    found = life_of(simulate(machine, moved(BRISK)))
+    assert any("carriage_length of 20 is not known" in note for note in found.notes)
+    given = life_of(simulate(machine, moved(BRISK)), LifeConditions(contact_factor=0.81))
+    assert not any(
+        "carriage_length" in note for note in [*given.notes, *life_of(simulate(cart(), moved(BRISK))).notes]
+    )
 
 
 def test_no_travel_is_negative_or_unknown(life: Life) -> None:

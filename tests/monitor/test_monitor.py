@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
-from lives import cart
+from lives import PRODUCT, cart
 from texts import one_line
 
 from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
 from guideload.base.errors import ArgumentError, SceneError
+from guideload.catalogue.product import Product
 from guideload.cli.inputs import EXAMPLES
 from guideload.life.equivalent_load import EquivalentLoad
 from guideload.life.life import life_of
@@ -164,6 +165,13 @@ def test_machines_that_a_monitor_cannot_compute_are_refused(machine: Machine, mo
     drive = machine.drive.model_copy(update={"pressure_angle": 0.35, "push_direction": (0.0, 1.0, 0.0)})
     with pytest.raises(SceneError, match="pressure_angle"):
         designed(machine.model_copy(update={"drive": drive}), motion, SETTINGS)
+
+
+def test_another_exponent_of_the_life_is_refused() -> None:
+    product = {**PRODUCT, "dynamic": {**PRODUCT["dynamic"], "exponent": 3.333}}
+    machine = cart().model_copy(update={"products": (Product(**product),)})
+    with pytest.raises(SceneError, match="computes the life with the exponent 3 or 10/3, got 3.333"):
+        Monitor(machine, SETTINGS, filter_taps(3, 2.0, 20))
 
 
 def test_a_motion_without_travel_is_refused(machine: Machine) -> None:

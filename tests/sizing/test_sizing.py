@@ -315,6 +315,23 @@ def test_a_place_is_three_finite_numbers_of_its_quantity(given: Any) -> None:
     assert limits[0] == limits[1]
 
 
+def test_a_limit_says_where_smaller_values_fail() -> None:
+    """A payload that balances a body off centre: without it the carriages of one side carry too much."""
+    machine = with_product(cart(), CATALOGUE["small"], "Z0")
+    body = machine.body.model_copy(update={"center_of_mass": (0.0, 0.0, 0.45)})
+    aside = machine.model_copy(update={"body": body})
+    alone = life_of(simulate(aside, MOTION)).weakest.static.safety
+    wanted = LifeConditions(safety=1.1 * alone)
+    found = largest(aside, MOTION, "payload", at=(0.0, 0.0, -0.45), conditions=wanted)
+    assert found.value > 0.0 and found.failing[0] == 0.0
+    for value in found.failing:
+        changed = aside.model_copy(update={"body": with_payload(body, value, np.array([0.0, 0.0, -0.45]))})
+        assert life_of(simulate(changed, MOTION)).weakest.static.safety < wanted.least_safety
+    assert "but not at every smaller value: it fails at 0, " in limit_report(
+        aside, found, wanted
+    ).text().replace("\n", " ")
+
+
 def test_riders_move_in_every_run() -> None:
     """A life is that of the run in which the rider moves; candidates that cannot be run share their reason."""
     slide = Rider(
@@ -397,7 +414,7 @@ def test_the_pace_at_which_a_limit_of_the_drive_is_reached(name: str) -> None:
     assert (
         used.get(name, limit.value) == pytest.approx(share, rel=5e-4) and used.get(name, limit.value) <= share
     )
-    assert limit.tried == (0.5, 1.0)
+    assert limit.tried == (pytest.approx(limit.value / 16.0), 1.0) and not limit.failing
     assert limit.motion.velocity is not None
     assert np.abs(limit.motion.velocity).max() == pytest.approx(limit.value * np.abs(SPEED).max(), rel=1e-12)
 

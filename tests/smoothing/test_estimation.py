@@ -235,6 +235,18 @@ def test_draws_scatter_at_least_as_the_band_says_also_beside_a_gap(missing):
     assert rms(found.acceleration - acceleration) < 1e-3 * rms(acceleration)
 
 
+@pytest.mark.parametrize("seed", [1, 4, 7])
+def test_a_long_rest_does_not_blur_the_move(seed: int) -> None:
+    """The order of the model is chosen on excerpts of a long trace, and most of this one is at rest."""
+    one = case("jerk-limited", 1000.0, 2e-5, 0.0, 0.0, np.random.default_rng(seed))
+    count, errors = one.time.size, []
+    for rest in (0, 30_000):
+        value = np.pad(one.value, rest, mode="edge")
+        found = estimate(np.arange(value.size) * 1e-3, value, "position", 2e-5)
+        errors.append(rms(found.acceleration[rest : rest + count] - one.acceleration))
+    assert errors[1] < 1.3 * errors[0]
+
+
 def test_a_stamp_long_before_the_others_changes_next_to_nothing_of_them():
     time = np.arange(1000) * 1e-3
     value = rounded(np.sin(10.0 * time), 1e-6)

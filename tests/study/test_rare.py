@@ -50,6 +50,7 @@ LAWS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], float]] = {
     ),
     "parabola": (lambda u: u[:, 0] + 0.1 * u[:, 1] ** 2 - 4.0, parabola(0.1, 4.0)),
     "steps": (lambda u: np.floor(4 * (u @ DIAGONAL)) / 4 - 3.9, ndtr(-4.0)),
+    "most on the limit": (lambda u: np.where(u[:, 0] > 2.0, 1.0, 0.0), ndtr(-2.0)),
     "often": (lambda u: u[:, 0] - 0.5, ndtr(-0.5)),
 }
 

@@ -213,7 +213,10 @@ def _ratings(machine: Machine) -> Iterator[WarningText]:
 
 def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
     """On natural frequencies, damping ratios and clearances."""
-    units = 'is stiffness in N/m, as in "350 N/um", and mass in kg?', 'is damping in N s/m, as in "8 kN s/m"?'
+    units = (
+        'is stiffness in N/m, as in "350 N/um", and mass in kg?',
+        'is damping in N s/m, as in "8 kN s/m"?',
+    )
     for key, values, scale, unit, what, question in (
         ("frequency", modes.frequency, 1.0, "Hz", "is at", units[0]),
         ("damping", modes.damping_ratio, 100.0, "%", "is damped by", units[1]),
@@ -224,7 +227,10 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             middle = np.sqrt(limit.least * limit.most)
             worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
             others = f", and {counted(len(odd) - 1, 'other mode')} too" if len(odd) > 1 else ""
-            alone = len(odd) == 1 and values[worst] < limit.least
+            too_low = values[worst] < limit.least
+            if key == "damping" and too_low:
+                question = 'is damping in N s/m, as in "8 kN s/m", and given for every carriage?'
+            alone = len(odd) == 1 and too_low
             rolls = machine.in_one_line and moving_dofs(machine, modes.shape[worst])[:1] == ["rx"]
             if key == "damping" and alone and rolls:
                 question = (
@@ -260,6 +266,12 @@ def _weight(machine: Machine) -> Iterator[WarningText]:
             f"If {axis} is free, the guides carry the weight.",
         )
     size = float(np.linalg.norm(gravity))
+    if not LIMITS["gravity"].holds(size):
+        yield WarningText(
+            "gravity",
+            f"Warning: gravity is {number(size)} m/s2, not 9.81 m/s2: is it in m/s2, as in [0, -9.80665, 0]? The loads "
+            "of the carriages have another weight.",
+        )
     if not size or not machine.carriages:
         return
     across = np.abs(machine.carriage_axes[:, 2] @ gravity) / size

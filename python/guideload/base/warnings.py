@@ -88,6 +88,9 @@ LIMITS = {
     "clearance": Limit(
         "clearance of a link to either side", "clearances are micrometres", most=1e-3, unit="m"
     ),
+    "gravity": Limit(
+        "size of gravity", "9.78 to 9.83 m/s2 on earth; in g read as m/s2 it is 1", 9.5, 10.0, "m/s2"
+    ),
     "weight on the side": Limit(
         "part of gravity across the carriages (z), over gravity", "y and z are easily swapped", most=0.95
     ),

@@ -8,7 +8,7 @@ from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
 from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ValueRefused
-from guideload.base.ranges import CYCLES, FACTOR, YEARLY
+from guideload.base.ranges import CYCLES, FACTOR, REDUCTION, YEARLY
 from guideload.catalogue.life_target import HOUR, LifeTarget, Repetition, life_target
 
 RuleName = Literal["sum", "thk", "hiwin", "hiwin_mg", "iko", "rexroth", "thomson"]
@@ -24,6 +24,7 @@ Target = Annotated[
     WithJsonSchema({"type": "string"}),
 ]
 Factor = Annotated[float, in_range(FACTOR, above=0.0)]
+Reduction = Annotated[float, in_range(REDUCTION, above=0.0)]
 
 
 def _probability(value: object) -> float:
@@ -43,9 +44,9 @@ class LifeConditions(ConfigModel):
     reliability: Annotated[float, PlainValidator(_probability)] = optional(
         "probability that the life is reached", 0.9
     )
-    hardness_factor: Factor = optional("f_H, 1 for raceways of 58 to 64 HRC", 1.0)
-    temperature_factor: Factor = optional("f_T, 1 up to 100 C", 1.0)
-    contact_factor: Factor | None = optional(
+    hardness_factor: Reduction = optional("f_H, 1 for raceways of 58 to 64 HRC", 1.0)
+    temperature_factor: Reduction = optional("f_T, 1 up to 100 C", 1.0)
+    contact_factor: Reduction | None = optional(
         "f_C of carriages side by side on a rail; by default 1, 0.81, 0.72, 0.66, 0.61 for 1 to 5"
     )
     load_factor: Factor = optional("f_W; 1, because simulated loads contain the dynamics already", 1.0)

@@ -45,6 +45,15 @@ def limit_notes(
         )
     if not rated[0].conditions.preload_in_life and any(one.preload for one in rated):
         yield "preload_in_life is false: the preload counts only as far as the maker's rule says so"
+    unknown = {one.product.name for one in rated if not one.product.carriage_length}
+    shared = {
+        rail for rail in machine.rail_of_carriage.tolist() if (machine.rail_of_carriage == rail).sum() > 1
+    }
+    if unknown and shared and rated[0].conditions.contact_factor is None:
+        yield (
+            f"carriage_length of {first_names(sorted(unknown))} is not known: carriages of one rail count as apart, "
+            "with f_C = 1, even if they stand side by side; add it to the product, or give contact_factor"
+        )
     yield from _strokes(position, rated)
     for what, key, unit, history in (
         ("speed", "max_speed", "m/s", travel.velocity),
@@ -57,8 +66,8 @@ def limit_notes(
     load_factor = rated[0].conditions.load_factor
     if load_factor != 1.0:
         yield (
-            f"load_factor is {load_factor:g}: the simulated loads contain the dynamics already, which are now counted "
-            "twice"
+            f"load_factor is {load_factor:g}: the simulated loads contain the dynamics already, so 1 is right; the "
+            f"life is that of {load_factor:g} times these loads"
         )
     yield from unverified_notes(one.product for one in rated)
 

@@ -12,6 +12,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.machine.machine import DOFS, Machine
 
+ROUNDING = 1e-12  # of an eigenvalue
 Vectors = TypeVar("Vectors", Array, NDArray[np.complex128])
 
 
@@ -20,7 +21,9 @@ class Modes:
     """The n natural modes by ascending frequency; nonlinear links are in contact, with their nominal stiffness.
 
     frequency     (n,) Hz, natural frequencies of the undamped machine
-    damping_ratio (n,) 1, neglects coupling of the modes by damping (exact for damping proportional to stiffness)
+    damping_ratio (n,) 1, of the damped machine: -Re/|.| of its eigenvalue next in order; of an overdamped mode that of
+                  the mode alone
+    damped_frequency (n,) Hz, of the damped vibration; 0 if a mode is overdamped
     shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; the largest
                   displacement of the carriage centres (without carriages, or if all are in one line: of the links'
                   points) and of the centre of mass is 1
@@ -29,22 +32,36 @@ class Modes:
 
     frequency: Array
     damping_ratio: Array
+    damped_frequency: Array
     shape: Array
     eigenvalues: NDArray[np.complex128]
-
-    @property
-    def damped_frequency(self) -> Array:
-        """Frequencies (n,) of the damped vibration [Hz]; 0 if a mode is overdamped."""
-        return self.frequency * np.sqrt(np.maximum(1.0 - self.damping_ratio**2, 0.0))
 
     @classmethod
     @checked
     def of(cls, machine: Machine) -> Modes:
         """The modes of a machine. Raises SceneError if its links do not support the body."""
-        frequency, damping_ratio, shapes, eigenvalues = machine.scene.modes()
+        frequency, alone, shapes, eigenvalues = machine.scene.modes()
+        damping_ratio, damped_frequency = _damped(alone, eigenvalues)
         points = _guided_points(machine)
         largest = [np.linalg.norm(displacement(points, shape), axis=1).max() for shape in shapes]
-        return cls(frequency / (2.0 * np.pi), damping_ratio, shapes / np.array(largest)[:, None], eigenvalues)
+        shapes = shapes / np.array(largest)[:, None]
+        return cls(frequency / (2.0 * np.pi), damping_ratio, damped_frequency, shapes, eigenvalues)
+
+
+def _damped(alone: Array, eigenvalues: NDArray[np.complex128]) -> tuple[Array, Array]:
+    """Damping ratios (n,) and frequencies (n,) [Hz] of the damped modes, by the eigenvalues.
+
+    alone: (n,) damping ratio of each mode without the coupling of modes by dampers. Modes whose frequencies are close
+    are coupled even by light damping: of two at one frequency, one may take all of it.
+    """
+    vibrating = eigenvalues[eigenvalues.imag > ROUNDING * np.abs(eigenvalues)]
+    ratio, frequency = alone.copy(), np.zeros(alone.size)
+    # The others are overdamped, each with two real eigenvalues: those with the largest ratios alone.
+    modes = np.sort(np.argsort(alone, kind="stable")[: vibrating.size])
+    found = -vibrating.real / np.abs(vibrating)
+    ratio[modes] = np.where(found > ROUNDING, found, 0.0)
+    frequency[modes] = vibrating.imag / (2.0 * np.pi)
+    return ratio, frequency
 
 
 def _guided_points(machine: Machine) -> Array:

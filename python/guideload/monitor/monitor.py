@@ -135,6 +135,11 @@ def _rules(machine: Machine, settings: MonitorSettings) -> tuple[list[Judged], b
         raise SceneError(
             "monitor: the carriages have balls and rollers; a monitor has one exponent of the life"
         )
+    if not exponents <= {3.0, 10.0 / 3.0}:
+        raise SceneError(
+            f"monitor: a monitor computes the life with the exponent 3 or 10/3, got {exponents.pop()!r}; write "
+            'exponent = "10/3" for rollers, else compute the life with guideload life'
+        )
     return [judged for judged, _ in rules], exponents == {10.0 / 3.0}
 
 

@@ -135,6 +135,7 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
     return Section(
         "Natural modes",
         table,
+        "Damping ratio and damped frequency: of the damped machine. Dampers couple modes of close frequencies.",
         *nominal_lines(machine, "frequencies"),
         *structure_lines(machine),
     )

@@ -40,6 +40,7 @@ WORDS = {
     "deceleration": ("a deceleration limit of {} m/s2", "m/s2"),
     "jerk": ("a jerk limit of {} m/s3", "m/s3"),
 }
+MOST_FAILING = 4  # smaller values at which a requirement fails, in the answer
 OF_MOVES = ("speed", "acceleration", "deceleration", "jerk")
 FAR = "is a limit of product or drive missing (max_speed, max_acceleration, torque_curve, max_force, critical_speed)?"
 
@@ -152,15 +153,21 @@ def requirements(conditions: LifeConditions) -> str:
 def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> Report:
     """The largest value of a quantity, and what would fail beyond it."""
     wanted, (value, unit) = requirements(conditions), WORDS[limit.quantity]
+    largest = value.format(digits(min(limit.value, limit.tried[1]), 4), _place(limit))
+    text = f"{machine.name}: the requirement, {wanted}, is met "
     if limit.value == float("inf"):
-        tried = f"every {limit.quantity}{_place(limit)} that was tried"
-        text = f"{machine.name}: the requirement, {wanted}, is met at {tried}."
+        every = f"at every {limit.quantity}{_place(limit)} that was tried"
+        text += f"at {largest}, the largest that was tried" if limit.failing else every
     else:
-        text = (
-            f"{machine.name}: the requirement, {wanted}, is met up to "
-            f"{value.format(digits(limit.value, 4), _place(limit))}. "
-            f"Beyond it {limit.margins.first_to_fail} fails first."
-        )
+        text += f"{'at' if limit.failing else 'up to'} {largest}"
+    if limit.failing:
+        failing = ", ".join(digits(one) for one in limit.failing[:MOST_FAILING])
+        more = len(limit.failing) - MOST_FAILING
+        others = f" and {counted(more, 'other value')}" if more > 0 else ""
+        text += f", but not at every smaller value: it fails at {failing} {unit}{others}"
+    if limit.value != float("inf"):
+        text += f". Beyond it {limit.margins.first_to_fail} fails first"
+    text += "."
     if limit.quantity in OF_MOVES:
         text += " It is the largest of the moves, whose limits are scaled alike."
         if limit.quantity in ("speed", "acceleration"):

@@ -23,7 +23,7 @@ class ModeDerivatives:
     """The n undamped and the m damped modes, by ascending frequency, and their derivatives by p columns.
 
     frequency, d_frequency          (n,) Hz, (p, n), of the undamped machine
-    damping_ratio, d_damping_ratio  (n,), (p, n), as in `Modes`: without coupling of the modes by damping
+    damping_ratio, d_damping_ratio  (n,), (p, n), of each mode alone, without the coupling of modes by damping
     shape, d_shape                  (n, 6), (p, n, 6), undamped, of unit modal mass
     eigenvalue, d_eigenvalue        (m,) 1/s, complex, (p, m), of the damped machine: one of each conjugate pair, with
                                     positive imaginary part, and all real ones (of overdamped modes)

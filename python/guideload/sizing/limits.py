@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.errors import ArgumentError, RunError
+from guideload.base.errors import ArgumentError, GuideloadError, RunError
 from guideload.base.ranges import DIRECTION
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.life import life_of
@@ -28,6 +29,9 @@ ACCURACY = 1e-4
 # Where the search ends: 64 times the pace or a limit of the moves; a thousand times mass or size of the machine.
 MOST_DOUBLINGS = 6
 MOST_DOUBLINGS_OF_ADDED = 10
+ADDED = ("payload", "overhang")  # quantities that begin at 0
+# Smaller values that are tried: so many from 0 on, or so many per halving, down to a 16th and a quarter of the first.
+SMALLER, PER_HALVING, HALVINGS, BELOW_FIRST = 12, 4, 4, 2
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class Limit:
     tried     smallest and largest value that was tried
     motion    at this value, or at the largest tried
     machine   at this value, or at the largest tried
+    failing   smaller values that were tried, at which a requirement fails
     at        m from L, the place of the payload; None for other quantities
     direction  of the overhang; None for other quantities
     """
@@ -52,6 +57,7 @@ class Limit:
     tried: tuple[float, float]
     motion: Motion
     machine: Machine
+    failing: tuple[float, ...] = ()
     at: tuple[float, ...] | None = None
     direction: tuple[float, ...] | None = None
 
@@ -68,9 +74,9 @@ def largest(
 ) -> Limit:
     """The largest pace, payload, overhang or limit of planned moves at which the machine meets its requirements.
 
-    A bracketed root, with a full simulation at each value. Vibration need not grow steadily with a limit of the moves:
-    it also depends on the length of a ramp against the periods of the modes. The limit is doubled until the first
-    failure.
+    A bracketed root, with a full simulation at each value; a value is doubled until the first failure. Loads need not
+    grow steadily: a ramp may last as long as the period of a mode, and a payload may balance the body. So smaller
+    values are tried too: `Limit.failing`.
 
     at          m from L, the place of the payload; default: L
     direction   of the overhang; default: x
@@ -108,10 +114,20 @@ def largest(
         value = float(brentq(lambda x: margins(x).smallest - 1.0, value, high, rtol=ACCURACY, xtol=near))
         value = value if margins(value).hold else value - 2.0 * near
         margins(value)
+    for smaller in _smaller(value, unit, quantity):
+        with suppress(
+            GuideloadError
+        ):  # as of moves that lack the phase of a force there; the answer is the same
+            margins(smaller)
     found, moved, changed = runs[value]
-    largest_value = value if math.isfinite(high) else high
     return Limit(
-        *(quantity, largest_value, found, (min(runs), max(runs)), moved, changed),
+        quantity=quantity,
+        value=value if math.isfinite(high) else high,
+        margins=found,
+        tried=(min(runs), max(runs)),
+        motion=moved,
+        machine=changed,
+        failing=tuple(sorted(one for one, (tried, *_) in runs.items() if one < value and not tried.hold)),
         at=tuple(place.tolist()) if quantity == "payload" else None,
         direction=tuple(along.tolist()) if quantity == "overhang" else None,
     )
@@ -133,9 +149,17 @@ def _vector(
     return vector
 
 
+def _smaller(value: float, unit: float, quantity: Quantity) -> list[float]:
+    """Values below an answer that are tried too; `unit`: the first value tried."""
+    if quantity in ADDED:
+        return [value * i / SMALLER for i in range(SMALLER)]
+    halvings = max(HALVINGS, math.log2(value / unit) + BELOW_FIRST)
+    return [value * 2.0 ** (-i / PER_HALVING) for i in range(1, math.ceil(halvings * PER_HALVING) + 1)]
+
+
 def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantity) -> tuple[float, float]:
     """A value that holds and a larger one that does not, or inf; `unit`: the first value tried."""
-    added = quantity in ("payload", "overhang")
+    added = quantity in ADDED
     doublings = MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS
     if margins(unit).hold:
         low = unit

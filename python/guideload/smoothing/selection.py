@@ -133,7 +133,7 @@ def _sound(trials: Iterable[Trial | None]) -> list[Trial]:
 
 def _component(samples: ScaledSamples, trial: Trial, weight: float) -> MixtureComponent:
     """The trial adapted to all samples. Raises RunError if its numbers do not survive rounding."""
-    if len(trial.models) == 1:
+    if trial.models[0].segment.size == samples.step.size:  # it is of all samples already
         model = trial.models[0].with_jumps_located()
     else:
         prior = float(np.mean([model.weight for model in trial.models]))

@@ -27,6 +27,7 @@ Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segmen
 
 # Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
+MOVES = 0.03  # least residual of an excerpt, over the largest
 ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
 MOST_DECADES = 12.0  # of density over noise, per median step: above, rounding breaks the filter down
@@ -88,7 +89,8 @@ class ScaledSamples:
         """The samples on which order and noise are chosen: all, or a few excerpts of a long trace.
 
         Excerpts are ranked by the residual of a polynomial of `degree` (constant acceleration) and taken at even
-        distances from the smallest to the largest residual, so that both dwells and jumps are among them.
+        distances up to the largest residual. Those with less than `MOVES` of it, as at rest, show no order and would
+        outvote the others.
         """
         count = self.value.size
         if count <= EXCERPT:
@@ -99,9 +101,10 @@ class ScaledSamples:
         basis, _ = np.linalg.qr(grid[:, None] ** np.arange(degree + 1))
         values = self.value[starts[:, None] + np.arange(length)]
         residual = values - (values @ basis) @ basis.T
-        ranked = starts[np.argsort(np.square(residual).sum(axis=1))]
-        chosen = ranked[np.linspace(0, ranked.size - 1, EXCERPTS).astype(int)]
-        return [self.part(slice(int(start), int(start) + length)) for start in np.sort(chosen)]
+        size = np.sqrt(np.square(residual).sum(axis=1))
+        ranked = starts[np.argsort(size)][np.count_nonzero(size < MOVES * size.max()) :]
+        chosen = np.unique(ranked[np.linspace(0, ranked.size - 1, EXCERPTS).astype(int)])
+        return [self.part(slice(int(start), int(start) + length)) for start in chosen]
 
 
 class Oscillator(NamedTuple):

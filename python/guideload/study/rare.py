@@ -84,11 +84,11 @@ def _next_level(
     if threshold <= level:  # many samples have the same margin
         higher = margins[margins > level]
         threshold = float(higher.min()) if higher.size else np.inf
+    if threshold > 0.0:  # the next higher margins are beyond the limit already, or there are none
+        return np.zeros(count, np.intp), np.inf, float(beyond.mean())
     inside = np.flatnonzero(margins >= threshold)
-    if not inside.size:
-        return np.zeros(count, np.intp), np.inf, 0.0
     chosen = generator.permutation(inside)[:count]
-    return np.resize(chosen, count), min(threshold, 0.0), inside.size / margins.size
+    return np.resize(chosen, count), threshold, inside.size / margins.size
 
 
 def _chains(
