@@ -145,6 +145,10 @@ def test_impossible_figures_and_candidates_are_refused(machine: Machine, found: 
         ({"kind": "record", "at": ["tool y"]}, "expected accuracy and motion beside kind record"),
         ({"kind": "deflection", "at": ["tool y"]}, "expected force beside kind deflection"),
         (
+            {"kind": "modal test", "at": ["tool y"], "force": ["tool y"], "low": "600 Hz"},
+            "expected low below high, 500 Hz",
+        ),
+        (
             {"kind": "modal test", "at": ["tool y"], "force": ["tool y"], "load": 1.0},
             "no load beside kind modal",
         ),

@@ -98,6 +98,10 @@ class CandidateTable(ConfigModel):
             raise ValueRefused(f"no {joined(sorted(strange))} beside kind {self.kind}", self.kind)
         if missing := set(self.NEEDED.get(self.kind, ("force",))) - self.model_fields_set:
             raise ValueRefused(f"{joined(sorted(missing))} beside kind {self.kind}", self.kind)
+        if not self.low < self.high:
+            raise ValueRefused(
+                f"low below high, {self.high:g} Hz", self.low, "both have a default: give both"
+            )
         return self
 
     def measurements(self, model: ModelAt, folder: Path) -> Iterator[Measured]:
@@ -109,7 +113,7 @@ class CandidateTable(ConfigModel):
             yield from self._records(model, folder)
             return
         places = [parse_place(text, model.machine) for text in self.at]
-        hertz = np.geomspace(self.low, max(self.high, self.low * 1.01), self.COUNT)
+        hertz = np.geomspace(self.low, self.high, self.COUNT)
         for force in (parse_place(text, model.machine) for text in self.force):
             if self.kind == "modal test":
                 levels = self.frequency_noise, self.damping_noise, self.shape_noise
