@@ -269,8 +269,8 @@ def _weight(machine: Machine) -> Iterator[WarningText]:
     if not LIMITS["gravity"].holds(size):
         yield WarningText(
             "gravity",
-            f"Warning: gravity is {number(size)} m/s2, not 9.81 m/s2: is it in m/s2, as in [0, -9.80665, 0]? The loads "
-            "of the carriages have another weight.",
+            f"Warning: gravity is {number(size)} m/s2, not 9.81 m/s2: is it in m/s2, as in [0, -9.80665, 0]? Static "
+            "loads are proportional to it.",
         )
     if not size or not machine.carriages:
         return

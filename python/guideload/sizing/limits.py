@@ -115,9 +115,8 @@ def largest(
         value = value if margins(value).hold else value - 2.0 * near
         margins(value)
     for smaller in _smaller(value, unit, quantity):
-        with suppress(
-            GuideloadError
-        ):  # as of moves that lack the phase of a force there; the answer is the same
+        # Moves may lack the phase of a force there; the answer is the same.
+        with suppress(GuideloadError):
             margins(smaller)
     found, moved, changed = runs[value]
     return Limit(

@@ -1,6 +1,6 @@
 //! How far a value may bow away from the chords between the samples of a motion.
 
-use super::timeline::BLOCK;
+use super::block::BLOCK;
 use crate::output::BOW;
 
 /// What second differences at the samples of a block say of a value in the interval before a sample.

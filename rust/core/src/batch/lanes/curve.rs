@@ -4,12 +4,13 @@
 use pulp::Simd;
 
 use super::dense::MAX_MODES;
+use super::drawn::Deviations;
 use super::modal::{ModalScenes, width};
-use super::search::Search;
 use super::step::exponential;
+use super::timeline::Timeline;
 use super::vector::{Complex, Mask, Real};
-use super::waiting::Piece;
-use crate::batch::requirements::Signal;
+use super::waiting::{Piece, Waiting};
+use crate::batch::requirements::{Requirements, Signal};
 use crate::numeric::simd::MAX_LANES;
 
 /// Turn of the modes in an interval up to which the cubic through its ends, with its error, tells whether a value may pass its extreme.
@@ -20,6 +21,25 @@ const MOST_STEPS: usize = 60;
 
 /// Fraction of an interval over which slope and curvature give the largest value to rounding.
 const NEAR: f64 = 3e-4;
+
+/// Scenes side by side and their motion.
+pub(super) struct Scenes<'a> {
+    pub modal: &'a ModalScenes,
+    pub timeline: &'a Timeline,
+    pub deviations: Option<Deviations<'a>>,
+    pub requirements: &'a Requirements,
+}
+
+impl Scenes<'_> {
+    /// A component of the excitation at a sample, in one lane.
+    pub(super) fn input<S: Simd>(&self, simd: S, sample: usize, component: usize, lane: usize) -> f64 {
+        let value = self.timeline.values[sample * self.timeline.components.len() + component];
+        match self.deviations {
+            Some(deviations) if component == 0 => value + deviations.at(simd, sample).lane(lane),
+            _ => value,
+        }
+    }
+}
 
 /// Most numbers of a row: its constant, and the factors on the excitation and on v.
 const NUMBERS: usize = 1 + 9 + 2 * MAX_MODES;
@@ -53,8 +73,13 @@ pub(super) struct Curve<S: Simd> {
 
 impl<S: Simd> Curve<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, search: &Search, some: &[Option<Piece>; MAX_LANES]) -> Self {
-        let Search { modal, timeline, requirements, .. } = search;
+    pub(super) fn new(
+        simd: S,
+        scenes: &Scenes,
+        waiting: &Waiting,
+        some: &[Option<Piece>; MAX_LANES],
+    ) -> Self {
+        let Scenes { modal, timeline, requirements, .. } = scenes;
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
         let none = Complex::new(zero, zero);
         let eigenvalues_of = modal.eigenvalues.vectors::<S>().as_chunks::<2>().0;
@@ -67,7 +92,7 @@ impl<S: Simd> Curve<S> {
             for (end, to) in ends.iter_mut().enumerate() {
                 let number = |i: usize| {
                     let at = |piece: Piece, lane| {
-                        search.waiting.states[piece.states[end] + (2 * mode + i) * MAX_LANES + lane]
+                        waiting.states[piece.states[end] + (2 * mode + i) * MAX_LANES + lane]
                     };
                     Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| at(piece, lane)))
                 };
@@ -79,7 +104,7 @@ impl<S: Simd> Curve<S> {
         let (mut start, mut rate) = ([zero; 9], [zero; 9]);
         for component in 0..components {
             let input = |back: usize| {
-                let at = |piece: Piece, lane| search.input(simd, piece.end - back, component, lane);
+                let at = |piece: Piece, lane| scenes.input(simd, piece.end - back, component, lane);
                 Real::gather(simd, |lane| some[lane].map_or(0.0, |piece| at(piece, lane)))
             };
             start[component] = input(1);
@@ -117,7 +142,7 @@ impl<S: Simd> Curve<S> {
                 }
                 Signal::Equivalent(index) | Signal::Power(index) => {
                     let rows = requirements.equivalents[index].rows;
-                    for (row, slope) in rows.into_iter().zip(search.waiting.slopes[piece.slopes]) {
+                    for (row, slope) in rows.into_iter().zip(waiting.slopes[piece.slopes]) {
                         if let Some(row) = row {
                             add(0, row, slope);
                         }

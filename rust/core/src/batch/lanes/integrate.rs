@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
+use super::curve::Scenes;
 use super::drawn::{self, CHANGES, Deviations, set_block};
 use super::loads::{BoundPlan, evaluate};
 use super::means::{set_means, tiles_with_means};
@@ -81,7 +82,8 @@ impl LaneIntegrator<'_> {
             vectorize!(simd, reduce(simd, requirements, modal, timeline, block, first, memory));
         }
         let Memory { waiting, found, .. } = memory;
-        Search { modal, timeline, deviations, requirements, first, waiting, found }.run(simd);
+        let scenes = Scenes { modal, timeline, deviations, requirements };
+        Search { scenes, first, waiting, found }.run(simd);
     }
 }
 

@@ -9,6 +9,7 @@
 mod aligned_buffer;
 mod assemble;
 mod bent;
+mod block;
 mod bows;
 mod curve;
 mod damped;

@@ -3,24 +3,19 @@
 use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
-use super::curve::Curve;
+use super::curve::{Curve, Scenes};
 use super::dense::MAX_MODES;
-use super::drawn::Deviations;
 use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, STATISTICS};
 use super::modal::{ModalScenes, width};
-use super::timeline::Timeline;
 use super::vector::{Complex, Real, vectorize_once};
 use super::waiting::{Piece, Waiting};
 use crate::batch::equivalent::EquivalentRows;
-use crate::batch::requirements::{Requirements, Signal};
+use crate::batch::requirements::Signal;
 use crate::numeric::simd::MAX_LANES;
 
 /// Searches the pieces that wait, and notes the extremes found.
 pub(super) struct Search<'a> {
-    pub modal: &'a ModalScenes,
-    pub timeline: &'a Timeline,
-    pub deviations: Option<Deviations<'a>>,
-    pub requirements: &'a Requirements,
+    pub scenes: Scenes<'a>,
     /// Index of the first sample of the window in the motion.
     pub first: usize,
     pub waiting: &'a mut Waiting,
@@ -64,13 +59,13 @@ impl Search<'_> {
                 Some(piece) => self.extreme::<S>(piece, lane),
                 None => f64::INFINITY,
             });
-            let curve = Curve::new(simd, &self, &some);
+            let curve = Curve::new(simd, &self.scenes, self.waiting, &some);
             let [tops, times] = curve.top(simd, known);
             let is_equivalent = |piece: &Piece| self.equivalent_of(piece).is_some();
             let states = some.iter().flatten().any(is_equivalent).then(|| curve.state(simd, times));
             for (lane, piece) in some.iter().enumerate() {
                 let Some(piece) = piece else { continue };
-                let share = times.lane(lane) / self.timeline.intervals[piece.end];
+                let share = times.lane(lane) / self.scenes.timeline.intervals[piece.end];
                 self.note::<S>(piece, lane, (tops.lane(lane), share));
                 if let Some(states) = &states {
                     self.search_again(simd, piece, (lane, next[lane]), (tops.lane(lane), share), states);
@@ -92,8 +87,8 @@ impl Search<'_> {
 
     /// The equivalent load that a piece is of.
     fn equivalent_of(&self, piece: &Piece) -> Option<&EquivalentRows> {
-        match self.requirements.signals[piece.signal].signal {
-            Signal::Equivalent(index) => Some(&self.requirements.equivalents[index]),
+        match self.scenes.requirements.signals[piece.signal].signal {
+            Signal::Equivalent(index) => Some(&self.scenes.requirements.equivalents[index]),
             _ => None,
         }
     }
@@ -133,13 +128,14 @@ impl Search<'_> {
         states: &[Complex<S>; MAX_MODES],
     ) -> f64 {
         let (components, modes) =
-            (self.timeline.components.len(), self.modal.eigenvalues.vectors::<S>().len() / 2);
+            (self.scenes.timeline.components.len(), self.scenes.modal.eigenvalues.vectors::<S>().len() / 2);
         let width = width(modes, components);
-        let number =
-            |index: usize| self.modal.tiles.lane(ModalScenes::place(row, index, width), lane, S::F64_LANES);
+        let number = |index: usize| {
+            self.scenes.modal.tiles.lane(ModalScenes::place(row, index, width), lane, S::F64_LANES)
+        };
         let mut value = number(0);
         for component in 0..components {
-            let [last, now] = [1, 0].map(|back| self.input(simd, end - back, component, lane));
+            let [last, now] = [1, 0].map(|back| self.scenes.input(simd, end - back, component, lane));
             value += number(1 + component) * (last + share * (now - last));
         }
         for (mode, v) in states[..modes].iter().enumerate() {
@@ -147,15 +143,6 @@ impl Search<'_> {
             value += number(at) * v.re.lane(lane) + number(at + 1) * v.im.lane(lane);
         }
         value
-    }
-
-    /// A component of the excitation at a sample, in one lane.
-    pub(super) fn input<S: Simd>(&self, simd: S, sample: usize, component: usize, lane: usize) -> f64 {
-        let value = self.timeline.values[sample * self.timeline.components.len() + component];
-        match self.deviations {
-            Some(deviations) if component == 0 => value + deviations.at(simd, sample).lane(lane),
-            _ => value,
-        }
     }
 
     /// Notes the top of a piece, at a share of its interval.

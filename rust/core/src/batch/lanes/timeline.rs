@@ -1,10 +1,8 @@
 //! The motion of all scenes: values and changes at the samples, recurring interval lengths, weights.
 
+pub(super) use super::block::BLOCK;
 use super::bows::Bows;
 use crate::excitation::Excitation;
-
-/// Number of samples of a block, so small that their states and loads stay in the first-level cache.
-pub(super) const BLOCK: usize = 16;
 
 /// Largest number of interval lengths with a stored step; if a trace has more, the step is computed for each interval.
 const MAX_LENGTHS: usize = 64;
