@@ -79,8 +79,8 @@ def size(
         else:
             catalogue = Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
-        given = {"conditions": conditions, "riders": moved}
-        found = find(machine, motion, catalogue, products=products or None, **given)
+        tried = products or None
+        found = find(machine, motion, catalogue, products=tried, conditions=conditions, riders=moved)
     report = sizing_report(machine, found, MOST_ROWS)
     return Shown(report, page=lambda pages: pages.sizing_page(machine, found))
 

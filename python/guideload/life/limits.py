@@ -45,13 +45,13 @@ def limit_notes(
         )
     if not rated[0].conditions.preload_in_life and any(one.preload for one in rated):
         yield "preload_in_life is false: the preload counts only as far as the maker's rule says so"
-    unknown = {one.product.name for one in rated if not one.product.carriage_length}
+    without_length = {one.product.name for one in rated if not one.product.carriage_length}
     shared = {
         rail for rail in machine.rail_of_carriage.tolist() if (machine.rail_of_carriage == rail).sum() > 1
     }
-    if unknown and shared and rated[0].conditions.contact_factor is None:
+    if without_length and shared and rated[0].conditions.contact_factor is None:
         yield (
-            f"carriage_length of {first_names(sorted(unknown))} is not known: carriages of one rail count as apart, "
+            f"carriage_length of {first_names(sorted(without_length))} is not known: carriages of one rail count as apart, "
             "with f_C = 1, even if they stand side by side; add it to the product, or give contact_factor"
         )
     yield from _strokes(position, rated)
