@@ -51,8 +51,8 @@ def limit_notes(
     }
     if without_length and shared and rated[0].conditions.contact_factor is None:
         yield (
-            f"carriage_length of {first_names(sorted(without_length))} is not known: carriages of one rail count as apart, "
-            "with f_C = 1, even if they stand side by side; add it to the product, or give contact_factor"
+            f"carriage_length of {first_names(sorted(without_length))} is not known: carriages of one rail count as "
+            "apart, with f_C = 1, even if they stand side by side; add it to the product, or give contact_factor"
         )
     yield from _strokes(position, rated)
     for what, key, unit, history in (
