@@ -23,14 +23,14 @@ from pathlib import Path
 import numpy as np
 import pyarrow.csv
 import pyarrow.parquet
+import pytest
 from click.testing import CliRunner
 from interrupts import HELPERS
-from smoothed_once import remembered
+from smoothed_once import smooth_once
 from unrendered import leave_blank
 
 from guideload.cli.main import main
 from guideload.cli.outputs import MANIFEST
-from guideload.smoothing import smoothing
 
 sys.path.insert(0, str(HELPERS.parent / "damage"))
 from small_project import words_of, write_project
@@ -138,8 +138,9 @@ def sweep(line: str, disk: Path, sizes: int, limit: Callable[[int | None], None]
 def main_in_place(arguments: argparse.Namespace) -> None:
     """Run the sweeps; in a mount namespace of its own if there is one."""
     if arguments.quick:
-        leave_blank()
-        smoothing.estimate = remembered
+        whole_process = pytest.MonkeyPatch()
+        leave_blank(whole_process)
+        smooth_once(whole_process)
     with tempfile.TemporaryDirectory() as folder:
         project, disk = Path(folder) / "project", Path(folder) / "disk"
         project.mkdir()

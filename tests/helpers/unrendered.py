@@ -20,7 +20,7 @@ def leave_unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Figure, "get_layout_engine", lambda _: None)
 
 
-def leave_blank() -> None:
-    """In this process a saved picture is written as ever, but nothing is on it."""
-    Figure.draw = lambda *_: None  # type: ignore[method-assign]
-    Figure.get_layout_engine = lambda _: None  # type: ignore[method-assign]
+def leave_blank(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From now on a saved picture is written as ever, but nothing is on it."""
+    monkeypatch.setattr(Figure, "draw", lambda *_: None)
+    monkeypatch.setattr(Figure, "get_layout_engine", lambda _: None)

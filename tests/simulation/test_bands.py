@@ -313,9 +313,12 @@ def example() -> Result:
     return simulate(*ref.example())
 
 
-@pytest.mark.parametrize(("quantum", "noise"), [(5e-8, 0.0), (1e-6, 2e-6), (1e-5, 5e-6), (8e-5, 0.0)])
+@pytest.mark.parametrize(
+    ("quantum", "noise", "widest"),
+    [(5e-8, 0.0, 0.02), (1e-6, 2e-6, 0.02), (1e-5, 5e-6, 0.021), (8e-5, 0.0, 0.02)],
+)
 def test_peaks_of_a_gentle_move_are_within_a_percent_and_the_band_says_so(
-    quantum: float, noise: float
+    quantum: float, noise: float, widest: float
 ) -> None:
     """A move measured by encoders over three decades, against the move itself."""
     time = GENTLE.times(1000.0)
@@ -327,7 +330,7 @@ def test_peaks_of_a_gentle_move_are_within_a_percent_and_the_band_says_so(
     true = simulate(machine, Motion.along_x(time, acceleration)).peaks()["peak_resultant_N"]
     assert (measured["peak_resultant_N"] / true - 1.0).abs().max() < 0.01
     assert (measured["peak_lower_N"] < true).all() and (true < measured["peak_upper_N"]).all()
-    assert ((measured["peak_upper_N"] - measured["peak_lower_N"]) / true).max() < 0.025
+    assert ((measured["peak_upper_N"] - measured["peak_lower_N"]) / true).max() < widest
 
 
 def test_bands_hold_the_peaks_of_machines_that_ring() -> None:

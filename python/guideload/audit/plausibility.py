@@ -213,10 +213,7 @@ def _ratings(machine: Machine) -> Iterator[WarningText]:
 
 def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
     """On natural frequencies, damping ratios and clearances."""
-    units = (
-        'is stiffness in N/m, as in "350 N/um", and mass in kg?',
-        'is damping in N s/m, as in "8 kN s/m"?',
-    )
+    units = 'is stiffness in N/m, as in "350 N/um", and mass in kg?', 'is damping in N s/m, as in "8 kN s/m"?'
     for key, values, scale, unit, what, question in (
         ("frequency", modes.frequency, 1.0, "Hz", "is at", units[0]),
         ("damping", modes.damping_ratio, 100.0, "%", "is damped by", units[1]),
@@ -227,16 +224,14 @@ def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:
             middle = np.sqrt(limit.least * limit.most)
             worst = odd[int(np.abs(np.log(np.maximum(values[odd], 1e-300) / middle)).argmax())]
             others = f", and {counted(len(odd) - 1, 'other mode')} too" if len(odd) > 1 else ""
-            too_low = values[worst] < limit.least
-            if key == "damping" and too_low:
-                question = 'is damping in N s/m, as in "8 kN s/m", and given for every carriage?'
-            alone = len(odd) == 1 and too_low
-            rolls = machine.in_one_line and moving_dofs(machine, modes.shape[worst])[:1] == ["rx"]
-            if key == "damping" and alone and rolls:
+            if key == "damping" and values[worst] < limit.least:
+                rolls = machine.in_one_line and moving_dofs(machine, modes.shape[worst])[:1] == ["rx"]
                 question = (
                     "it is roll on one rail, which the rows at width/2 damp with damping_y, and viscous damping gives "
                     "low modes less than high ones. It rings longer here than with the 2 % usual of guides; raise "
                     "damping_y only if a measurement says so."
+                    if rolls and len(odd) == 1
+                    else 'is damping in N s/m, as in "8 kN s/m", and given for every carriage?'
                 )
             yield WarningText(
                 key,

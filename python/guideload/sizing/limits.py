@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.errors import ArgumentError, GuideloadError, RunError
+from guideload.base.errors import ArgumentError, ConfigError, RunError
 from guideload.base.ranges import DIRECTION
 from guideload.catalogue.conditions import LifeConditions
 from guideload.life.life import life_of
@@ -116,7 +116,7 @@ def largest(
         margins(value)
     for smaller in _smaller(value, unit, quantity):
         # Moves may lack the phase of a force there; the answer is the same.
-        with suppress(GuideloadError):
+        with suppress(ConfigError):
             margins(smaller)
     found, moved, changed = runs[value]
     return Limit(
