@@ -365,8 +365,12 @@ class Scene:
         start: str | Array = "rest",
         travel: Array | None = None,
         less: Array | None = None,
+        rules: Sequence[Rule | None] | None = None,
     ) -> list[Array]:
         """Smallest and largest loads of groups of links, without histories, and their times [s]; each (groups, 8).
+
+        Then, (rules, 2), of each group with a rule the largest equivalent load [N] without the effect of a preload,
+        and its time [s]. rules: one per group, or None.
 
         Columns: Fx Fy Fz [N], Mx My Mz about the centre [N m], y-z resultant [N], magnitude of the moment [N m].
         groups: indices of the links of each group. centers: (groups, 3) m from L, or (groups, 4) with
@@ -448,6 +452,7 @@ def peaks_of_stretches(
     centers: Array,
     start: str = "rest",
     less: Array | None = None,
+    rules: Sequence[Rule | None] | None = None,
 ) -> list[Array]:
     """As `Scene.peaks`, for a machine whose mass changes: see `solve_stretches`."""
 

@@ -8,6 +8,7 @@ from interrupts import run_process
 # Loads h5netcdf, then allows 0 to 30 MB more than the process has, for a file of 14 MB.
 SCARCE = """
 import resource
+import threading
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -21,22 +22,28 @@ def data(size):
     rows = [(f"load {i}", ("time",), np.full(size, float(i)), "N", "load") for i in range(6)]
     return Quantities(quantities([time, *rows]), {})
 
-large = data(250_000)
+def attempts():
+    large = data(250_000)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "loads.nc"
+        write_netcdf(data(3), path)
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        for spare in np.linspace(0, 30e6, 61):
+            resource.setrlimit(resource.RLIMIT_AS, (used + int(spare), hard))
+            try:
+                write_netcdf(large, path)
+                print("written")
+            except MemoryError:
+                print("refused")
+            finally:
+                resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
+
 print()
-with TemporaryDirectory() as folder:
-    path = Path(folder) / "loads.nc"
-    write_netcdf(data(3), path)
-    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    for spare in np.linspace(0, 30e6, 61):
-        resource.setrlimit(resource.RLIMIT_AS, (used + int(spare), hard))
-        try:
-            write_netcdf(large, path)
-            print("written")
-        except MemoryError:
-            print("refused")
-        finally:
-            resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
+# The stack of the main thread grows when it is used: where it cannot, Linux ends the process. That of others is whole.
+thread = threading.Thread(target=attempts)
+thread.start()
+thread.join()
 """
 
 

@@ -13,10 +13,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference as ref
-from lives import moved
+from lives import PRODUCT, moved
 from moves import Move
 
 from guideload import Machine, Motion, Payload, Result, Rider, Study, peak_loads, run_study, simulate
+from guideload.catalogue.product import Product
+from guideload.life.arrangement import Arrangement
+from guideload.life.equivalent_load import dynamic_load
 
 MOTION = moved(Move(speed=0.4, acceleration=2.0, jerk=100.0, dwell=0.2, cruise=0.1))
 TIME = MOTION.time
@@ -28,6 +31,9 @@ WAVES = {"rms": ("10 um", "5 um"), "wavelengths": ("500 mm", "2 m")}
 RACK = {"pinion_diameter": 0.1, "pressure_angle": "20 deg", "push_direction": (0.0, 1.0, 0.0)}
 SCREW = {"name": "screw", "point": (0, 0, 0), "direction": (1, 0, 0), "stiffness": 2e7, "damping": 4e3}
 TOOLS = [{"name": f"p{i}", "at": (0.4 * i, -i, 0.7 * i), "settle_window": 1e-6} for i in range(2)]
+
+# With moments, and different factors on a load that lifts and one that presses.
+EQUIVALENT = dynamic_load("iko", Product(**PRODUCT | {"lift_factor": 1.2}), Arrangement(1, 1))
 
 
 @dataclass(frozen=True)
@@ -178,6 +184,25 @@ def test_peaks_are_those_at_any_time(name: str) -> None:
 
 
 @every_case
+def test_the_largest_equivalent_load_is_that_at_any_time(name: str) -> None:
+    """It is the equivalent load at its time, and no instant has a larger one."""
+    case, rules = case_of(name), [EQUIVALENT.of_core] * len(case_of(name).machine.carriages)
+    found = case.result.extremes(rules)
+    at_instants = EQUIVALENT.without_preload(case.result.carriage_loads).max(axis=0)
+    if name == "wavy rails":  # their loads are known at the instants alone
+        assert found is None
+        return
+    assert found is not None
+    largest, times = found.equivalent.T
+    above = largest - at_instants
+    assert (above >= -1e-12 * largest).all() and (above <= 3e-3 * largest.max()).all()
+    order = np.unique(times)
+    loads = simulate(case.machine, case.motion, times=order, **case.settings).carriage_loads
+    then = np.diagonal(EQUIVALENT.without_preload(loads[np.searchsorted(order, times)]))
+    np.testing.assert_allclose(then, largest, rtol=tolerance(case))
+
+
+@every_case
 @pytest.mark.parametrize("ending", ["nc", "parquet"])
 def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
     result, file = case_of(name).result, tmp_path / f"loads.{ending}"
@@ -186,6 +211,15 @@ def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
     assert again.machine == result.machine and again.data.identical(result.data)
     pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
     assert str(again.audit) == str(result.audit)
+    rules = [EQUIVALENT.of_core] * len(result.machine.carriages)
+    if found := result.extremes(rules):
+        once_more = again.extremes(rules)
+        assert once_more is not None
+        np.testing.assert_allclose(
+            once_more.equivalent, found.equivalent, rtol=1e-3 * tolerance(case_of(name))
+        )
+    else:
+        assert again.extremes(rules) is None
     for part in ("force_balance", "energy", "rotation", "sampling"):
         assert getattr(again.audit, part) == getattr(result.audit, part), part
     for array in ("contact.lost", "simpler_models.quasi_static"):

@@ -29,7 +29,7 @@ MOTION = moved(GENTLE, 500.0)
 CONDITIONS = {"reliability": 0.95, "hardness_factor": 0.9, "life": "20000 km", "application": "strong shock"}
 PRELOADED = {"preload_y": 8e3, "preload_z": 8e3, "rolling": "ball"}
 LINEAR = 1e-5  # of the life: means of loads are exact in a study with linear links, those of a run by Simpson's rule
-DENSE = 3e-5  # of the largest load between instants, sixteen times as dense as those of a study
+PEAK = 1e-10  # of the largest loads, which are those at any time, whatever the instants
 CASES = [[1.1, -0.31, 1.2e8], [0.7, -0.25, 0.8e8]]
 
 
@@ -88,16 +88,17 @@ def test_life_and_safety_of_samples_are_those_of_single_runs(
     assert result.metadata.exponent == (3.0 if kind == "ball" else 10 / 3)
     # Step sizes on smooth laws depend on estimated errors, which change with rounding.
     rel = 1e-7 if laws is PRELOADED else 1e-12 if laws else LINEAR
+    largest = 1e-7 if laws is PRELOADED else PEAK
     for i in range(len(CASES)):
         life, dense = lives_of(study, i)
         safety = []
         for one, near in zip(life.carriages, dense.carriages, strict=True):
             assert result.column(f"life_km[{one.name}]")[i] == pytest.approx(1e-3 * one.life, rel=rel)
             safety.append(result.column(f"static_safety[{one.name}]")[i])
-            assert safety[-1] == pytest.approx(near.static.safety, rel=DENSE)
-            assert safety[-1] <= near.static.safety * (1.0 + rel)
             peak = result.column(f"peak_equivalent_load_N[{one.name}]")[i]
-            assert peak == pytest.approx(near.static.peak, rel=DENSE)
+            for run in (one, near):  # largest loads are those at any time, whatever the samples
+                assert safety[-1] == pytest.approx(run.static.safety, rel=largest)
+                assert peak == pytest.approx(run.static.peak, rel=largest)
         assert result.column("life_km")[i] == pytest.approx(1e-3 * life.machine, rel=rel)
         assert life.machine == pytest.approx(dense.machine, rel=0.01)
         assert result.column("static_safety")[i] == min(safety)
@@ -132,7 +133,7 @@ def test_a_preload_that_varies_counts_with_its_value() -> None:
             assert one.mean_load > max(y, z if one.name == "1b" else PRELOADED["preload_z"])
             assert result.column(f"life_km[{one.name}]")[i] == pytest.approx(1e-3 * one.life, rel=1e-7)
             safety = result.column(f"static_safety[{one.name}]")[i]
-            assert safety == pytest.approx(near.static.safety, rel=DENSE)
+            assert safety == pytest.approx(near.static.safety, rel=PEAK)
 
 
 def test_carriages_side_by_side_keep_their_contact_factor() -> None:

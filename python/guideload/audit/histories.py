@@ -89,8 +89,12 @@ class Histories:
 
     def _scene(self, time: Array) -> Scene | Stretches:
         """What the core runs under a motion with these stamps."""
+        return self.stretches_at(time) or self.machine.scene
+
+    def stretches_at(self, time: Array) -> Stretches | None:
+        """The stretches between the changes of payload of a motion with these stamps; None without changes."""
         if not self.changes:
-            return self.machine.scene
+            return None
         first = tuple(_firsts(time, self.changes))
         return Stretches(self.with_payloads, tuple(names for _, names in self.changes), first)
 
@@ -186,16 +190,22 @@ class Histories:
     def solve(self, method: str, rtol: float, factor: float, scene: Scene | None = None) -> Array:
         """Link loads (time, link) [N] of a scene, by default the machine's, under the excitation times a factor."""
         acceleration, wrench = factor * self.cart_acceleration, factor * self.wrench
-        travel = None
-        if self.rides:
-            method = "implicit" if method == "exact" else method
-            parts = [self.data[f"rider_{name}"].T for name in ("position", "velocity", "acceleration")]
-            travel = np.stack(parts, axis=2)
-            travel[:, :, 0] -= np.array([[rider.position] for rider in self.machine.riders])
+        if self.rides and method == "exact":
+            method = "implicit"
         solution = (scene or self._scene(self.time)).solve(
-            self.time, acceleration, wrench, method=method, rtol=rtol, start=self.start, travel=travel
+            self.time, acceleration, wrench, method=method, rtol=rtol, start=self.start, travel=self.travel
         )
         return solution.link_loads("total")
+
+    @property
+    def travel(self) -> Array | None:
+        """Travel [m] from where they stand, speed and acceleration of the riders (riders, time, 3), if they move."""
+        if not self.rides:
+            return None
+        parts = [self.data[f"rider_{name}"].T for name in ("position", "velocity", "acceleration")]
+        travel = np.stack(parts, axis=2)
+        travel[:, :, 0] -= np.array([[rider.position] for rider in self.machine.riders])
+        return travel
 
 
 Changes = list[tuple[float, tuple[str, ...]]]

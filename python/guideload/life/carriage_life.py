@@ -14,7 +14,7 @@ from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import AXES, row_loads
 from guideload.life.mean_load import integrals, mean_load
 from guideload.life.record import Record
-from guideload.life.static_safety import StaticSafety, static_safety
+from guideload.life.static_safety import LargestLoads, StaticSafety, static_safety
 from guideload.motion.uncertainty import COVER
 
 SMALL_MOMENT = 1e-6  # N m per N of load: a smaller moment without rating is rounding
@@ -67,30 +67,37 @@ class CarriageLife(Criteria):
         carriage = self.record.result.machine.carriages[self.index]
         if carriage.preload_y is None or carriage.rolling is None:
             return None
-        loads = self.record.result.carriage_loads[:, self.index, 1]
-        loaded, other = row_loads(loads, carriage.preload_y, carriage.rolling)
-        return float(loaded.max()), float(other.min())
+        # The more one row carries, the less does the other.
+        loaded, other = row_loads(self.static.largest.sizes[1:2], carriage.preload_y, carriage.rolling)
+        return float(loaded[0]), float(other[0])
 
     @cached_property
     def worst(self) -> WorstInstant:
-        """Causes of the worst instant."""
-        at, record = self.static.instant, self.record
-        loads = record.result.carriage_loads[at, self.index]
-        parts = record.parts.at(at, self.index)
-        of_parts = self.static_rule.shares(loads, np.stack(list(parts.values())))
+        """Causes of the worst instant: the shares of the loads at the reported instant beside it.
+
+        Between two instants quasi-static loads are linear, so that what P0 rises there is vibration.
+        """
+        record, largest = self.record, self.static.largest
+        beside = np.searchsorted(record.travel.time, largest.time) - np.array([1, 0])
+        beside = np.clip(beside, 0, record.travel.time.size - 1)
+        loads = record.result.carriage_loads[beside, self.index]
+        at = int(self.static_rule.without_preload(loads).argmax())
+        instant, load = int(beside[at]), loads[at]
+        parts = record.parts.at(instant, self.index)
+        of_parts = self.static_rule.shares(load, np.stack(list(parts.values())))
         shares = dict(zip(parts, of_parts.tolist(), strict=True))
+        shares["vibration"] += largest.bare - float(of_parts.sum())
         if self.static_rule.preload:
-            shares["preload"] = self.static.peak - float(of_parts.sum())
+            shares["preload"] = largest.equivalent - largest.bare
         noise, data = float("nan"), record.result.quantities
         if "resultant_sd" in data:
-            noise = COVER * float(data["resultant_sd"][at, self.index])
-        when = PHASES[record.phase[min(at, record.phase.size - 1)]]
-        time = float(record.travel.time[at])
-        return WorstInstant(time, self.static.peak, shares, noise, when)
+            noise = COVER * float(data["resultant_sd"][instant, self.index])
+        when = PHASES[record.phase[min(instant, record.phase.size - 1)]]
+        return WorstInstant(largest.time, largest.equivalent, shares, noise, when)
 
 
-def carriage_life(record: Record, criteria: Criteria) -> CarriageLife:
-    """Life and static safety of the carriage with these criteria.
+def carriage_life(record: Record, criteria: Criteria, largest: LargestLoads) -> CarriageLife:
+    """Life and static safety of the carriage with these criteria and largest loads.
 
     Raises LifeError if the product lacks a rated moment that the rule counts.
     """
@@ -107,7 +114,7 @@ def carriage_life(record: Record, criteria: Criteria) -> CarriageLife:
         distance=float(path.sum()),
         mean_load=mean,
         life=float(criteria.life_under(mean)),
-        static=static_safety(loads, criteria.product, criteria.static_rule, criteria.contact_factor),
+        static=static_safety(largest, criteria.product, criteria.contact_factor),
         record=record,
     )
 

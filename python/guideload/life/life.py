@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from guideload.life.by_place import RailDamage, rail_damage
 from guideload.life.carriage_life import CarriageLife, carriage_life
 from guideload.life.causes import phase_shares
 from guideload.life.criteria import criteria_of
+from guideload.life.largest_loads import largest_loads
 from guideload.life.limits import cycles_notes, left_out, limit_notes, load_notes
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.record import Record
@@ -185,7 +187,9 @@ class Life:
 def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     """Life and static safety of the carriages of a result whose products have ratings.
 
-    conditions: default those of the machine, the table [life] of its file. The record is one cycle, which repeats.
+    conditions: default those of the machine, the table [life] of its file. The record is one cycle, which repeats. The
+    run is made again for its largest loads, which are those at any time; at given instants, and over rails that are not
+    straight, they are those at the reported instants.
     Raises LifeError if no carriage has a product with dynamic and static rating, if the velocity of the cart is unknown
     or always zero, or if the product lacks a rated moment that the rule counts.
     """
@@ -193,7 +197,8 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     conditions = conditions or machine.life
     rated = criteria_of(machine, conditions)
     record = Record.of(result)
-    carriages = tuple(carriage_life(record, one) for one in rated)
+    largest = largest_loads(result, rated)
+    carriages = tuple(map(carriage_life, repeat(record), rated, largest))
     by_rail: dict[str, list[float]] = {}
     for one in carriages:
         by_rail.setdefault(one.rail, []).append(one.life)

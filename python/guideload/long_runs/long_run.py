@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload._core import largest_equivalent_load
 from guideload.audit.motion_plausibility import motion_warnings
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
@@ -24,7 +23,7 @@ from guideload.life.mean_load import Travel, integrals, load_bows
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.peaks import Peaks, peaks_of
+from guideload.simulation.peaks import Peaks
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start
 
@@ -92,6 +91,8 @@ class LongRun:
         self.criteria: tuple[Criteria, ...] = known_criteria(machine, machine.life)
         for one in self.criteria:
             require_rated_moments(machine, one)
+        by_carriage = {one.index: one.static_rule.of_core for one in self.criteria}
+        self._rules = [by_carriage.get(i) for i in range(len(machine.carriages))]
         self._method: str = method
         self._rtol = rtol
         self._start: Start | Array = start
@@ -113,18 +114,17 @@ class LongRun:
         run = prepared_run(
             self.machine, motion, self._method, self._rtol, None, None, self._start, finer=True
         )
-        peaks, loads, history = peaks_of(run), run.carriage_loads(), run.motion
-        powers, safeties, times, distance = [], [], [], math.nan
+        extremes, loads, history = run.extremes(rules=self._rules), run.carriage_loads(), run.motion
+        assert extremes is not None  # at any time, as all rails are straight
+        powers, safeties, distance = [], [], math.nan
         bows = load_bows(run) if self.criteria else np.zeros((0, 0, 6))
-        for one in self.criteria:
+        for one, (bare, _) in zip(self.criteria, extremes.equivalent, strict=True):
             assert history.velocity is not None
             load = np.ascontiguousarray(loads[:, one.index])
             travel = Travel(history.time, history.velocity[:, 0], history.acceleration[:, 0])
             power, path = integrals(travel, load, one.rule, one.rating.exponent, bows[:, one.index])
-            at, peak, _ = largest_equivalent_load(load, one.static_rule.of_core)
             powers.append(float(power.sum()))
-            safeties.append(float(one.safety_under(peak)))
-            times.append(float(history.time[at]))
+            safeties.append(float(one.safety_under(one.static_rule.with_preload(bare))))
             distance = float(path.sum())
         self._start, self._method = run.solution.end(), run.method
         new = motion.time.size - bool(self.blocks)
@@ -133,11 +133,11 @@ class LongRun:
                 start=float(motion.time[0]),
                 end=float(motion.time[-1]),
                 samples=new,
-                peaks=peaks,
+                peaks=Peaks(tuple(carriage.name for carriage in self.machine.carriages), *extremes[:4]),
                 powers=np.array(powers),
                 distance=distance,
                 safeties=np.array(safeties),
-                times=np.array(times),
+                times=extremes.equivalent[:, 1],
                 notes=tuple(motion.notes),
                 warnings=tuple(motion_warnings(motion)),
             )

@@ -158,7 +158,7 @@ def _life_figures(life: Life | str, margins: dict[str, float], audited: bool) ->
     yield KeyFigure(
         "Life", f"{rounded(life.hours(life.machine))} h", place, *_judged(margins, "life", wanted)
     )
-    at = f"carriage {weakest.name} at {seconds(life.record.travel.time[weakest.static.instant])} s"
+    at = f"carriage {weakest.name} at {seconds(weakest.static.largest.time)} s"
     if audited:
         at += f", {weakest.worst.phase}"
     judgement = _judged(margins, "static safety", f"the least of {number(least)}")

@@ -107,7 +107,7 @@ class RunDerivatives:
         """
         machine, motion = self.machine, with_enough_instants(self.machine, self.motion)[0]
         settings = self._settings | {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
-        _, largest, _, times = self.at_rest.scene.peaks(*self._scaled(motion), **settings)
+        _, largest, _, times, _ = self.at_rest.scene.peaks(*self._scaled(motion), **settings)
         tied = self._tops(self.on_instants(motion), largest[:, RESULTANT])
         return self.on_instants(with_instants(motion, np.concatenate([times[:, RESULTANT], tied])))
 

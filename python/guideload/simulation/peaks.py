@@ -41,7 +41,7 @@ def peaks_of(run: Run) -> Peaks:
     names = tuple(carriage.name for carriage in run.machine.carriages)
     extremes = run.extremes()
     if extremes is not None:
-        return Peaks(names, *extremes)
+        return Peaks(names, *extremes[:4])
     loads = run.carriage_loads()
     values = np.concatenate([loads, np.stack(resultants(loads), axis=2)], axis=2)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
@@ -55,7 +55,7 @@ def peak_rows(run: Run) -> Iterator[Row]:
     extremes = run.extremes(dynamic=True)
     if extremes is None:
         return
-    smallest, largest, _, times = extremes
+    smallest, largest, _, times, _ = extremes
     count = len(run.machine.carriages)
     of, along, when = ("carriage",), ("carriage", "axis"), "at any time"
     size = np.maximum(np.abs(smallest), np.abs(largest))[:count]

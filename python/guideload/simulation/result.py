@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -24,12 +24,15 @@ from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, drawn_loads, with_bands
 from guideload.simulation.peaks import peak_columns
 from guideload.simulation.point_motion import Settling, point_columns, settling_of
-from guideload.simulation.run import Run
+from guideload.simulation.run import Extremes, Run
 from guideload.simulation.run_quantities import quantities_of
+from guideload.simulation.stored_run import stored_run
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from guideload._core import Rule
 
 
 class Result:
@@ -111,6 +114,15 @@ class Result:
         if self._run is not None:
             return self._run.history(name)
         return self._estimate[name] if name in self._estimate else None
+
+    def extremes(self, rules: Sequence[Rule | None]) -> Extremes | None:
+        """Smallest and largest loads of the carriages at any time, and their largest equivalent loads by these rules.
+
+        None for a carriage without rule. Runs again. None where the loads are known at the reported instants alone: at
+        given instants, and over rails that are not straight.
+        """
+        run = self._run or stored_run(self.machine, self._estimate)
+        return None if run is None else run.extremes(rules=rules)
 
     @checked
     def drawn_loads(self, count: int) -> Iterator[Array]:

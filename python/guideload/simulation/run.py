@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from guideload.simulation.feet import Feet
 from guideload.simulation.instants import STEP, excitation_with_enough_instants, fastest_vibration
 from guideload.simulation.start import StartState
 
+if TYPE_CHECKING:
+    from guideload._core import Rule
+
 AXES = ("x", "y", "z")
 # Histories of L and its drive, by their names among the quantities.
 OF_SOLUTION = {
@@ -27,6 +31,20 @@ OF_SOLUTION = {
     "velocity": Solution.velocity,
     "acceleration": Solution.acceleration,
 }
+
+
+class Extremes(NamedTuple):
+    """Smallest and largest loads of the carriages at any time and their times [s], each (carriage, 8) as in `Peaks`.
+
+    equivalent  (rules, 2) of each carriage with a rule: the largest equivalent load [N] without the effect of a
+                preload, and its time [s]
+    """
+
+    smallest: Array
+    largest: Array
+    time_of_smallest: Array
+    time_of_largest: Array
+    equivalent: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,19 +123,18 @@ class Run:
         longest = float(np.diff(self.sample_times).max(initial=0.0))
         return longest * fastest_vibration(self.machine) > STEP
 
-    def extremes(self, dynamic: bool = False) -> list[Array] | None:
-        """Smallest and largest loads of the carriages at any time, and their times [s], each (carriage, 8).
+    def extremes(self, dynamic: bool = False, rules: Sequence[Rule | None] | None = None) -> Extremes | None:
+        """The extremes of the loads of the carriages. rules: of their equivalent loads, None for a carriage without.
 
-        As `Scene.peaks`. dynamic: (2 carriage, 8), then also the largest magnitudes of the loads less the static ones.
-        None where the loads are known at the reported instants alone: at given instants, and over rails that are not
-        straight.
+        dynamic: (2 carriage, 8), then also the largest magnitudes of the loads less the static ones. None where the
+        loads are known at the reported instants alone: at given instants, and over rails that are not straight.
         """
         if self.times is not None or self.feet is not None:
             return None
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
             motion, stretches = excitation_with_enough_instants(machine, motion, stretches)
-        return (stretches or machine.scene).peaks(
+        found = (stretches or machine.scene).peaks(
             motion.time,
             motion.acceleration,
             motion.wrench,
@@ -129,7 +146,9 @@ class Run:
             start=self.start,
             travel=self.travel,
             less=self.machine_at_start.static_carriage_loads if dynamic else None,
+            rules=rules,
         )
+        return Extremes(*found)
 
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
         """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor.

@@ -162,6 +162,8 @@ pub use excitation::repeated_lengths;
 pub use output::{ReferenceMotion, Watched};
 
 // Judge: the equivalent load of a carriage over its travel.
+#[cfg(feature = "studies")]
+pub use life::{Combinations, combinations};
 pub use life::{EquivalentLoad, Integrals, Interval, LoadPower, Preload, Rule};
 
 // Errors.

@@ -88,22 +88,6 @@ pub fn group_links(
     Ok(all)
 }
 
-/// Loads and, if `less` is given, the same loads less these constants, (loads, 6).
-pub fn with_less<'a>(
-    mut loads: Vec<Wrench<'a>>,
-    less: Option<&PyReadonlyArray2<'_, f64>>,
-) -> PyResult<Vec<Wrench<'a>>> {
-    let Some(less) = less else { return Ok(loads) };
-    let rows = less.as_slice()?.as_chunks::<6>().0;
-    if less.shape() != [loads.len(), 6] {
-        let (count, got) = (loads.len(), less.shape());
-        return Err(PyValueError::new_err(format!("less: expected shape ({count}, 6), got {got:?}")));
-    }
-    let beyond: Vec<_> = loads.iter().zip(rows).map(|(load, less)| load.clone().less(less)).collect();
-    loads.extend(beyond);
-    Ok(loads)
-}
-
 /// The load of each group of links about its centre, in its axes.
 pub fn group_loads<'a>(
     system: &'a System,

@@ -17,10 +17,10 @@ use pyo3::prelude::*;
 use crate::convert::{
     self, Array1, Array2, CoreError, List, Samples, StartState, filled, matrix3, numbers, room,
 };
-use crate::extremes;
+use crate::extremes::{Rules, Sought};
 use crate::interrupt::try_compute;
 use crate::law::PyLaw;
-use crate::links::{self, group_loads, with_less};
+use crate::links::{self, group_loads};
 use crate::riders::{self, RiderTuple, Travels};
 use crate::solution::{AT_A_TIME, Inputs, PySolution};
 
@@ -137,8 +137,9 @@ impl PyScene {
     }
 
     /// Extremes only: (smallest, largest, time of smallest, time of largest), each (groups, 8); with `less` (2 groups, 8), whose second
-    /// half has only the largest magnitudes, and else infinite numbers.
-    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start=StartState::rest(), travel=None, less=None))]
+    /// half has only the largest magnitudes, and else infinite numbers. Then the largest equivalent loads of the groups with a rule, without
+    /// the effect of its preload, and their times (rules, 2).
+    #[pyo3(signature = (time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start=StartState::rest(), travel=None, less=None, rules=None))]
     #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
     fn peaks<'py>(
         &self,
@@ -154,23 +155,24 @@ impl PyScene {
         start: StartState<'_>,
         travel: Option<PyReadonlyArray3<'_, f64>>,
         less: Option<PyReadonlyArray2<'_, f64>>,
-    ) -> PyResult<[Array2<'py>; 4]> {
+        rules: Option<Rules<'_>>,
+    ) -> PyResult<[Array2<'py>; 5]> {
         let (method, start) = (named_method(method)?, start.start()?);
         let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
         let travels = Travels::new(&self.1, travel.as_ref())?;
-        let loads = with_less(group_loads(&self.0, &groups.0, &centers, Part::Total)?, less.as_ref())?;
-        let count = groups.0.len();
+        let sought = Sought::new(groups.0.len(), less.as_ref(), rules)?;
+        let loads = sought.loads(group_loads(&self.0, &groups.0, &centers, Part::Total)?);
         let extremes = try_compute(py, |watch| {
             let motions = travels.motions();
             let excitation = samples.excitation()?.with_riders(&motions)?;
-            let mut extremes = extremes::before(count, loads.len());
+            let mut extremes = sought.begin();
             let mut record =
                 Watched { record: Peaks::new(&self.0, &excitation, &loads, &mut extremes), watch };
             let control = convert::control(rtol, step);
             method.run(&self.0, control, start, &excitation, Output::Samples, &mut record)?;
             Ok(extremes)
         })?;
-        extremes::arrays(py, count, &extremes)
+        sought.arrays(py, &extremes)
     }
 
     /// Mass, damping and stiffness matrices, each (6, 6), and the weight (6,).

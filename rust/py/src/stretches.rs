@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use guideload::{
-    Extremes, Input, NamedMethod, Output, Part, Peaks, Record, RunError, Start, State, Summary, System,
-    Watch, Watched,
+    Input, NamedMethod, Output, Part, Peaks, Record, RunError, Start, State, Summary, System, Watch, Watched,
 };
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
-use crate::extremes;
+use crate::extremes::{Rules, Sought};
 use crate::interrupt::try_compute;
-use crate::links::{group_loads, with_less};
+use crate::links::group_loads;
 use crate::riders::Travels;
 use crate::scene::{PyScene, named_method};
 use crate::solution::{Inputs, PySolution};
@@ -147,7 +146,7 @@ pub fn solve_stretches(
 
 /// As `Scene.peaks`, of scenes one after the other.
 #[pyfunction]
-#[pyo3(signature = (scenes, kept, first, time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest", less=None))]
+#[pyo3(signature = (scenes, kept, first, time, acceleration, wrench=None, *, method, rtol, step=None, groups, centers, start="rest", less=None, rules=None))]
 #[allow(clippy::too_many_arguments)] // keyword-only in Python, where each has a name
 pub fn peaks_of_stretches<'py>(
     py: Python<'py>,
@@ -164,14 +163,15 @@ pub fn peaks_of_stretches<'py>(
     centers: PyReadonlyArray2<'_, f64>,
     start: &str,
     less: Option<PyReadonlyArray2<'_, f64>>,
-) -> PyResult<[Array2<'py>; 4]> {
+    rules: Option<Rules<'_>>,
+) -> PyResult<[Array2<'py>; 5]> {
     let samples = Samples::new(&time, &acceleration, wrench.as_ref())?;
     let control = convert::control(rtol, step);
     let run = Stretches::new([&scenes, &kept], &first, samples, (method, start), control)?;
-    let of = |system| with_less(group_loads(system, &groups.0, &centers, Part::Total)?, less.as_ref());
+    let sought = Sought::new(groups.0.len(), less.as_ref(), rules)?;
+    let of = |system| Ok(sought.loads(group_loads(system, &groups.0, &centers, Part::Total)?));
     let loads = run.systems.iter().map(|system| of(system)).collect::<PyResult<Vec<_>>>()?;
-    let count = loads.first().map_or(0, Vec::len);
-    let mut parts = vec![extremes::before(groups.0.len(), count); loads.len()];
+    let mut parts = vec![sought.begin(); loads.len()];
     try_compute(py, |watch| {
         let part = |index: usize| run.bounds[index]..run.bounds[index + 1];
         let excitations = (0..loads.len())
@@ -184,8 +184,11 @@ pub fn peaks_of_stretches<'py>(
         };
         run.run(watch, |_| Output::Samples, record, |_| ()).map(|_| ())
     })?;
-    let whole: Vec<Extremes> = (0..count)
-        .map(|group| parts.iter().fold(Extremes::NONE, |all, part| all.with(&part[group])))
-        .collect();
-    extremes::arrays(py, groups.0.len(), &whole)
+    let mut whole = sought.begin();
+    for part in &parts {
+        for (all, of_part) in whole.iter_mut().zip(part) {
+            *all = all.with(of_part);
+        }
+    }
+    sought.arrays(py, &whole)
 }

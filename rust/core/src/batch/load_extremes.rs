@@ -3,7 +3,7 @@
 use super::equivalent::EquivalentRows;
 use super::signals::{LoadRow, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
-use crate::life::{COMPONENTS, Rule};
+use crate::life::{Combinations, Rule, combinations};
 use crate::output::{Extremes, Part, Wrench, reaction};
 use crate::system::System;
 use crate::variation::{Group, Instance};
@@ -13,8 +13,8 @@ use crate::variation::{Group, Instance};
 enum Load {
     Group(usize),
     Drive,
-    /// Six linear combinations of the components of the load of a group.
-    Combinations(usize, Box<[[f64; 6]; 6]>),
+    /// Linear combinations of the components of the load of a group.
+    Combinations(usize, Combinations),
 }
 
 /// Where the extremes of a signal are found.
@@ -22,8 +22,8 @@ enum Load {
 enum Place {
     /// Load and value.
     Value(usize, usize),
-    /// The largest value of linear combinations: load, entry, and -1 for the negative one.
-    Largest(Vec<(usize, usize, f64)>),
+    /// The largest value of these loads, which are linear combinations.
+    Largest(Vec<usize>),
 }
 
 /// The loads, without duplicates.
@@ -68,41 +68,16 @@ impl ExtremeLoads {
         Place::Value(index, value)
     }
 
-    /// The largest equivalent load of a group: that of the linear combinations of which it is the largest at any time.
+    /// The largest equivalent load of a group.
     fn largest(&mut self, group: usize, rule: &Rule<f64>) -> Place {
-        let mut combinations: Vec<[f64; COMPONENTS]> = Vec::new();
-        for signs in 0..1 << COMPONENTS {
-            for one in rule.gradients(signs) {
-                if !combinations.contains(&one) {
-                    combinations.push(one);
-                }
-            }
+        let mut loads = Vec::new();
+        for some in combinations(rule) {
+            let begin = some.begin();
+            let index = self.index_of(Load::Combinations(group, some));
+            self.begin[index] = begin;
+            loads.push(index);
         }
-        let mut places = Vec::new();
-        // A combination and the negative one have the same extremes.
-        let mut rows: Vec<([f64; COMPONENTS], bool)> = Vec::new();
-        for one in combinations {
-            match rows.iter_mut().find(|(known, _)| known.map(|factor| -factor) == one) {
-                Some((_, is_negative_too)) => *is_negative_too = true,
-                None => rows.push((one, false)),
-            }
-        }
-        for some in rows.chunks(6) {
-            let mut factors = [[0.0; 6]; 6];
-            for (row, (one, _)) in factors.iter_mut().zip(some) {
-                row[1..].copy_from_slice(one);
-            }
-            let index = self.index_of(Load::Combinations(group, Box::new(factors)));
-            for (entry, (_, is_negative_too)) in some.iter().enumerate() {
-                self.begin[index].largest[entry] = f64::NEG_INFINITY;
-                places.push((index, entry, 1.0));
-                if *is_negative_too {
-                    self.begin[index].smallest[entry] = f64::INFINITY;
-                    places.push((index, entry, -1.0));
-                }
-            }
-        }
-        Place::Largest(places)
+        Place::Largest(loads)
     }
 
     fn index_of(&mut self, load: Load) -> usize {
@@ -126,7 +101,7 @@ impl ExtremeLoads {
             loads.push(match load {
                 Load::Group(group) => group_load(*group),
                 Load::Drive => reaction(system).scaled(sample.factors()),
-                Load::Combinations(group, rows) => group_load(*group).combined(rows),
+                Load::Combinations(group, some) => some.of(&group_load(*group)),
             });
         }
         loads
@@ -143,14 +118,10 @@ impl ExtremeLoads {
                     statistics.time_of_smallest = found.time_of_smallest[*value];
                     statistics.time_of_largest = found.time_of_largest[*value];
                 }
-                Some(Place::Largest(places)) => {
-                    for &(load, entry, sign) in places {
-                        let found = &extremes[load];
-                        let (largest, time) = if sign > 0.0 {
-                            (found.largest[entry], found.time_of_largest[entry])
-                        } else {
-                            (-found.smallest[entry], found.time_of_smallest[entry])
-                        };
+                Some(Place::Largest(loads)) => {
+                    for &load in loads {
+                        let Load::Combinations(_, some) = &self.loads[load] else { continue };
+                        let (largest, time) = some.largest(&extremes[load]);
                         if largest > statistics.largest {
                             (statistics.largest, statistics.time_of_largest) = (largest, time);
                         }

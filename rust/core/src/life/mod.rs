@@ -1,11 +1,15 @@
 //! What the rating life needs of the loads: the equivalent load of a carriage, and integrals of its power over the travel, by the code of
 //! `guideload_life`.
 
+#[cfg(feature = "studies")]
+mod combinations;
 mod equivalent_load;
 mod power;
 #[cfg(feature = "std")]
 mod weights;
 
+#[cfg(feature = "studies")]
+pub use combinations::{Combinations, combinations};
 pub use equivalent_load::{EquivalentLoad, Preload};
 #[cfg(feature = "std")]
 pub(crate) use guideload_life::COMPONENTS;
