@@ -52,13 +52,13 @@ def test_a_signal_ends_a_run_in_order(tmp_path: Path, name: str, code: int) -> N
 
 
 NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-START = np.linspace(0.0, 0.3, 8)  # s: the imports of the command line
+START = np.linspace(0.0, 0.3, 6)  # s: the imports of the command line
 # Commands, and the times of signals [s]: the start, and through the whole command.
 COMMANDS = {
     "version": (["--version"], START),
     "check": (["check", MACHINE], START),
-    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], np.linspace(0.2, 4.0, 9)),
-    "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 6)),
+    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], np.linspace(0.2, 4.0, 6)),
+    "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 4)),
 }
 
 

@@ -22,7 +22,7 @@ from guideload.simulation.result import Result
 from guideload.study.result import StudyResult
 from guideload.traces.reading import read_trace
 
-EACH = 10  # damaged files of each format; `python tests/damage/damage_runs.py` reads as many as asked
+EACH = 7  # damaged files of each format; `python tests/damage/damage_runs.py` reads as many as asked
 
 
 @pytest.fixture(scope="module")

@@ -164,10 +164,9 @@ def test_limits_of_moves_are_where_a_requirement_fails(name: Any) -> None:
     jerk = 60.0 if name == "jerk" else 8.0  # slower ramps make the machine vibrate too little to tell
     limits = {"acceleration": 1.0, "deceleration": 1.2, "jerk": jerk, "dwell": 0.3}
     # At the lower speed it is the speed that limits the acceleration.
-    speeds = (0.05, 0.04) if name == "speed" else (0.8, 0.7)
-    listed = [
-        Move(distance=way, speed=speed, **limits) for way, speed in zip((0.4, -0.4), speeds, strict=True)
-    ]
+    way, *speeds = (0.1, 0.05, 0.04) if name == "speed" else (0.4, 0.8, 0.7)
+    ways = zip((way, -way), speeds, strict=True)
+    listed = [Move(distance=each, speed=speed, **limits) for each, speed in ways]
     moves = Moves(moves=listed, rate=512)
 
     def found(factor: float, conditions: LifeConditions) -> Life:
