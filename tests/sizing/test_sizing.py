@@ -184,6 +184,19 @@ def test_limits_of_moves_are_where_a_requirement_fails(name: Any) -> None:
     assert lowered.value == pytest.approx(limit.value, rel=1e-3)
 
 
+def test_a_limit_ends_where_a_force_lacks_its_phase() -> None:
+    """At the speed that the move just reaches: v^2/a + v a/j is its distance."""
+    machine = with_product(cart(), CATALOGUE["large"], "Z0")
+    force = {"force": (0.0, -100.0, 0.0), "during": "constant speed"}
+    keys = {"speed": 0.3, "acceleration": 2.0, "jerk": 40.0, "dwell": 0.3}
+    moves = Moves(moves=[Move(distance=0.4, forces=[force], **keys)], rate=512)
+    limit = largest(machine, moves, "speed", conditions=LifeConditions(safety=0.1))
+    reached = np.polynomial.Polynomial([-0.4, 2.0 / 40.0, 1.0 / 2.0]).roots().max()
+    assert limit.value == math.inf and limit.margins.hold
+    assert limit.tried[1] == pytest.approx(reached, rel=1e-3) and limit.tried[1] < reached
+    assert "constant speed" in limit.beyond and limit.beyond in limit_report(machine, limit, WANTED).answer[0]
+
+
 def changed(machine: Machine, mass: float, at: tuple[float, float, float]) -> Machine:
     return machine.model_copy(update={"body": with_payload(machine.body, mass, np.array(at))})
 

@@ -175,6 +175,8 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
             most = min(limit.value, limit.tried[1])
             if history is not None and (reached := float(np.abs(history).max())) < 0.99 * most:
                 text += f" The moves reach only {digits(reached)} {unit}: stroke and other limits end it."
+        if limit.beyond:
+            text += f" With more than {digits(limit.tried[1], 4)} {unit} they are impossible: {limit.beyond}."
     figures = joined(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
     return Report.of(
         machine,

@@ -47,6 +47,7 @@ class Limit:
     motion    at this value, or at the largest tried
     machine   at this value, or at the largest tried
     failing   smaller values that were tried, at which a requirement fails
+    beyond    why the moves are impossible with a larger value, if that ends the search: a force lacks its phase
     at        m from L, the place of the payload; None for other quantities
     direction  of the overhang; None for other quantities
     """
@@ -58,6 +59,7 @@ class Limit:
     motion: Motion
     machine: Machine
     failing: tuple[float, ...] = ()
+    beyond: str = ""
     at: tuple[float, ...] | None = None
     direction: tuple[float, ...] | None = None
 
@@ -108,7 +110,7 @@ def largest(
             runs[value] = margins_of(life), moved, changed
         return runs[value][0]
 
-    value, high = _bracket(margins, unit, quantity)
+    value, high, beyond = _bracket(margins, unit, quantity)
     if math.isfinite(high):
         near = ACCURACY * high
         value = float(brentq(lambda x: margins(x).smallest - 1.0, value, high, rtol=ACCURACY, xtol=near))
@@ -127,6 +129,7 @@ def largest(
         motion=moved,
         machine=changed,
         failing=tuple(sorted(one for one, (tried, *_) in runs.items() if one < value and not tried.hold)),
+        beyond=beyond,
         at=tuple(place.tolist()) if quantity == "payload" else None,
         direction=tuple(along.tolist()) if quantity == "overhang" else None,
     )
@@ -156,31 +159,52 @@ def _smaller(value: float, unit: float, quantity: Quantity) -> list[float]:
     return [value * 2.0 ** (-i / PER_HALVING) for i in range(1, math.ceil(halvings * PER_HALVING) + 1)]
 
 
-def _bracket(margins: Callable[[float], Margins], unit: float, quantity: Quantity) -> tuple[float, float]:
-    """A value that holds and a larger one that does not, or inf; `unit`: the first value tried."""
+def _bracket(
+    margins: Callable[[float], Margins], unit: float, quantity: Quantity
+) -> tuple[float, float, str]:
+    """A value that holds, a larger one that does not, or inf, and why values beyond it are impossible.
+
+    unit: the first value tried.
+    """
     added = quantity in ADDED
     doublings = MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS
     if margins(unit).hold:
         low = unit
         for _ in range(doublings):
-            if not margins(2.0 * low).hold:
-                return low, 2.0 * low
+            try:
+                if not margins(2.0 * low).hold:
+                    return low, 2.0 * low, ""
+            except ConfigError as error:  # moves lack the phase of a force there
+                high = _largest_possible(margins, low, 2.0 * low)
+                return (high, math.inf, str(error)) if margins(high).hold else (low, high, "")
             low *= 2.0
-        return low, math.inf
+        return low, math.inf, ""
     high = unit
     if not added:
         for _ in range(doublings):
             if margins(0.5 * high).hold:
-                return 0.5 * high, high
+                return 0.5 * high, high, ""
             high *= 0.5
     elif margins(0.0).hold:
-        return 0.0, high
+        return 0.0, high, ""
     found = margins(0.0 if added else high)
     where = f"without {quantity}" if added else f"at {high / unit:g} of the {quantity}"
     raise RunError(
         f"{quantity}: the requirement on {found.first_to_fail} is missed even {where} (margin {found.smallest:.3g}); "
         "take a larger product or drive, or lower the requirement"
     )
+
+
+def _largest_possible(margins: Callable[[float], Margins], low: float, high: float) -> float:
+    """The largest value with possible moves between one that has them and one that has not."""
+    while high - low > ACCURACY * low:
+        middle = 0.5 * (low + high)
+        try:
+            margins(middle)
+            low = middle
+        except ConfigError:
+            high = middle
+    return low
 
 
 def _variation_of_limit(
