@@ -82,6 +82,18 @@ def static_in_newtons() -> Machine:
     return rated(10.0).model_copy(update={"products": (product,)})
 
 
+def moments_in_kilonewtons() -> Machine:
+    """A cart with a product whose rated moments have kN m in place of N m."""
+    moments = {"roll": 0.6, "pitch": 0.5, "yaw": 0.5}
+    product = Product(**{**lives.PRODUCT, "static_moments": moments})
+    return lives.cart().model_copy(update={"products": (product,)})
+
+
+def with_empty_rail() -> Machine:
+    bare = machine()
+    return bare.model_copy(update={"rails": (*bare.rails, bare.rails[0].model_copy(update={"name": "3"}))})
+
+
 def heavier_to_turn(factor: float) -> Machine:
     """The cart with so many times its moments of inertia."""
     body = machine().body
@@ -182,6 +194,14 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         lambda: machine_warnings(static_in_newtons()),
         "C0 of 20 is 60 N, 0.00189 times its dynamic one for 100 km, 31.7 kN",
     ),
+    "rated moments": (
+        lambda: machine_warnings(moments_in_kilonewtons()),
+        "roll moment of 20, 0.6 N m, is its C0 at an arm of 0.01 mm",
+    ),
+    "empty rail": (
+        lambda: machine_warnings(with_empty_rail()),
+        "no carriage runs on rail 3: is one forgotten",
+    ),
     "sag": (lambda: machine_warnings(scaled(stiffness_y=1e-3)), "mm: are stiffness in N/m and mass in kg"),
     "frequency": (
         lambda: machine_warnings(scaled(stiffness_y=1e-6, stiffness_z=1e-6)),
@@ -281,7 +301,8 @@ TOGETHER = {
     "distance": {"inertia", "overlap", *OF_UNITS},
     "inertia": {"damping"},
     "load at rest": {"damping"},
-    "load ratings": {"damping", "inertia"},
+    "load ratings": {"damping", "inertia", "rated moments"},
+    "rated moments": {"damping"},
     "sag": {"damping"},
     "frequency": {"damping", "sag"},
     "clearance": {"sag"},

@@ -40,6 +40,8 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
         _stacked_rails(machine),
         _rest(machine),
         _ratings(machine),
+        _rated_moments(machine),
+        _empty_rails(machine),
         _modes(machine, modes),
         _weight(machine),
         _estimates(machine),
@@ -209,6 +211,36 @@ def _ratings(machine: Machine) -> Iterator[WarningText]:
                 f"{digits(ratio)} times its dynamic one for 100 km, {load_in_sentence(product.rating_for_100_km)}; "
                 "catalogues have 1.1 to 2.6 times: is one in the wrong unit?",
             )
+
+
+def _rated_moments(machine: Machine) -> Iterator[WarningText]:
+    """On products with a rated static moment that does not belong to their C0; of each product the first one."""
+    limit = LIMITS["rated moments"]
+    for product in dict.fromkeys(machine.product_of_carriage):
+        if product is None or product.static is None:
+            continue
+        for axis in ("roll", "yaw", "pitch"):
+            moment = getattr(product.static_moments, axis)
+            if moment is not None and not limit.holds(moment / product.static):
+                yield WarningText(
+                    "rated moments",
+                    f"Warning: the rated static {axis} moment of {product.name}, {digits(moment)} N m, is its C0 at an "
+                    f"arm of {digits(1e3 * moment / product.static)} mm; catalogues have 2 to 54 mm: is one in the "
+                    "wrong unit?",
+                )
+                break
+
+
+def _empty_rails(machine: Machine) -> Iterator[WarningText]:
+    """On rails that bear nothing."""
+    used = {one.rail for one in machine.carriages}
+    if empty := [rail.name for rail in machine.rails if rail.name not in used]:
+        on = "it" if len(empty) == 1 else "them"
+        yield WarningText(
+            "empty rail",
+            f"Warning: no carriage runs on rail {joined(empty)}: is one forgotten, or on another rail? Else leave {on} "
+            "out.",
+        )
 
 
 def _modes(machine: Machine, modes: Modes) -> Iterator[WarningText]:

@@ -66,6 +66,14 @@ LIMITS = {
         0.7,
         5.0,
     ),
+    "rated moments": Limit(
+        "rated static moment of a product over its C0",
+        "2 to 54 mm in the packaged catalogues: an arm within the carriage; kN m read as N m divides it by 1000",
+        5e-4,
+        0.3,
+        "m",
+    ),
+    "empty rail": Limit("rails without carriages", "a carriage may be forgotten or on another rail"),
     "sag": Limit(
         "displacement of carriages and centre of mass at rest",
         "guides give way by micrometres",
