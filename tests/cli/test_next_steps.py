@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from command_line import guideload, write_trace
+from unrendered import leave_unrendered
 
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
@@ -15,6 +16,7 @@ from guideload.cli.main import main
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    leave_unrendered(monkeypatch)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
