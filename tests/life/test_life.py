@@ -65,6 +65,21 @@ def test_the_causes_add_up_to_the_worst_load_and_the_phases_to_one(life: Life) -
     assert life.phases["at rest"] < 1e-3  # standing costs no life
 
 
+@pytest.mark.parametrize("settings", [{}, {"method": "implicit", "step": 1e-3}])
+def test_the_causes_of_the_worst_load_are_those_at_its_time(settings: dict[str, Any]) -> None:
+    """Also between coarse samples, in which the acceleration changes."""
+    soft = {"stiffness_y": 3.8e7, "stiffness_z": 3.8e7, "damping_y": 4e4, "damping_z": 4e4}
+    carriages = tuple(one.model_copy(update=soft) for one in cart().carriages)
+    changed = cart().model_copy(update={"carriages": carriages})
+    motion = moved(Move(speed=0.5, acceleration=5.0, jerk=60.0, dwell=0.2, cruise=0.05), 20.0)
+    for one in life_of(simulate(changed, motion, **settings)).carriages:
+        then = simulate(changed, motion, times=[one.worst.time], **settings)
+        parts, load = load_parts(then), then.carriage_loads[0, one.index]
+        causes = np.stack([part[0, one.index] for part in parts.values()])
+        expected = dict(zip(parts, one.static_rule.shares(load, causes), strict=True))
+        assert one.worst.shares == pytest.approx(expected, rel=1e-6, abs=1e-6 * one.worst.load)
+
+
 def test_each_cause_of_the_worst_load_has_its_share() -> None:
     """A mounting error, a payload from 0.1 s on, and a force: each share is what the bare, straight cart lacks."""
     bare, motion = cart(), moved(BRISK)

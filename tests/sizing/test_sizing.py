@@ -195,6 +195,15 @@ def test_a_limit_ends_where_a_force_lacks_its_phase() -> None:
     assert limit.value == math.inf and limit.margins.hold
     assert limit.tried[1] == pytest.approx(reached, rel=1e-3) and limit.tried[1] < reached
     assert "constant speed" in limit.beyond and limit.beyond in limit_report(machine, limit, WANTED).answer[0]
+    # Downwards too: with v^2/a + v a/j of the way left, the acceleration cannot be halved.
+    short = Moves(moves=[Move(distance=0.08, forces=[force], **keys)], rate=512)
+    safety = life_of(simulate(machine, short.motion())).weakest.static.safety
+    wanted = LifeConditions(safety=1.001 * safety)
+    assert largest(machine, short, "acceleration", conditions=wanted).value < 2.0
+    with pytest.raises(
+        RunError, match="missed even at 0.* with less the moves are refused: .*constant speed"
+    ):
+        largest(machine, short, "acceleration", conditions=LifeConditions(safety=2.0 * safety))
 
 
 def changed(machine: Machine, mass: float, at: tuple[float, float, float]) -> Machine:
@@ -250,7 +259,7 @@ def test_what_cannot_be_sized_is_refused() -> None:
     trapezoid = Moves(moves=[Move(distance=1, speed=1, acceleration=1, profile="trapezoid")], rate=64)
     with pytest.raises(ArgumentError, match="jerk: no move has this limit"):
         largest(machine, trapezoid, "jerk")
-    with pytest.raises(RunError, match="at 0.015625 of the speed"):
+    with pytest.raises(RunError, match="at 0.0156 of the speed"):
         largest(machine, trapezoid, "speed", conditions=LifeConditions(life="1e9 km"))
     endless = largest(machine, replace(MOTION), "pace", conditions=LifeConditions(safety=1e-6))
     assert math.isinf(endless.value)

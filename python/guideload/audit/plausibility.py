@@ -235,11 +235,11 @@ def _empty_rails(machine: Machine) -> Iterator[WarningText]:
     """On rails that bear nothing."""
     used = {one.rail for one in machine.carriages}
     if empty := [rail.name for rail in machine.rails if rail.name not in used]:
-        on = "it" if len(empty) == 1 else "them"
+        rail = "rail" if len(empty) == 1 else "rails"
         yield WarningText(
             "empty rail",
-            f"Warning: no carriage runs on rail {joined(empty)}: is one forgotten, or on another rail? Else leave {on} "
-            "out.",
+            f"Warning: no carriage runs on {rail} {joined(empty)}: is one forgotten, or on another rail? Else leave "
+            f"the {rail} out.",
         )
 
 

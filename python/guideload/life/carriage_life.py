@@ -73,17 +73,15 @@ class CarriageLife(Criteria):
 
     @cached_property
     def worst(self) -> WorstInstant:
-        """Causes of the worst instant: the shares of the loads at the reported instant beside it.
-
-        Between two instants quasi-static loads are linear, so that what P0 rises there is vibration.
-        """
+        """Causes of the worst instant. Quasi-static parts are linear between two instants; the rest is vibration."""
         record, largest = self.record, self.static.largest
-        beside = np.searchsorted(record.travel.time, largest.time) - np.array([1, 0])
-        beside = np.clip(beside, 0, record.travel.time.size - 1)
-        loads = record.result.carriage_loads[beside, self.index]
-        at = int(self.static_rule.without_preload(loads).argmax())
-        instant, load = int(beside[at]), loads[at]
-        parts = record.parts.at(instant, self.index)
+        first, last, share = self._beside(largest.time)
+
+        def then(values: Array) -> Array:
+            return np.asarray((1.0 - share) * values[first] + share * values[last])
+
+        load = then(record.result.carriage_loads[:, self.index])
+        parts = {cause: then(part[:, self.index]) for cause, part in record.parts.items()}
         of_parts = self.static_rule.shares(load, np.stack(list(parts.values())))
         shares = dict(zip(parts, of_parts.tolist(), strict=True))
         shares["vibration"] += largest.bare - float(of_parts.sum())
@@ -91,9 +89,23 @@ class CarriageLife(Criteria):
             shares["preload"] = largest.equivalent - largest.bare
         noise, data = float("nan"), record.result.quantities
         if "resultant_sd" in data:
-            noise = COVER * float(data["resultant_sd"][instant, self.index])
-        when = PHASES[record.phase[min(instant, record.phase.size - 1)]]
+            noise = COVER * float(then(data["resultant_sd"][:, self.index]))
+        when = PHASES[record.phase[min(first, record.phase.size - 1)]]
         return WorstInstant(largest.time, largest.equivalent, shares, noise, when)
+
+    def _beside(self, time: float) -> tuple[int, int, float]:
+        """Indices of the instants before and after a time, and how far it is from the first to the last, 0 to 1.
+
+        At a jump of the motion, which has two instants: the one with the larger load, twice.
+        """
+        times = self.record.travel.time
+        first, end = (int(np.searchsorted(times, time, side)) for side in ("left", "right"))
+        if end > first + 1:
+            loads = self.static_rule.without_preload(self.record.result.carriage_loads[first:end, self.index])
+            first += int(loads.argmax())
+            return first, first, 0.0
+        last = min(max(first, 1), times.size - 1)
+        return last - 1, last, float((time - times[last - 1]) / (times[last] - times[last - 1]))
 
 
 def carriage_life(record: Record, criteria: Criteria, largest: LargestLoads) -> CarriageLife:

@@ -17,8 +17,8 @@ from guideload.simulation.result import Result
 def largest_loads(result: Result, criteria: Sequence[Criteria]) -> list[LargestLoads]:
     """The largest loads of the carriages with these criteria.
 
-    At any time, also between the reported instants; at given instants, and over rails that are not straight, the
-    largest at the reported instants. P0 is largest where it is without preload, which raises all loads in their order.
+    At any time, also between the reported instants; over rails that are not straight, the largest at the reported
+    instants. P0 is largest where it is without preload, which raises all loads in their order.
     """
     rules = {one.index: one.static_rule for one in criteria}
     wanted = (rules.get(i) for i in range(len(result.machine.carriages)))

@@ -188,8 +188,8 @@ def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     """Life and static safety of the carriages of a result whose products have ratings.
 
     conditions: default those of the machine, the table [life] of its file. The record is one cycle, which repeats. The
-    run is made again for its largest loads, which are those at any time; at given instants, and over rails that are not
-    straight, they are those at the reported instants.
+    run is made again for its largest loads, which are those at any time; over rails that are not straight, they are
+    those at the reported instants.
     Raises LifeError if no carriage has a product with dynamic and static rating, if the velocity of the cart is unknown
     or always zero, or if the product lacks a rated moment that the rule counts.
     """

@@ -35,10 +35,6 @@ class LoadParts(dict[str, Array]):
         """Quasi-static loads, inertia forces included: what catalogues put into their formulas."""
         return np.asarray(sum(part for cause, part in self.items() if cause != "vibration"))
 
-    def at(self, instant: int, carriage: int) -> dict[str, Array]:
-        """The parts (6,) of the load of a carriage at an instant."""
-        return {cause: part[instant, carriage] for cause, part in self.items()}
-
 
 def load_parts(result: Result) -> LoadParts:
     """The parts of the loads of a result."""

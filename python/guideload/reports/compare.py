@@ -46,7 +46,10 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
     warned = warnings_by_title({title: one.audit.warnings for title, one in results.items()})
     peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
-    alike = "" if len(machines) > 1 else "The machines are the same; the motions differ."
+    alike = ""
+    if len(machines) == 1:
+        motions = {one.quantities["cart_acceleration"].tobytes() for one in results.values()}
+        alike = f"The machines are the same; the motions {'differ' if len(motions) > 1 else 'are, too'}."
     return Report(
         head=next(iter(machines.values())).report.lines,
         title=f"Comparison: {', '.join(results)}",

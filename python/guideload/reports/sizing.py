@@ -169,14 +169,15 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
         text += f". Beyond it {limit.margins.first_to_fail} fails first"
     text += "."
     if limit.quantity in OF_MOVES:
-        text += " It is the largest of the moves, whose limits are scaled alike."
+        text += f" The {limit.quantity} is the largest of the moves, whose limits are scaled alike."
         if limit.quantity in ("speed", "acceleration"):
             history = limit.motion.velocity if limit.quantity == "speed" else limit.motion.acceleration
             most = min(limit.value, limit.tried[1])
             if history is not None and (reached := float(np.abs(history).max())) < 0.99 * most:
                 text += f" The moves reach only {digits(reached)} {unit}: stroke and other limits end it."
         if limit.beyond:
-            text += f" With more than {digits(limit.tried[1], 4)} {unit} they are impossible: {limit.beyond}."
+            end = digits(limit.tried[1], 4)
+            text += f" The search ended at {end} {unit}, as moves with more are refused: {limit.beyond}."
     figures = joined(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
     return Report.of(
         machine,

@@ -47,7 +47,7 @@ class Limit:
     motion    at this value, or at the largest tried
     machine   at this value, or at the largest tried
     failing   smaller values that were tried, at which a requirement fails
-    beyond    why the moves are impossible with a larger value, if that ends the search: a force lacks its phase
+    beyond    why moves with a larger value are refused, if that ends the search: a force lacks its phase
     at        m from L, the place of the payload; None for other quantities
     direction  of the overhang; None for other quantities
     """
@@ -84,9 +84,10 @@ def largest(
     direction   of the overhang; default: x
     conditions  requirements; default: the table [life] of the machine
 
-    Raises ArgumentError for an unknown quantity, `at` or `direction` that are no vectors or belong to another quantity,
-    and a limit that the motion does not have, RunError if the machine does not meet its requirements even without
-    payload or overhang, or at a 64th of the pace or of the limit. Errors as for `simulate` and `life_of`.
+    Raises ArgumentError for an unknown quantity, `at` or `direction` that are no vectors or belong to another
+    quantity, and a limit that the motion does not have, RunError if the machine does not meet its requirements even
+    without payload or overhang, or at a 64th of the pace or of the limit, or at the least limit that the moves
+    allow. Errors as for `simulate` and `life_of`.
     """
     if quantity not in get_args(Quantity):
         raise ArgumentError(f"quantity: expected one of {', '.join(get_args(Quantity))}, got {quantity!r}")
@@ -171,40 +172,54 @@ def _bracket(
     if margins(unit).hold:
         low = unit
         for _ in range(doublings):
-            try:
-                if not margins(2.0 * low).hold:
-                    return low, 2.0 * low, ""
-            except ConfigError as error:  # moves lack the phase of a force there
-                high = _largest_possible(margins, low, 2.0 * low)
-                return (high, math.inf, str(error)) if margins(high).hold else (low, high, "")
-            low *= 2.0
+            high, beyond = _possible(margins, low, 2.0 * low, quantity)
+            if not margins(high).hold:
+                return low, high, ""
+            if beyond:
+                return high, math.inf, beyond
+            low = high
         return low, math.inf, ""
-    high = unit
+    high, beyond = unit, ""
     if not added:
         for _ in range(doublings):
-            if margins(0.5 * high).hold:
-                return 0.5 * high, high, ""
-            high *= 0.5
+            low, beyond = _possible(margins, high, 0.5 * high, quantity)
+            if margins(low).hold:
+                return low, high, ""
+            high = low
+            if beyond:
+                break
     elif margins(0.0).hold:
         return 0.0, high, ""
     found = margins(0.0 if added else high)
-    where = f"without {quantity}" if added else f"at {high / unit:g} of the {quantity}"
+    where = f"without {quantity}" if added else f"at {high / unit:.3g} of the {quantity}"
+    less = f"; with less the moves are refused: {beyond}" if beyond else ""
     raise RunError(
         f"{quantity}: the requirement on {found.first_to_fail} is missed even {where} (margin {found.smallest:.3g}); "
-        "take a larger product or drive, or lower the requirement"
+        f"take a larger product or drive, or lower the requirement{less}"
     )
 
 
-def _largest_possible(margins: Callable[[float], Margins], low: float, high: float) -> float:
-    """The largest value with possible moves between one that has them and one that has not."""
-    while high - low > ACCURACY * low:
-        middle = 0.5 * (low + high)
+def _possible(
+    margins: Callable[[float], Margins], known: float, wanted: float, quantity: Quantity
+) -> tuple[float, str]:
+    """The wanted value; if the moves are refused there, the possible value nearest to it, and the reason.
+
+    known: a value that is possible.
+    """
+    value, reason = wanted, ""
+    while not reason or abs(wanted - known) > ACCURACY * known:
         try:
-            margins(middle)
-            low = middle
-        except ConfigError:
-            high = middle
-    return low
+            margins(value)
+        except ConfigError as error:  # a force lacks its phase, or there are too many stamps
+            if quantity not in get_args(LimitName):
+                raise
+            wanted, reason = value, str(error)
+        else:
+            known = value
+            if not reason:
+                break
+        value = 0.5 * (known + wanted)
+    return known, reason
 
 
 def _variation_of_limit(
