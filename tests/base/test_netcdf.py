@@ -7,8 +7,9 @@ from interrupts import run_process
 
 # Loads h5netcdf, then allows 0 to 30 MB more than the process has, for a file of 14 MB.
 SCARCE = """
+import json
 import resource
-import threading
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,28 +23,25 @@ def data(size):
     rows = [(f"load {i}", ("time",), np.full(size, float(i)), "N", "load") for i in range(6)]
     return Quantities(quantities([time, *rows]), {})
 
-def attempts():
-    large = data(250_000)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "loads.nc"
-        write_netcdf(data(3), path)
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        for spare in np.linspace(0, 30e6, 61):
-            resource.setrlimit(resource.RLIMIT_AS, (used + int(spare), hard))
-            try:
-                write_netcdf(large, path)
-                print("written")
-            except MemoryError:
-                print("refused")
-            finally:
-                resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
-
+# The stack grows when it is used, and where it cannot, Linux ends the process: so it is large from the start.
+sys.setrecursionlimit(9000)
+json.loads("[" * 8000 + "]" * 8000)
+large = data(250_000)
 print()
-# The stack of the main thread grows when it is used: where it cannot, Linux ends the process. That of others is whole.
-thread = threading.Thread(target=attempts)
-thread.start()
-thread.join()
+with TemporaryDirectory() as folder:
+    path = Path(folder) / "loads.nc"
+    write_netcdf(data(3), path)
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    for spare in np.linspace(0, 30e6, 61):
+        resource.setrlimit(resource.RLIMIT_AS, (used + int(spare), hard))
+        try:
+            write_netcdf(large, path)
+            print("written")
+        except MemoryError:
+            print("refused")
+        finally:
+            resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
 """
 
 
