@@ -263,6 +263,13 @@ def test_a_machine_without_carriages_is_refused(result: Result) -> None:
             refusing({"given": result, "bare": bare})
 
 
+def test_a_comparison_says_what_is_the_same() -> None:
+    slow, fast = (Motion.along_x([0.0, 1.0], [rate, rate]) for rate in (1.0, 2.0))
+    for other, words in ((slow, "the motions are, too"), (fast, "the motions differ")):
+        report = comparison_report({"a": simulate(ref.cart(), slow), "b": simulate(ref.cart(), other)})
+        assert f"The machines are the same; {words}." in report.answer[0]
+
+
 def test_the_command_compare(tmp_path: Path) -> None:
     other, copy = tmp_path / "other.toml", tmp_path / Path(MACHINE).name
     other.write_text(Path(MACHINE).read_text(encoding="utf-8").replace("1250 kg", "1300 kg"), "utf-8")
