@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,12 @@ from guideload.base.arrays import Array
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import EquivalentLoad
 from guideload.life.static_safety import LargestLoads
+from guideload.machine.machine import Machine
 from guideload.simulation.result import Result
+from guideload.simulation.run import Extremes
+
+if TYPE_CHECKING:
+    from guideload._core import Rule
 
 
 def largest_loads(result: Result, criteria: Sequence[Criteria]) -> list[LargestLoads]:
@@ -20,17 +26,26 @@ def largest_loads(result: Result, criteria: Sequence[Criteria]) -> list[LargestL
     At any time, also between the reported instants; over rails that are not straight, the largest at the reported
     instants. P0 is largest where it is without preload, which raises all loads in their order.
     """
-    rules = {one.index: one.static_rule for one in criteria}
-    wanted = (rules.get(i) for i in range(len(result.machine.carriages)))
-    found = result.extremes([None if rule is None else rule.of_core for rule in wanted])
-    if found is None:
-        time, loads = result.history("time"), result.carriage_loads
-        assert time is not None
-        return [largest_at(time, loads[:, one.index], one.static_rule) for one in criteria]
-    sizes = np.maximum(np.abs(found.smallest), np.abs(found.largest))[:, :6]
+    found = result.extremes(static_rules(result.machine, criteria))
+    if found is not None:
+        return largest_of(found, criteria)
+    time, loads = result.history("time"), result.carriage_loads
+    assert time is not None
+    return [largest_at(time, loads[:, one.index], one.static_rule) for one in criteria]
+
+
+def static_rules(machine: Machine, criteria: Sequence[Criteria]) -> list[Rule | None]:
+    """The static rule of each carriage for the core; None for a carriage without criteria."""
+    rules = {one.index: one.static_rule.of_core for one in criteria}
+    return [rules.get(i) for i in range(len(machine.carriages))]
+
+
+def largest_of(extremes: Extremes, criteria: Sequence[Criteria]) -> list[LargestLoads]:
+    """The largest loads from extremes with the rules of `static_rules`."""
+    sizes = np.maximum(np.abs(extremes.smallest), np.abs(extremes.largest))[:, :6]
     return [
         LargestLoads(float(one.static_rule.with_preload(bare)), float(bare), float(when), sizes[one.index])
-        for one, (bare, when) in zip(criteria, found.equivalent, strict=True)
+        for one, (bare, when) in zip(criteria, extremes.equivalent, strict=True)
     ]
 
 

@@ -19,6 +19,7 @@ from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.methods import Method
 from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, known_criteria, require_rated_moments
+from guideload.life.largest_loads import largest_of, static_rules
 from guideload.life.mean_load import Travel, integrals, load_bows
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
@@ -91,8 +92,7 @@ class LongRun:
         self.criteria: tuple[Criteria, ...] = known_criteria(machine, machine.life)
         for one in self.criteria:
             require_rated_moments(machine, one)
-        by_carriage = {one.index: one.static_rule.of_core for one in self.criteria}
-        self._rules = [by_carriage.get(i) for i in range(len(machine.carriages))]
+        self._rules = static_rules(machine, self.criteria)
         self._method: str = method
         self._rtol = rtol
         self._start: Start | Array = start
@@ -116,16 +116,17 @@ class LongRun:
         )
         extremes, loads, history = run.extremes(rules=self._rules), run.carriage_loads(), run.motion
         assert extremes is not None  # at any time, as all rails are straight
-        powers, safeties, distance = [], [], math.nan
+        largest = largest_of(extremes, self.criteria)
+        powers, distance = [], math.nan
         bows = load_bows(run) if self.criteria else np.zeros((0, 0, 6))
-        for one, (bare, _) in zip(self.criteria, extremes.equivalent, strict=True):
+        for one in self.criteria:
             assert history.velocity is not None
             load = np.ascontiguousarray(loads[:, one.index])
             travel = Travel(history.time, history.velocity[:, 0], history.acceleration[:, 0])
             power, path = integrals(travel, load, one.rule, one.rating.exponent, bows[:, one.index])
             powers.append(float(power.sum()))
-            safeties.append(float(one.safety_under(one.static_rule.with_preload(bare))))
             distance = float(path.sum())
+        safeties = [one.safety_under(of.equivalent) for one, of in zip(self.criteria, largest, strict=True)]
         self._start, self._method = run.solution.end(), run.method
         new = motion.time.size - bool(self.blocks)
         self.blocks.append(
@@ -133,11 +134,11 @@ class LongRun:
                 start=float(motion.time[0]),
                 end=float(motion.time[-1]),
                 samples=new,
-                peaks=Peaks(tuple(carriage.name for carriage in self.machine.carriages), *extremes[:4]),
+                peaks=Peaks.of(self.machine, extremes[:4]),
                 powers=np.array(powers),
                 distance=distance,
                 safeties=np.array(safeties),
-                times=extremes.equivalent[:, 1],
+                times=np.array([of.time for of in largest]),
                 notes=tuple(motion.notes),
                 warnings=tuple(motion_warnings(motion)),
             )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.quantities import Quantities
+from guideload.machine.machine import Machine
 from guideload.motion.uncertainty import COVER
 from guideload.simulation.point_motion import Row
 from guideload.simulation.run import AXES, Run
@@ -30,6 +31,11 @@ class Peaks:
     time_of_smallest: Array
     time_of_largest: Array
 
+    @classmethod
+    def of(cls, machine: Machine, arrays: Sequence[Array]) -> Peaks:
+        """The arrays in their order here, with the names of the carriages."""
+        return cls(tuple(carriage.name for carriage in machine.carriages), *arrays)
+
 
 def resultants(loads: Array) -> tuple[Array, Array]:
     """Resultant of Fy and Fz [N] and magnitude of the moment [N m] of loads (..., 6)."""
@@ -38,14 +44,14 @@ def resultants(loads: Array) -> tuple[Array, Array]:
 
 def peaks_of(run: Run) -> Peaks:
     """The extremes of a run, at any time if they are known, else at the reported instants."""
-    names = tuple(carriage.name for carriage in run.machine.carriages)
     extremes = run.extremes()
     if extremes is not None:
-        return Peaks(names, *extremes[:4])
+        return Peaks.of(run.machine, extremes[:4])
     loads = run.carriage_loads()
     values = np.concatenate([loads, np.stack(resultants(loads), axis=2)], axis=2)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
-    return Peaks(names, values.min(axis=0), values.max(axis=0), run.time[low], run.time[high])
+    arrays = values.min(axis=0), values.max(axis=0), run.time[low], run.time[high]
+    return Peaks.of(run.machine, arrays)
 
 
 def peak_rows(run: Run) -> Iterator[Row]:

@@ -163,7 +163,7 @@ pub use output::{ReferenceMotion, Watched};
 
 // Judge: the equivalent load of a carriage over its travel.
 #[cfg(feature = "studies")]
-pub use life::{Combinations, combinations};
+pub use life::{Combinations, combinations, largest_of};
 pub use life::{EquivalentLoad, Integrals, Interval, LoadPower, Preload, Rule};
 
 // Errors.

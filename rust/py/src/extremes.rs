@@ -1,6 +1,6 @@
 //! The extremes of the loads of groups, of the same loads less constant ones, and the largest equivalent loads of groups.
 
-use guideload::{Combinations, Extremes, RunError, Wrench, combinations};
+use guideload::{Combinations, Extremes, RunError, Wrench, combinations, largest_of};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -76,15 +76,10 @@ impl Sought {
     pub fn arrays<'py>(&self, py: Python<'py>, extremes: &[Extremes]) -> PyResult<[Array2<'py>; 5]> {
         let (of_groups, others) = extremes.split_at(self.groups);
         let (beyond, mut combined) = others.split_at(self.less.len());
-        let mut equivalent = Vec::with_capacity(self.rules.len());
+        let mut equivalent: Vec<[f64; 2]> = Vec::with_capacity(self.rules.len());
         for (_, some) in &self.rules {
             let (these, later) = combined.split_at(some.len());
-            let mut found = (f64::NEG_INFINITY, f64::NAN);
-            for (some, extremes) in some.iter().zip(these) {
-                let (load, time) = some.largest(extremes);
-                found = if load > found.0 { (load, time) } else { found };
-            }
-            equivalent.push([found.0, found.1]);
+            equivalent.push(largest_of(some.iter().zip(these)).into());
             combined = later;
         }
         let magnitudes = beyond.iter().flat_map(|extremes| &extremes.largest[6..]);

@@ -3,7 +3,7 @@
 use super::equivalent::EquivalentRows;
 use super::signals::{LoadRow, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
-use crate::life::{Combinations, Rule, combinations};
+use crate::life::{Combinations, Rule, combinations, largest_of};
 use crate::output::{Extremes, Part, Wrench, reaction};
 use crate::system::System;
 use crate::variation::{Group, Instance};
@@ -119,13 +119,11 @@ impl ExtremeLoads {
                     statistics.time_of_largest = found.time_of_largest[*value];
                 }
                 Some(Place::Largest(loads)) => {
-                    for &load in loads {
-                        let Load::Combinations(_, some) = &self.loads[load] else { continue };
-                        let (largest, time) = some.largest(&extremes[load]);
-                        if largest > statistics.largest {
-                            (statistics.largest, statistics.time_of_largest) = (largest, time);
-                        }
-                    }
+                    let some = loads.iter().filter_map(|&load| match &self.loads[load] {
+                        Load::Combinations(_, some) => Some((some, &extremes[load])),
+                        _ => None,
+                    });
+                    (statistics.largest, statistics.time_of_largest) = largest_of(some);
                 }
                 None => {}
             }

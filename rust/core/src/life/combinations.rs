@@ -56,19 +56,29 @@ impl Combinations {
     }
 
     /// The largest value of those that count, N, and its time, s.
-    pub fn largest(&self, extremes: &Extremes) -> (f64, f64) {
-        let mut found = (f64::NEG_INFINITY, f64::NAN);
+    fn largest(&self, extremes: &Extremes) -> (f64, f64) {
+        let mut found = NOTHING;
         for (entry, [positive, negative]) in self.counts.into_iter().enumerate() {
-            let values = [
-                (positive, extremes.largest[entry], extremes.time_of_largest[entry]),
-                (negative, -extremes.smallest[entry], extremes.time_of_smallest[entry]),
-            ];
-            for (_, value, time) in values.into_iter().filter(|(counts, ..)| *counts) {
-                if value > found.0 {
-                    found = (value, time);
-                }
+            if positive {
+                found = larger(found, (extremes.largest[entry], extremes.time_of_largest[entry]));
+            }
+            if negative {
+                found = larger(found, (-extremes.smallest[entry], extremes.time_of_smallest[entry]));
             }
         }
         found
     }
+}
+
+/// Before the first value and time.
+const NOTHING: (f64, f64) = (f64::NEG_INFINITY, f64::NAN);
+
+/// The one with the larger value; the first of equal ones.
+fn larger(first: (f64, f64), second: (f64, f64)) -> (f64, f64) {
+    if second.0 > first.0 { second } else { first }
+}
+
+/// The largest equivalent load without the effect of a preload, N, and its time, s, from the extremes of its combinations.
+pub fn largest_of<'a>(all: impl IntoIterator<Item = (&'a Combinations, &'a Extremes)>) -> (f64, f64) {
+    all.into_iter().map(|(some, extremes)| some.largest(extremes)).fold(NOTHING, larger)
 }

@@ -9,7 +9,7 @@ mod power;
 mod weights;
 
 #[cfg(feature = "studies")]
-pub use combinations::{Combinations, combinations};
+pub use combinations::{Combinations, combinations, largest_of};
 pub use equivalent_load::{EquivalentLoad, Preload};
 #[cfg(feature = "std")]
 pub(crate) use guideload_life::COMPONENTS;
