@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +26,7 @@ from guideload import (
 from guideload.drive import DriveRequirements, drive_requirements
 from guideload.drive.requirements import rms, share_of_push
 from guideload.machine.riders import Rider
-from guideload.motion.motion import with_instants
+from guideload.motion.motion import refined, with_instants
 from guideload.motion.standstill import is_moving
 from guideload.reports.run import result_report
 
@@ -125,6 +126,33 @@ def test_rms_is_that_of_straight_lines() -> None:
     """Of t from 0 to 2, rms = 2/sqrt(3), on any stamps; a jump counts no time."""
     for time in ([0.0, 2.0], [0.0, 0.3, 0.3, 1.9, 2.0]):
         assert rms(np.array(time), np.array(time)) == pytest.approx(2.0 / np.sqrt(3.0), rel=1e-14)
+
+
+@pytest.mark.parametrize("machine", [cart, cart_clear, preloaded])
+def test_peaks_are_those_at_any_time(machine: Callable[[], Machine]) -> None:
+    """With friction and a motor: as under the same motion with 64 times as many stamps."""
+    time = np.linspace(0.0, 1.0, 101)
+    rate = np.where((time > 0.1) & (time < 0.4), 2.2, np.where((time > 0.6) & (time < 0.9), -2.2, 0.0))
+    speed = np.append(0.0, np.cumsum(0.005 * (rate[1:] + rate[:-1])))
+    place = np.append(0.0, np.cumsum(0.01 * speed[:-1] + 1e-4 / 6.0 * (2.0 * rate[:-1] + rate[1:])))
+    coarse = Motion.along_x(time, rate, velocity=speed, position=place)
+    curve = ((0.0, 90.0), (600.0, 20.0))
+    drive = Drive(screw_lead=0.02, motor_inertia=1e-3, efficiency=0.85, torque_curve=curve)
+    friction = Friction(coefficient=0.004, seal=5.0, viscous=20.0)
+    driven = machine().model_copy(update={"drive": drive, "friction": friction})
+
+    def largest(needed: DriveRequirements) -> list[float]:
+        assert needed.power is not None and needed.motor is not None and needed.motor.use is not None
+        signed = needed.power, -needed.power, needed.motor.use
+        sizes = map(np.abs, (needed.force, needed.motor.torque, needed.motor.speed))
+        return [float(history.max()) for history in (*signed, *sizes)]
+
+    parts = np.full(time.size - 1, 64)
+    needed = drive_requirements(simulate(driven, coarse))
+    dense = drive_requirements(simulate(driven, refined(coarse, parts)))
+    within = 1e-6 if machine is preloaded else 1e-9
+    np.testing.assert_allclose(largest(needed.with_peaks), largest(dense.with_peaks), rtol=within)
+    assert (np.array(largest(needed)) < (1.0 - 1e-4) * np.array(largest(dense))).any()
 
 
 @pytest.mark.parametrize("build", [cart, cart_clear, preloaded])

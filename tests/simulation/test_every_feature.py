@@ -18,6 +18,8 @@ from moves import Move
 
 from guideload import Machine, Motion, Payload, Result, Rider, Study, peak_loads, run_study, simulate
 from guideload.catalogue.product import Product
+from guideload.drive import drive_requirements
+from guideload.drive.requirements import is_elastic
 from guideload.life.arrangement import Arrangement
 from guideload.life.equivalent_load import dynamic_load
 
@@ -203,6 +205,23 @@ def test_the_largest_equivalent_load_is_that_at_any_time(name: str) -> None:
 
 
 @every_case
+def test_the_largest_drive_force_is_that_at_any_time(name: str) -> None:
+    """It is the force at its time, and no instant has a larger one."""
+    case = case_of(name)
+    needed = drive_requirements(case.result)
+    if name == "wavy rails":  # their forces are known at the instants alone
+        assert needed.denser is None
+        return
+    time, force = needed.with_peaks.time, np.abs(needed.with_peaks.force)
+    at = int(force.argmax())
+    there = drive_requirements(simulate(case.machine, case.motion, times=time[[at]], **case.settings))
+    np.testing.assert_allclose(np.abs(there.force), needed.peak_force, rtol=tolerance(case))
+    dense = np.linspace(*np.interp([at - 2, at + 2], np.arange(time.size), time), 400)
+    around = drive_requirements(simulate(case.machine, case.motion, times=dense, **case.settings))
+    assert np.abs(around.force).max() <= needed.peak_force * (1.0 + tolerance(case))
+
+
+@every_case
 @pytest.mark.parametrize("ending", ["nc", "parquet"])
 def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
     result, file = case_of(name).result, tmp_path / f"loads.{ending}"
@@ -220,6 +239,8 @@ def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
         )
     else:
         assert again.extremes(rules) is None
+    forces = [drive_requirements(one).peak_force for one in (again, result)]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-3 * tolerance(case_of(name)))
     for part in ("force_balance", "energy", "rotation", "sampling"):
         assert getattr(again.audit, part) == getattr(result.audit, part), part
     for array in ("contact.lost", "simpler_models.quasi_static"):
@@ -237,6 +258,9 @@ def test_a_study_has_the_peaks_of_single_runs(name: str) -> None:
     for i, one in enumerate(mass):
         heavier = having(case.machine, body=having(case.machine.body, mass=one))
         peaks = peak_loads(heavier, case.motion, **case.settings).largest[:, 6]
+        if not is_elastic(case.machine):
+            force = drive_requirements(simulate(heavier, case.motion, **case.settings)).peak_force
+            assert found.of_all_runs("peak_drive_N")[i] == pytest.approx(force, rel=1e-2 * tolerance(case))
         names = [f"peak_resultant_N[{carriage.name}]" for carriage in case.machine.carriages]
         assert [found.of_all_runs(name)[i] for name in names] == pytest.approx(
             peaks, rel=1e-2 * tolerance(case)

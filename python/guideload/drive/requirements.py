@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.methods import Method
+from guideload.base.tops import tops_between
 from guideload.machine.drive import Drive
 from guideload.machine.machine import DOFS, Machine
-from guideload.motion.motion import Motion
-from guideload.simulation.drive_force import friction_force
+from guideload.motion.motion import Motion, at_instants
+from guideload.simulation.drive_force import friction_force, rolling_speed
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
@@ -58,7 +59,7 @@ class Motor:
 
 @dataclass(frozen=True, eq=False)
 class DriveRequirements:
-    """Force of the drive on the cart along x at the instants of a result.
+    """Force of the drive on the cart along x at the instants of a result; peaks and margins are those at any time.
 
     time      (time,) s
     velocity  (time,) m/s of the cart, or None
@@ -67,6 +68,7 @@ class DriveRequirements:
     friction  (time,) N, share that overcomes the friction of the guides; 0 at standstill
     motor     torque and speed of the motor; None for a linear motor, without [drive] or without velocity
     machine   the machine
+    denser    the same with instants in between where force, power, torque or speed is largest; None without such
     """
 
     time: Array
@@ -75,6 +77,12 @@ class DriveRequirements:
     friction: Array
     motor: Motor | None
     machine: Machine
+    denser: DriveRequirements | None = None
+
+    @property
+    def with_peaks(self) -> DriveRequirements:
+        """The same with the instants of the largest values."""
+        return self.denser or self
 
     @property
     def force(self) -> Array:
@@ -83,8 +91,8 @@ class DriveRequirements:
 
     @property
     def peak_force(self) -> float:
-        """Largest magnitude of the force [N]."""
-        return float(np.abs(self.force).max())
+        """Largest magnitude of the force at any time [N]."""
+        return float(np.abs(self.with_peaks.force).max())
 
     @property
     def rms_force(self) -> float:
@@ -117,7 +125,7 @@ class DriveRequirements:
     def margins(self) -> dict[str, float]:
         """Limit over what the motion asks, by name of the limit; inf where it asks nothing. Those the machine has."""
         found: list[tuple[str, float | None, float]] = []
-        drive, motor = self.machine.drive, self.motor
+        drive, motor = self.machine.drive, self.with_peaks.motor
         if drive is None:
             return {}
         if motor is not None:
@@ -143,24 +151,104 @@ class DriveRequirements:
 def drive_requirements(result: Result) -> DriveRequirements:
     """What the motion of a result asks of the drive of its machine.
 
-    If x is free, the drive is elastic: the links along x. Raises ArgumentError if there is friction but no velocity,
-    and if the result reports no instant.
+    Of a result at given instants, and over rails that are not straight, peaks are the largest at these instants. If x
+    is free, the drive is elastic: the links along x. Raises ArgumentError if there is friction but no velocity, and if
+    the result reports no instant.
     """
-    machine = result.machine
-    time, reactions = result.history("time"), result.history("reaction")
-    if time is None or reactions is None or not time.size:
-        raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
-    velocity, reaction = result.history("cart_velocity"), reactions[:, DOFS.index("x")]
-    if is_elastic(machine):
-        reaction = -result.quantities["link_load"] @ _along_x(machine)
-    acceleration = result.history("cart_acceleration")
-    assert acceleration is not None
-    friction = friction_force(machine, result.carriage_loads, time, acceleration, velocity)
-    motor = None
-    if machine.drive is not None and not machine.drive.linear_motor and velocity is not None:
-        motor = _motor(machine.drive, time, velocity[:, 0], acceleration[:, 0], reaction + friction)
-    along_x = None if velocity is None else velocity[:, 0]
-    return DriveRequirements(time, along_x, reaction, friction, motor, machine)
+    machine, run = result.machine, result.whole_run
+    time, acceleration = (result.history(name) for name in ("time", "cart_acceleration"))
+    velocity, place = (result.history(name) for name in ("cart_velocity", "cart_position"))
+    assert time is not None and acceleration is not None
+    motion = rolling = None
+    if velocity is not None:
+        motion = Motion(time, acceleration, velocity, place)
+        rolling = rolling_speed(time, acceleration, velocity)
+    own = _Histories.of(result, None if velocity is None else velocity[:, 0], rolling)
+    needed = own.requirements(machine)
+    if run is None:
+        return needed
+
+    def histories_at(times: Array) -> _Histories:
+        there = Result.of_run(replace(run, times=times))
+        if motion is None or rolling is None:
+            return _Histories.of(there, None, None)
+        return _Histories.of(there, *_speeds_between(motion, rolling, times))
+
+    def sizes_at(times: Array) -> Array:
+        return _sizes(histories_at(times).requirements(machine))
+
+    sizes = _sizes(needed)
+    tops = np.setdiff1d(tops_between(time, sizes, sizes.max(axis=0), sizes_at), time)
+    if not tops.size:
+        return needed
+    return replace(needed, denser=own.joined(histories_at(tops)).requirements(machine))
+
+
+class _Histories(NamedTuple):
+    """What the force of the drive follows from, at n instants.
+
+    time (n,) s; rate, speed, rolling (n,) m/s2, m/s, m/s of the cart along x, rolling is 0 at standstill, both speeds
+    are None if unknown; reaction (n,) N; loads (n, carriage, 6) N, N m.
+    """
+
+    time: Array
+    rate: Array
+    speed: Array | None
+    rolling: Array | None
+    reaction: Array
+    loads: Array
+
+    @classmethod
+    def of(cls, result: Result, speed: Array | None, rolling: Array | None) -> _Histories:
+        """Those of a result, with these speeds."""
+        machine = result.machine
+        time, reactions = result.history("time"), result.history("reaction")
+        if time is None or reactions is None or not time.size:
+            raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
+        reaction = reactions[:, DOFS.index("x")]
+        if is_elastic(machine):
+            loads = result.history("link_load")
+            assert loads is not None
+            reaction = -loads @ _along_x(machine)
+        acceleration = result.history("cart_acceleration")
+        assert acceleration is not None
+        return cls(time, acceleration[:, 0], speed, rolling, reaction, result.carriage_loads)
+
+    def joined(self, other: _Histories) -> _Histories:
+        """With the other instants among its own."""
+        order = np.argsort(np.append(self.time, other.time), kind="stable")
+        pairs = zip(self, other, strict=True)
+        return _Histories._make(None if b is None else np.concatenate([a, b])[order] for a, b in pairs)
+
+    def requirements(self, machine: Machine) -> DriveRequirements:
+        """What they ask of the drive of the machine."""
+        friction, motor = friction_force(machine, self.loads, self.rolling), None
+        if machine.drive is not None and not machine.drive.linear_motor and self.speed is not None:
+            motor = _motor(machine.drive, self.time, self.speed, self.rate, self.reaction + friction)
+        return DriveRequirements(self.time, self.speed, self.reaction, friction, motor, machine)
+
+
+def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array, Array]:
+    """Speed of the cart along x [m/s] at instants between the stamps of a motion, and the same with 0 at standstill.
+
+    rolling: the latter at the stamps.
+    """
+    velocity, stamps = at_instants(motion, times).velocity, motion.time
+    assert velocity is not None
+    speed, before = velocity[:-1, 0], np.searchsorted(stamps, times, side="right") - 1
+    after = np.minimum(before + 1, stamps.size - 1)
+    return speed, np.where((rolling[before] == 0.0) & (rolling[after] == 0.0), 0.0, speed)
+
+
+def _sizes(needed: DriveRequirements) -> Array:
+    """Histories (time, k) whose largest values are sought."""
+    found = [np.abs(needed.force), np.abs(needed.friction)]
+    if needed.power is not None and needed.velocity is not None:
+        found += [needed.power, -needed.power, np.abs(needed.velocity)]
+    if (motor := needed.motor) is not None:
+        found += [np.abs(motor.torque)]
+        found += [] if motor.use is None else [np.where(np.isinf(motor.use), 0.0, motor.use)]
+    return np.stack(found, axis=1)
 
 
 def is_elastic(machine: Machine) -> bool:

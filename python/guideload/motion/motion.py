@@ -281,6 +281,15 @@ def with_instants(motion: Motion, times: Array) -> Motion:
     return _at(motion, first, shares, time)
 
 
+def at_instants(motion: Motion, times: Array) -> Motion:
+    """The motion with stamps at these times [s] in ascending order within it, and at its end, but at no others."""
+    stamps = motion.time
+    before = np.minimum(np.searchsorted(stamps, times, side="right") - 1, stamps.size - 2)
+    lasting = stamps[before + 1] - stamps[before]
+    shares = np.divide(times - stamps[before], lasting, out=np.ones_like(lasting), where=lasting > 0.0)
+    return _at(motion, before, shares, times)
+
+
 def with_stamps(motion: Motion, times: Array, twice: Array) -> Motion:
     """The motion with stamps at these times [s] too, as far as it lasts then, and with two stamps at each of `twice`.
 
@@ -321,7 +330,7 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
         if (history := getattr(motion, name)) is not None:
             histories[name] = _between(history, first, shares)
     if motion.velocity is not None and motion.position is not None:
-        h = np.diff(motion.time)[first, None]
+        h = (motion.time[first + 1] - motion.time[first])[:, None]
         (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
         # Hermite's cubic x + h v s + a s^2 + b s^3.
         a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
@@ -352,7 +361,8 @@ def _between(history: Array, first: NDArray[np.int64], shares: Array) -> Array:
     columns, flat = values.reshape(first.size + 1, -1), history.reshape(history.shape[0], -1)
     for k in np.flatnonzero(flat.any(axis=0)):  # mostly one of three: the others are quickly zero
         column = flat[:, k]
-        columns[:-1, k] = column[first] + shares * np.diff(column)[first]
+        start = column[first]
+        columns[:-1, k] = start + shares * (column[first + 1] - start)
     columns[-1] = flat[-1]
     return values
 

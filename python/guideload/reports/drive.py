@@ -34,12 +34,12 @@ RPM = 60.0 / (2.0 * np.pi)  # per rad/s
 
 def drive_warnings(needed: DriveRequirements) -> list[str]:
     """Warnings of a motor, screw or drive that cannot make the motion."""
-    return [one for one in _limits(needed) if isinstance(one, WarningText)]
+    return [one for one in _limits(needed.with_peaks) if isinstance(one, WarningText)]
 
 
 def drive_parts(result: Result, needed: DriveRequirements) -> list[Part]:
     """What the drive is, a table of force, power and torque, and what they mean."""
-    return [drive_words(result.machine), _table(needed), *_sentences(result, needed)]
+    return [drive_words(result.machine), _table(needed.with_peaks), *_sentences(result, needed)]
 
 
 def drive_words(machine: Machine) -> str:
@@ -76,17 +76,18 @@ def _table(needed: DriveRequirements) -> Table:
 
 
 def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
+    power = needed.with_peaks.power
     if needed.holding_force:
         torque = needed.holding_torque
         motor = "" if torque is None else f" at the cart, {digits(torque)} N m at the motor"
         held = f"{load_in_table(needed.holding_force)} N{motor}"
         yield f"The drive holds the cart at rest against gravity with {held}, without friction and losses."
-        if needed.power is not None and needed.power.min() < 0.0:
-            yield f"Power flows back from the cart, up to {load_in_table(-float(needed.power.min()))} W."
+        if power is not None and power.min() < 0.0:
+            yield f"Power flows back from the cart, up to {load_in_table(-float(power.min()))} W."
     machine, seals = needed.machine, needed.machine.seal_forces
     if seals.any() and needed.friction.any() and (machine.friction is None or machine.friction.seal is None):
         yield f"The seals of the products take {digits(seals.sum())} N together; seal in [friction] replaces it."
-    yield from (one for one in _limits(needed) if not isinstance(one, WarningText))
+    yield from (one for one in _limits(needed.with_peaks) if not isinstance(one, WarningText))
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)
         names = (carriage.name for carriage in result.machine.carriages)

@@ -13,6 +13,7 @@ from guideload._core import Solution, VariedInstants, VariedRun
 from guideload.base.arguments import real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.base.tops import tops_between
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, with_instants
 from guideload.sensitivity.linearised import Linearised
@@ -23,9 +24,6 @@ from guideload.simulation.start import Start, start_of
 # Method and tolerance of the histories themselves; the exact method does not use the tolerance.
 EXACT, WITH_PRELOAD = ("exact", 1e-6), ("implicit", 1e-11)
 RESULTANT = 6  # among the columns of `Scene.peaks`
-# Tops that may share a peak: of more, as of a load that does not change, those at samples are enough.
-MOST_TOPS = 200
-PASSES = 5  # in which a top is found to rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,30 +106,14 @@ class RunDerivatives:
         machine, motion = self.machine, with_enough_instants(self.machine, self.motion)[0]
         settings = self._settings | {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
         _, largest, _, times, _ = self.at_rest.scene.peaks(*self._scaled(motion), **settings)
-        tied = self._tops(self.on_instants(motion), largest[:, RESULTANT])
+        run = self.on_instants(motion)
+        tied = tops_between(
+            motion.time,
+            _resultants(run.carriage_loads()),
+            largest[:, RESULTANT],
+            lambda times: _resultants(self._group_loads(run.solution_at(times))),
+        )
         return self.on_instants(with_instants(motion, np.concatenate([times[:, RESULTANT], tied])))
-
-    def _tops(self, run: RunDerivatives, largest: Array) -> Array:
-        """Instants [s] of tops of the resultants of a denser run that may be as large as the largest ones (carriage,).
-
-        By parabolas through three instants, of which the new top takes the place of the farthest.
-        """
-        time, value = run.motion.time, np.linalg.norm(run.carriage_loads()[:, :, 1:3], axis=2)
-        bow = 2.0 * value[1:-1] - value[:-2] - value[2:]
-        is_top = (value[1:-1] >= value[:-2]) & (value[1:-1] >= value[2:]) & (bow > 0.0)
-        is_top &= (np.diff(time)[1:] > 0.0)[:, None] & (np.diff(time)[:-1] > 0.0)[:, None]
-        at, carriage = np.nonzero(is_top & (value[1:-1] + 0.5 * bow >= largest))
-        if at.size > MOST_TOPS:
-            return np.empty(0)
-        places = time[at[:, None] + np.arange(3)]
-        values = value[at[:, None] + np.arange(3), carriage[:, None]]
-        for _ in range(PASSES if at.size else 0):
-            tops = np.clip(_tops_of_parabolas(places, values), time[at], time[at + 2])
-            order = np.argsort(tops)
-            found = self._group_loads(run.solution_at(tops[order]))[np.argsort(order), carriage, 1:3]
-            index = np.arange(at.size), np.abs(places - tops[:, None]).argmax(axis=1)
-            places[index], values[index] = tops, np.linalg.norm(found, axis=1)
-        return np.asarray(places[np.arange(at.size), values.argmax(axis=1)])
 
     def solution_at(self, times: Array) -> Solution:
         """The histories at other instants (m,) [s], ascending."""
@@ -191,13 +173,9 @@ def name_in_core(quantity: str) -> str:
     return {"carriage_loads": "group_loads", "displacement": "position"}.get(quantity, quantity)
 
 
-def _tops_of_parabolas(places: Array, values: Array) -> Array:
-    """Where parabolas through three points each, (m, 3), are largest; the middle point where they are straight."""
-    (a, b, c), (fa, fb, fc) = places.T, values.T
-    left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
-    bend = left - right
-    shift = 0.5 * ((b - a) * left - (b - c) * right)
-    return np.asarray(b - np.divide(shift, bend, out=np.zeros_like(b), where=bend != 0.0))
+def _resultants(loads: Array) -> Array:
+    """Resultants of y and z force of loads (n, carriage, 6)."""
+    return np.asarray(np.linalg.norm(loads[:, :, 1:3], axis=2))
 
 
 def _require_plain(machine: Machine) -> None:

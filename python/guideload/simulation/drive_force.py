@@ -38,23 +38,25 @@ def has_friction(machine: Machine) -> bool:
     )
 
 
-def friction_force(
-    machine: Machine, loads: Array, time: Array, acceleration: Array, velocity: Array | None
-) -> Array:
+def rolling_speed(time: Array, acceleration: Array, velocity: Array) -> Array:
+    """Speed of the cart along x (time,) [m/s], 0 at standstill. acceleration, velocity: (time, 3) m/s2, m/s."""
+    return np.where(is_moving(time, acceleration, velocity), velocity[:, 0], 0.0)
+
+
+def friction_force(machine: Machine, loads: Array, speed: Array | None) -> Array:
     """Force [N] (time,) along x with which the drive overcomes the friction of the guides; 0 at standstill.
 
-    loads: (time, carriage, 6) of the carriages. acceleration, velocity: (time, 3) m/s2, m/s of the cart.
-    Without a table [friction] it is the friction of the products' seals, where the velocity is known.
-    Raises ArgumentError if there is a table [friction] but no velocity, which decides its sign.
+    loads: (time, carriage, 6) of the carriages. speed: (time,) m/s, `rolling_speed`.
+    Without a table [friction] it is the friction of the products' seals, where the speed is known.
+    Raises ArgumentError if there is a table [friction] but no speed, which decides its sign.
     """
     friction, seals = machine.friction, float(machine.seal_forces.sum())
-    if friction is None and (velocity is None or not seals):
+    if friction is None and (speed is None or not seals):
         return np.zeros(loads.shape[0])
-    if velocity is None:
+    if speed is None:
         raise ArgumentError(
             "velocity: friction needs the velocity of the cart, which this motion does not have"
         )
-    speed = np.where(is_moving(time, acceleration, velocity), velocity[:, 0], 0.0)
     if friction is None:
         return np.asarray(np.sign(speed) * seals)
     dry = friction.coefficient * np.abs(loads[:, :, 1:3]).sum(axis=(1, 2)) + seals
@@ -74,11 +76,12 @@ def with_rack_push(run: Run) -> Run:
     require_held_x(run.machine)
     direction, motion = np.array(drive.push_direction), run.motion
     at_samples, push = replace(run, times=None), np.zeros(motion.time.size)
+    speed = None
+    if motion.velocity is not None:
+        speed = rolling_speed(motion.time, motion.acceleration, motion.velocity)
     for _ in range(MOST_ITERATIONS):
         force = at_samples.solution.reaction()[:, 0]
-        force += friction_force(
-            run.machine, at_samples.carriage_loads(), motion.time, motion.acceleration, motion.velocity
-        )
+        force += friction_force(run.machine, at_samples.carriage_loads(), speed)
         before, push = push, drive.push_per_force * np.abs(force)
         at_samples = replace(at_samples, motion=_pushed(motion, push, direction))
         if np.abs(push - before).max() <= SETTLED * np.abs(push).max():

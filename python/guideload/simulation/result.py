@@ -108,8 +108,8 @@ class Result:
     def history(self, name: str) -> Array | None:
         """A history of the cart, its drive or of L, without computing the other quantities; None if it is unknown.
 
-        Names: time, cart_position, cart_velocity, cart_acceleration, reaction, displacement, velocity, acceleration,
-        as in `quantities`.
+        Names: time, cart_position, cart_velocity, cart_acceleration, reaction, link_load, displacement, velocity,
+        acceleration, as in `quantities`.
         """
         if self._run is not None:
             return self._run.history(name)
@@ -118,11 +118,15 @@ class Result:
     def extremes(self, rules: Sequence[Rule | None]) -> Extremes | None:
         """Smallest and largest loads of the carriages at any time, and their largest equivalent loads by these rules.
 
-        None for a carriage without rule. Runs again. None where the loads are known at the reported instants alone: at
-        given instants, and over rails that are not straight.
+        None for a carriage without rule. Runs again. None at given instants, and over rails that are not straight.
         """
+        return None if self.whole_run is None else self.whole_run.extremes(rules=rules)
+
+    @cached_property
+    def whole_run(self) -> Run | None:
+        """The run, which has loads at any time; None where they are known at the reported instants alone."""
         run = self._run or stored_run(self.machine, self._estimate)
-        return None if run is None else run.extremes(rules=rules)
+        return run if run is not None and run.times is None and run.feet is None else None
 
     @checked
     def drawn_loads(self, count: int) -> Iterator[Array]:

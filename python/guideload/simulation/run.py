@@ -173,6 +173,8 @@ class Run:
         """A history of the cart, its drive or of L, by its name among the quantities; None if it is unknown."""
         if method := OF_SOLUTION.get(name):
             return method(self.solution)
+        if name == "link_load":
+            return self.link_loads()
         if name == "cart_acceleration":
             return self.motion.acceleration if self.times is None else self.solution.inputs()[:, :3]
         if name == "time":
