@@ -222,6 +222,25 @@ def test_the_largest_drive_force_is_that_at_any_time(name: str) -> None:
 
 
 @every_case
+def test_the_largest_motions_of_points_are_those_at_any_time(name: str) -> None:
+    """They are the motions at their times, and no instant has larger ones."""
+    case = case_of(name)
+    with_tools = Case(having(case.machine, points=TOOLS), case.motion, case.settings)
+    peaks, time = with_tools.result.points(), with_tools.result.quantities["time"]
+    if name == "wavy rails":  # their motions are known at the instants alone
+        return
+    for i, at in enumerate(peaks["time_of_peak_s"]):
+        around = np.union1d(np.clip(at + np.linspace(-2e-3, 2e-3, 401), time[0], time[-1]), at)
+        found = simulate(with_tools.machine, case.motion, times=around, **case.settings)
+        place = (
+            found.quantities["point_displacement"][:, i] - found.quantities["static_point_displacement"][i]
+        )
+        distance, largest = np.linalg.norm(place, axis=1), peaks["peak_m"].iloc[i]
+        assert distance[np.searchsorted(around, at)] == pytest.approx(largest, rel=tolerance(case))
+        assert distance.max() <= largest * (1.0 + tolerance(case))
+
+
+@every_case
 @pytest.mark.parametrize("ending", ["nc", "parquet"])
 def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
     result, file = case_of(name).result, tmp_path / f"loads.{ending}"
@@ -229,6 +248,7 @@ def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
     again = Result.load(file)
     assert again.machine == result.machine and again.data.identical(result.data)
     pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
+    pd.testing.assert_frame_equal(again.points(), result.points(), rtol=1e-3 * tolerance(case_of(name)))
     assert str(again.audit) == str(result.audit)
     rules = [EQUIVALENT.of_core] * len(result.machine.carriages)
     if found := result.extremes(rules):

@@ -8,13 +8,13 @@ import numpy as np
 
 from guideload.base.arrays import Array
 
-# Tops that may be the largest: of more, as of a history that does not change, those at the instants are enough.
-MOST_TOPS = 200
+MOST_TOPS = 200  # those that promise most: of a steady vibration, some of its tops are enough
+ROUNDING = 1e-12  # of the largest value: a smaller bow is none
 PASSES = 5  # in which a top is found to rounding
 
 
 def tops_between(time: Array, values: Array, least: Array, evaluate: Callable[[Array], Array]) -> Array:
-    """Instants [s] of the tops of histories that may reach `least`; none if there are more than `MOST_TOPS`.
+    """Instants [s] of the tops of histories that may reach `least`, at most `MOST_TOPS`.
 
     By parabolas through three instants, of which the new top takes the place of the farthest.
 
@@ -22,10 +22,14 @@ def tops_between(time: Array, values: Array, least: Array, evaluate: Callable[[A
     ascending, as (m, k).
     """
     bow = 2.0 * values[1:-1] - values[:-2] - values[2:]
-    is_top = (values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:]) & (bow > 0.0)
+    is_top = (values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:]) & (bow > ROUNDING * np.abs(least))
     is_top &= (np.diff(time)[1:] > 0.0)[:, None] & (np.diff(time)[:-1] > 0.0)[:, None]
-    at, column = np.nonzero(is_top & (values[1:-1] + 0.5 * bow >= least))
-    if not 0 < at.size <= MOST_TOPS:
+    promise = values[1:-1] + 0.5 * bow - least
+    at, column = np.nonzero(is_top & (promise >= 0.0))
+    if at.size > MOST_TOPS:
+        most = np.argsort(-promise[at, column], kind="stable")[:MOST_TOPS]
+        at, column = at[most], column[most]
+    if not at.size:
         return np.empty(0)
     places = time[at[:, None] + np.arange(3)]
     found = values[at[:, None] + np.arange(3), column[:, None]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.base.quantities import Quantities
+from guideload.base.tops import tops_between
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import Modes, displacement
 from guideload.motion.standstill import MoveSpan, move_spans
+from guideload.simulation.run import Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
 DIMS = {
@@ -23,6 +25,10 @@ DIMS = {
     "point_absolute_acceleration": ("time", "point", "axis"),
     "static_point_displacement": ("point", "axis"),
 }
+# Histories of the points, and the columns of their largest values.
+RATES = ("displacement", "velocity", "acceleration", "absolute_acceleration")
+SIZES: tuple[str, ...] = ("peak_m", "peak_x_m", "peak_y_m", "peak_z_m")
+SIZES += ("peak_velocity_m_s", "peak_acceleration_m_s2", "peak_absolute_acceleration_m_s2")
 WATCHED = 0.5  # periods of the lowest mode: shorter observation does not show that a vibration has settled
 
 
@@ -77,21 +83,37 @@ def from_rest(machine: Machine, data: Quantities, spans: Sequence[MoveSpan]) -> 
     return np.asarray(data["point_displacement"] - moved(machine, rest))
 
 
-def point_columns(data: Quantities) -> dict[str, Array]:
-    """The columns of `Result.points`, each (point,)."""
-    static = data["static_point_displacement"]
-    change = data["point_displacement"] - static
-    distance = np.linalg.norm(change, axis=2)
-    at = distance.argmax(axis=0)
-    columns = {
-        "sag_m": np.linalg.norm(static, axis=1),
-        "peak_m": distance.max(axis=0),
-        "time_of_peak_s": data["time"][at],
-    }
-    columns |= {f"peak_{axis}_m": np.abs(change[:, :, i]).max(axis=0) for i, axis in enumerate("xyz")}
-    for name, unit in (("velocity", "m_s"), ("acceleration", "m_s2"), ("absolute_acceleration", "m_s2")):
-        columns[f"peak_{name}_{unit}"] = np.linalg.norm(data[f"point_{name}"], axis=2).max(axis=0)
-    return columns
+def point_columns(data: Quantities, run: Run | None) -> dict[str, Array]:
+    """The columns of `Result.points`, each (point,). run: finds the largest values between the instants too."""
+    static, time = data["static_point_displacement"], data["time"]
+    sizes = _sizes(static, {name: data[f"point_{name}"] for name in RATES})
+    if run is not None:
+
+        def sizes_at(times: Array) -> Array:
+            return _sizes(static, _rates(replace(run, times=times)))
+
+        tops = np.unique(tops_between(time, sizes, sizes.max(axis=0), sizes_at))
+        if tops.size:
+            time, sizes = np.append(time, tops), np.concatenate([sizes, sizes_at(tops)])
+    peak, *others = sizes.max(axis=0).reshape(len(SIZES), -1)
+    at = sizes[:, : len(static)].argmax(axis=0)
+    columns = {"sag_m": np.linalg.norm(static, axis=1), SIZES[0]: peak, "time_of_peak_s": time[at]}
+    return columns | dict(zip(SIZES[1:], others, strict=True))
+
+
+def _rates(run: Run) -> dict[str, Array]:
+    """The histories of the points of a run, (time, point, 3)."""
+    solution = run.solution
+    of_point = solution.position(), solution.velocity(), solution.acceleration()
+    rates = dict(zip(RATES, (moved(run.machine, each) for each in of_point), strict=False))
+    return rates | {RATES[3]: rates["acceleration"] + solution.inputs()[:, None, :3]}
+
+
+def _sizes(static: Array, rates: Mapping[str, Array]) -> Array:
+    """What `SIZES` are the largest values of, (time, size and point), from the histories of the points."""
+    change = rates["displacement"] - static
+    distances = [np.linalg.norm(each, axis=2) for each in (change, *(rates[name] for name in RATES[1:]))]
+    return np.concatenate([distances[0], *np.moveaxis(np.abs(change), 2, 0), *distances[1:]], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -198,9 +198,10 @@ class Result:
     def points(self) -> pd.DataFrame:
         """A row per point of [[points]]: sag, and peaks of displacement, velocity and acceleration.
 
-        Names of columns end in the unit. Sag: size of the displacement at rest. Peaks: the largest over the reported
-        instants, of displacement from the place at rest, of velocity and of acceleration in the travelling frame, and
-        of the absolute acceleration. Raises ArgumentError if the result reports no instant.
+        Names of columns end in the unit. Sag: size of the displacement at rest. Peaks: the largest at any time,
+        of displacement from the place at rest, of velocity and of acceleration in the travelling frame, and of the
+        absolute acceleration; at given instants, and over rails that are not straight, the largest over the reported
+        ones. Raises ArgumentError if the result reports no instant.
         """
         import pandas as pd
 
@@ -211,7 +212,7 @@ class Result:
     def point_columns(self) -> dict[str, Array]:
         """The columns of `points` as plain arrays (point,); none without points."""
         self._require_instants()
-        return point_columns(self._estimate) if self.machine.points else {}
+        return point_columns(self._estimate, self.whole_run) if self.machine.points else {}
 
     @checked
     def settling(self, window: float | str | None = None) -> tuple[Settling, ...]:
