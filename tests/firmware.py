@@ -4,8 +4,7 @@ Writes the constants of the packaged machine with `guideload monitor build`, and
     builds the firmware for a Cortex-M7 and looks for panics in its symbols, and for its size in flash and memory;
     runs it in QEMU, compares its loads with those of the same monitor on this machine, and counts instructions;
     builds the C library for Cortex-M7 and RISC-V, and runs its example on this machine, also with the sanitizers for
-    addresses and undefined behaviour of the C compiler;
-    calls the C interface with random bytes, flipped bits and wrong pointers.
+    addresses and undefined behaviour of the C compiler.
 
 What is not installed is left out, and the last lines say so: the Rust targets thumbv7em-none-eabihf and
 riscv32imac-unknown-none-elf (`rustup target add ...`), qemu-system-arm, and a C compiler. Exit code 1 if a limit is
@@ -75,9 +74,6 @@ def main() -> None:
             c_example(Path(folder), design, counts, left_out)
         else:
             left_out.append("C example: no C compiler or make")
-    target = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))
-    attack = ("cargo", "test", "--quiet", "--lib", "--target-dir", target)
-    require(subprocess.run(attack, cwd=LIBRARY).returncode == 0, "an attack on the C interface succeeded")
     for each in left_out:
         print(f"LEFT OUT: {each}")
 

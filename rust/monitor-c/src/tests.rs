@@ -1,6 +1,7 @@
 //! Laws of the C interface, and attacks on it: any bytes in the memory and in the constants.
 //!
-//! Everything here calls the interface as C does, with pointers. `cargo +nightly miri test` can run it too, with fewer cases.
+//! Everything here calls the interface as C does, with pointers. With fewer cases, Miri runs it too:
+//! `cargo +nightly miri test -p guideload-monitor --features prepare,plain --test c_interface`.
 
 use core::ptr::{null, null_mut};
 use std::boxed::Box;
@@ -9,8 +10,8 @@ use std::vec::Vec;
 use guideload::EquivalentLoad;
 use guideload_monitor::{Exponent, Monitor, record_length};
 
+use super::memory::{DIFFERENCES, LAYOUT, STATES};
 use super::*;
-use crate::memory::{DIFFERENCES, LAYOUT, STATES};
 
 #[path = "../../monitor/tests/monitor/common.rs"]
 #[allow(dead_code)] // shared with the tests of the monitor
