@@ -284,3 +284,5 @@ def test_o_is_a_folder_or_a_file_as_its_ending_says(tmp_path: Path) -> None:
     for name in ("out.png", "out.nc", "report.html"):
         message = refused("run", MACHINE, TRACE, "-o", tmp_path / name)
         assert "expected a folder, got" in message and "names a file" in message
+    message = refused(*chart[:-1], tmp_path / "chart.txt")
+    assert "expected a folder or a picture" in message and "names a file" in message

@@ -280,7 +280,7 @@ def test_the_command_compare(tmp_path: Path) -> None:
     assert "body.mass" in text and "1300" in text and picture.stat().st_size > 10_000
     assert "at least two runs" in refused("compare", MACHINE, TRACE)
     copy.write_bytes(Path(MACHINE).read_bytes())
-    assert "the same name" in refused("compare", MACHINE, copy, TRACE)
+    assert '2 runs have the name "' in refused("compare", MACHINE, copy, TRACE)
 
 
 @pytest.mark.parametrize("columns", [None, 60, 120])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -174,20 +175,26 @@ def compare(
             "expected machine files (.toml) and traces or motion files, together at least two runs; --product, given "
             "twice, compares two products"
         )
+
+    def title(machine_file: Path, trace_file: Path | Moves, product: str) -> str:
+        motion = trace_file.stem if isinstance(trace_file, Path) else "--move"
+        names = [machine_file.stem] * (len(machines) > 1) + [motion] * (len(traces) > 1)
+        return " ".join(filter(None, (*names, product)))
+
+    titles = Counter(itertools.starmap(title, itertools.product(machines, traces, products or ("",))))
+    [(name, count)] = titles.most_common(1)
+    if count > 1:
+        raise click.UsageError(
+            f'{count} runs have the name "{name}": rename a file, or leave out a product that is given twice'
+        )
     results = {}
     for machine_file in machines:
         with status(f"running {machine_file}"):
             equipped = _equipped(machine_file, products)
             moved = read_riders(equipped[0][1], machine_file, riders)
             for trace_file, (product, machine) in itertools.product(traces, equipped):
-                motion = trace_file.stem if isinstance(trace_file, Path) else "--move"
-                names = [machine_file.stem] * (len(machines) > 1) + [motion] * (len(traces) > 1)
-                title = " ".join(filter(None, (*names, product)))
-                results[title] = simulate(machine, read_motion(trace_file, machine, **reading), riders=moved)
-    if len(results) < runs:
-        raise click.UsageError(
-            "two files or products have the same name: rename one, so that the runs can be told apart"
-        )
+                motion = read_motion(trace_file, machine, **reading)
+                results[title(machine_file, trace_file, product)] = simulate(machine, motion, riders=moved)
     report = comparison_report(results)
     return Shown(
         report, lambda plots: plots.comparison(results)[0], lambda pages: pages.comparison_page(results)

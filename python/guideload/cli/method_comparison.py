@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=options.Folder(or_picture=True),
     default=Path("guideload-chart"),
     show_default=True,
     help="Folder to write; or a picture alone, such as chart.png.",

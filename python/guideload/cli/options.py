@@ -24,13 +24,19 @@ FileKind = Literal[
 ]  # of files with a schema
 
 
-class _Folder(click.Path):
-    """A folder to write; a name that ends like that of a file is refused."""
+class Folder(click.Path):
+    """A folder to write, or a picture if allowed; another name that ends like that of a file is refused."""
+
+    def __init__(self, or_picture: bool = False) -> None:
+        super().__init__(path_type=Path, file_okay=or_picture)
+        self.allowed = PICTURE_ENDINGS if or_picture else ()
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         path = Path(str(super().convert(value, param, ctx)))
-        if path.suffix.lower() in FILE_ENDINGS and not path.is_dir():
-            self.fail(f"expected a folder, got {path}, which names a file", param, ctx)
+        ending = path.suffix.lower()
+        if ending in FILE_ENDINGS and ending not in self.allowed and not path.is_dir():
+            or_picture = f" or a picture ({', '.join(self.allowed)})" if self.allowed else ""
+            self.fail(f"expected a folder{or_picture}, got {path}, which names a file", param, ctx)
         return path
 
 
@@ -92,7 +98,6 @@ class Vector(click.ParamType[tuple[float, ...]]):
 
 
 FILE_ENDINGS = (*PICTURE_ENDINGS, ".html", ".txt", ".nc", ".csv", ".parquet", ".json", ".toml")
-Folder = _Folder(path_type=Path, file_okay=False)
 POSITIVE = Positive()
 MOVES = "guideload.moves"  # key of the texts of --move in the context
 # click types of the options for traces, by the types of their values; other options are text.
@@ -116,7 +121,7 @@ overwrite_option = click.option(
     "--overwrite", is_flag=True, help="Replace the files of an earlier run in the folder."
 )
 no_pictures_option = click.option("--no-pictures", is_flag=True, help="Write the numbers only.")
-folder_option = partial(click.option, "-o", "--output", type=Folder, help="Folder to write.")
+folder_option = partial(click.option, "-o", "--output", type=Folder(), help="Folder to write.")
 report_option = click.option(
     "--report",
     type=FilePath,
