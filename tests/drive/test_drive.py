@@ -155,6 +155,23 @@ def test_peaks_are_those_at_any_time(machine: Callable[[], Machine]) -> None:
     assert (np.array(largest(needed)) < (1.0 - 1e-4) * np.array(largest(dense))).any()
 
 
+def test_friction_and_loss_just_after_a_start_and_beside_a_reversal_count() -> None:
+    """In closed form, of a body that no acceleration along x makes vibrate."""
+    time = np.linspace(0.0, 0.3, 4)
+    rate, speed = 4.0 - 10.0 * time, 4.0 * time - 5.0 * time**2
+    drive = Drive(screw_lead=0.02, efficiency=0.8)
+    one = slide(100.0, Friction(seal=50.0)).model_copy(update={"drive": drive})
+    starting = drive_requirements(simulate(one, Motion.along_x(time, rate, velocity=speed))).with_peaks
+    assert starting.motor is not None
+    assert starting.motor.torque.max() == pytest.approx(600.0 / 0.8 * 0.02 / (2.0 * np.pi), rel=1e-5)
+    turning = drive_requirements(simulate(one, Motion.along_x(time, rate, velocity=speed - 0.13))).with_peaks
+    root = np.roots([-5.0, 4.0, -0.13]).min()
+    beside = np.abs(turning.time - root) < 1e-6
+    force = 100.0 * (4.0 - 10.0 * root)
+    found = turning.force[beside]
+    assert [found.min(), found.max()] == pytest.approx([force - 200.0, force + 200.0], rel=1e-5)
+
+
 @pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
 def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
     """The result is that of the push as a process force at L, and the push follows from the force of that result."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from trace_files import refuses
 
-from guideload.motion.motion import Motion
+from guideload.motion.motion import Motion, at_instants, with_instants
 
 TIME = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
 ALONG = np.array([0.0, 1.0, 1.0, -1.0, 0.0, 0.5])
@@ -85,7 +85,7 @@ def test_a_force_on_other_stamps_is_united_exactly():
     assert both.time.tolist() == [0.0, 0.5, 0.5, 1.0, 1.5, 1.5, 2.0, 2.0, 2.5, 2.5, 3.0, 4.0]
     for at in (0.0, 0.25, 0.5, 0.75, 1.0, 1.2, 1.5, 1.7, 2.0, 2.2, 2.5, 2.8, 3.0, 3.5, 4.0):
         for late in (False, True):
-            for name in ("acceleration", "velocity", "motor_speed"):
+            for name in ("acceleration", "motor_speed"):
                 np.testing.assert_allclose(*(side(m, name, at, late) for m in (both, motion)), 1e-14, 1e-15)
             inside = (0.5 <= at < 2.5) if late else (0.5 < at <= 2.5)
             alone = Motion(when, np.zeros((5, 3)), wrench=np.hstack([force, np.zeros((5, 3))]))
@@ -93,6 +93,21 @@ def test_a_force_on_other_stamps_is_united_exactly():
             got = side(both, "wrench", at, late)
             assert got[:3] == pytest.approx([wanted, 0.0, 0.0], abs=1e-14)
             assert got[3:] == pytest.approx([0.0, wanted, 0.0], abs=1e-14)  # z cross x is y
+
+
+@pytest.mark.parametrize("with_position", [True, False])
+def test_the_speed_between_stamps_is_the_integral_of_the_acceleration(with_position: bool) -> None:
+    """Exactly, of a linear acceleration; an error of the position has no part in it."""
+    time, new = np.array([0.0, 0.5, 2.0]), np.array([0.1, 0.4, 1.3, 1.9])
+
+    def speed(t: np.ndarray) -> np.ndarray:
+        return 0.3 + 2.0 * t - 0.7 * t**2
+
+    place = 0.3 * time + time**2 - 0.7 / 3.0 * time**3 + [0.0, 1e-3, 0.0] if with_position else None
+    motion = Motion.along_x(time, 2.0 - 1.4 * time, velocity=speed(time), position=place)
+    for finer in (with_instants(motion, new), at_instants(motion, new)):
+        assert finer.velocity is not None
+        np.testing.assert_allclose(finer.velocity[:, 0], speed(finer.time), rtol=1e-14)
 
 
 @pytest.mark.parametrize("when", [[-1.0, 2.0], [0.0, 1.0]])

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import machines
 import numpy as np
+import pandas as pd
 import pytest
 from reference import cart, cart_clear, cycle, preloaded
 
 from guideload import ArgumentError, Machine, Motion, Moves, PointOfInterest, Result, simulate
 from guideload.base.errors import ReadError
+from guideload.drive import drive_requirements
 from guideload.machine.payloads import Payload
 from guideload.machine.riders import Rider
 from guideload.reports.run import result_report
@@ -203,3 +205,34 @@ def test_a_file_without_the_points_of_its_machine_is_refused(tmp_path: Path) -> 
     Result(result.machine, broken).to_netcdf(tmp_path / "broken.nc")
     with pytest.raises(ReadError, match="without point_velocity"):
         Result.load(tmp_path / "broken.nc")
+
+
+def test_a_longer_record_of_the_same_cycle_has_the_same_peaks() -> None:
+    """Of each quantity as many maxima are searched, whatever its unit; only the first cycle begins at rest."""
+    time = np.arange(0.0, 0.48, 4e-3)
+    rate = np.where((time > 0.05) & (time < 0.2), 2.2, np.where((time > 0.25) & (time < 0.4), -2.2, 0.0))
+    machine = with_points(cart(), (0.4, -1.0, 0.7))
+
+    def peaks(cycles: int) -> pd.Series:
+        whole = np.arange(cycles * time.size) * 4e-3
+        return (
+            simulate(machine, Motion.along_x(whole, np.tile(rate, cycles)))
+            .points()
+            .loc["p0"]
+            .drop("time_of_peak_s")
+        )
+
+    few, many = peaks(5), peaks(40)
+    pd.testing.assert_series_equal(few, many, rtol=1e-7)
+
+
+def test_a_fixed_step_has_the_peaks_of_the_others() -> None:
+    """Its result reports the stamps alone, which are few."""
+    time = np.array([0.0, 0.1, 0.15, 0.3, 0.35, 0.6])
+    motion = Motion.along_x(time, [0.0, 0.0, 2.0, 2.0, 0.0, 0.0])
+    machine = with_points(cart(), (0.4, -1.0, 0.7))
+    exact, stepped = simulate(machine, motion), simulate(machine, motion, "implicit", step=1e-4)
+    assert stepped.quantities["time"].size == time.size
+    pd.testing.assert_frame_equal(stepped.points(), exact.points(), rtol=1e-5)
+    forces = [drive_requirements(result).peak_force for result in (stepped, exact)]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-6)

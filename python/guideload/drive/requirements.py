@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, cast
 
@@ -11,17 +11,19 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.base.maxima import maxima_between
 from guideload.base.methods import Method
-from guideload.base.tops import tops_between
 from guideload.machine.drive import Drive
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion, at_instants
 from guideload.simulation.drive_force import friction_force, rolling_speed
+from guideload.simulation.instants import instants_between
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`
+BESIDE = 1e-6  # of an interval, from a standstill to an instant beside it
 NO_RACK = {"pressure_angle": None, "helix_angle": 0.0, "push_direction": None}
 
 
@@ -68,7 +70,6 @@ class DriveRequirements:
     friction  (time,) N, share that overcomes the friction of the guides; 0 at standstill
     motor     torque and speed of the motor; None for a linear motor, without [drive] or without velocity
     machine   the machine
-    denser    the same with instants in between where force, power, torque or speed is largest; None without such
     """
 
     time: Array
@@ -77,12 +78,13 @@ class DriveRequirements:
     friction: Array
     motor: Motor | None
     machine: Machine
-    denser: DriveRequirements | None = None
+    # Not a field that `dataclasses.replace` keeps: it belongs to these histories.
+    _with_peaks: DriveRequirements | None = field(default=None, init=False, repr=False)
 
     @property
     def with_peaks(self) -> DriveRequirements:
-        """The same with the instants of the largest values."""
-        return self.denser or self
+        """The same with the instants added at which force, power, torque or speed is largest."""
+        return self._with_peaks or self
 
     @property
     def force(self) -> Array:
@@ -128,13 +130,13 @@ class DriveRequirements:
         drive, motor = self.machine.drive, self.with_peaks.motor
         if drive is None:
             return {}
-        if motor is not None:
+        if motor is not None and self.motor is not None:
             speed = float(np.abs(motor.speed).max())
             if drive.torque_curve is not None and motor.use is not None:
                 found.append(("motor speed", drive.torque_curve[-1][0], speed))
                 within = np.abs(motor.speed) <= drive.torque_curve[-1][0]
                 found.append(("motor torque", 1.0, float(motor.use[within].max(initial=0.0))))
-            rms_torque = 0.0 if motor.rated_torque is None else motor.rms_torque
+            rms_torque = 0.0 if motor.rated_torque is None else self.motor.rms_torque
             found.append(("rms torque of the motor", motor.rated_torque, rms_torque))
             found.append(("speed of the screw", drive.critical_speed, abs(speed / drive.gear_ratio)))
         found.append(("drive force", drive.max_force, self.peak_force))
@@ -156,13 +158,11 @@ def drive_requirements(result: Result) -> DriveRequirements:
     the result reports no instant.
     """
     machine, run = result.machine, result.whole_run
-    time, acceleration = (result.history(name) for name in ("time", "cart_acceleration"))
-    velocity, place = (result.history(name) for name in ("cart_velocity", "cart_position"))
+    time, acceleration, velocity = map(result.history, ("time", "cart_acceleration", "cart_velocity"))
     assert time is not None and acceleration is not None
     motion = rolling = None
     if velocity is not None:
-        motion = Motion(time, acceleration, velocity, place)
-        rolling = rolling_speed(time, acceleration, velocity)
+        motion, rolling = Motion(time, acceleration, velocity), rolling_speed(time, acceleration, velocity)
     own = _Histories.of(result, None if velocity is None else velocity[:, 0], rolling)
     needed = own.requirements(machine)
     if run is None:
@@ -174,27 +174,33 @@ def drive_requirements(result: Result) -> DriveRequirements:
             return _Histories.of(there, None, None)
         return _Histories.of(there, *_speeds_between(motion, rolling, times))
 
-    def sizes_at(times: Array) -> Array:
-        return _sizes(histories_at(times).requirements(machine))
+    def magnitudes_at(times: Array) -> Array:
+        return _magnitudes(histories_at(times).requirements(machine))
 
-    sizes = _sizes(needed)
-    tops = np.setdiff1d(tops_between(time, sizes, sizes.max(axis=0), sizes_at), time)
-    if not tops.size:
-        return needed
-    return replace(needed, denser=own.joined(histories_at(tops)).requirements(machine))
+    more = instants_between(machine, run.motion, time)
+    if motion is not None and rolling is not None:
+        more = np.union1d(more, _beside_standstill(motion, rolling))
+    dense = own.joined(histories_at(more)) if more.size else own
+    magnitudes = _magnitudes(dense.requirements(machine))
+    found = maxima_between(dense.time, magnitudes, magnitudes.max(axis=0), magnitudes_at)
+    more = np.setdiff1d(found, dense.time)
+    dense = dense.joined(histories_at(more)) if more.size else dense
+    if dense is not own:
+        object.__setattr__(needed, "_with_peaks", dense.requirements(machine))
+    return needed
 
 
 class _Histories(NamedTuple):
     """What the force of the drive follows from, at n instants.
 
-    time (n,) s; rate, speed, rolling (n,) m/s2, m/s, m/s of the cart along x, rolling is 0 at standstill, both speeds
-    are None if unknown; reaction (n,) N; loads (n, carriage, 6) N, N m.
+    time (n,) s; acceleration, speed, rolling_speed (n,) m/s2, m/s, m/s of the cart along x, the last one 0 at
+    standstill; reaction (n,) N; loads (n, carriage, 6) N, N m. Unknown speeds are None.
     """
 
     time: Array
-    rate: Array
+    acceleration: Array
     speed: Array | None
-    rolling: Array | None
+    rolling_speed: Array | None
     reaction: Array
     loads: Array
 
@@ -222,14 +228,14 @@ class _Histories(NamedTuple):
 
     def requirements(self, machine: Machine) -> DriveRequirements:
         """What they ask of the drive of the machine."""
-        friction, motor = friction_force(machine, self.loads, self.rolling), None
+        friction, motor = friction_force(machine, self.loads, self.rolling_speed), None
         if machine.drive is not None and not machine.drive.linear_motor and self.speed is not None:
-            motor = _motor(machine.drive, self.time, self.speed, self.rate, self.reaction + friction)
+            motor = _motor(machine.drive, self.time, self.speed, self.acceleration, self.reaction + friction)
         return DriveRequirements(self.time, self.speed, self.reaction, friction, motor, machine)
 
 
 def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array, Array]:
-    """Speed of the cart along x [m/s] at instants between the stamps of a motion, and the same with 0 at standstill.
+    """Speed and rolling speed of the cart along x [m/s] at instants between the stamps of a motion.
 
     rolling: the latter at the stamps.
     """
@@ -240,7 +246,28 @@ def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array
     return speed, np.where((rolling[before] == 0.0) & (rolling[after] == 0.0), 0.0, speed)
 
 
-def _sizes(needed: DriveRequirements) -> Array:
+def _beside_standstill(motion: Motion, rolling: Array) -> Array:
+    """Instants [s] just after a start, before a stop, and on both sides of a reversal.
+
+    There friction and the loss of the gear jump. rolling: rolling speed at the stamps.
+    """
+    start, end = rolling[:-1], rolling[1:]
+    steps, change = np.diff(motion.time), np.diff(motion.acceleration[:, 0])
+    starts, stops = (start == 0.0) & (end != 0.0), (start != 0.0) & (end == 0.0)
+    turns = start * end < 0.0
+    # The root of start + b s + c s^2, the speed at a share s of the interval.
+    c, v = 0.5 * (steps * change)[turns], start[turns]
+    b = end[turns] - v - c
+    q = -0.5 * (b + np.copysign(np.sqrt(np.maximum(b * b - 4.0 * c * v, 0.0)), b))
+    share = v / q
+    share = np.where((share >= 0.0) & (share <= 1.0), share, q / np.where(c == 0.0, 1.0, c))
+    share = np.minimum(np.maximum(share, BESIDE), 1.0 - BESIDE)
+    places = (starts, BESIDE), (stops, 1.0 - BESIDE), (turns, share - BESIDE), (turns, share + BESIDE)
+    times = [motion.time[:-1][where] + at * steps[where] for where, at in places]
+    return np.setdiff1d(np.concatenate(times), motion.time)
+
+
+def _magnitudes(needed: DriveRequirements) -> Array:
     """Histories (time, k) whose largest values are sought."""
     found = [np.abs(needed.force), np.abs(needed.friction)]
     if needed.power is not None and needed.velocity is not None:

@@ -282,7 +282,7 @@ def with_instants(motion: Motion, times: Array) -> Motion:
 
 
 def at_instants(motion: Motion, times: Array) -> Motion:
-    """The motion with stamps at these times [s] in ascending order within it, and at its end, but at no others."""
+    """The motion with stamps only at these times [s], ascending and within it, and one more at its end."""
     stamps = motion.time
     before = np.minimum(np.searchsorted(stamps, times, side="right") - 1, stamps.size - 2)
     lasting = stamps[before + 1] - stamps[before]
@@ -316,9 +316,9 @@ def find_jumps(motion: Motion) -> Array:
 def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) -> Motion:
     """The motion at `time`, at shares of the intervals that begin with the stamps `first`, and at its end.
 
-    Acceleration and process forces are linear between the stamps anyway. The position is the cubic through positions
-    and velocities at the stamps, which is exact where these are the integrals of the acceleration; a velocity without
-    position is linear.
+    Acceleration and process forces are linear between the stamps anyway. The velocity is the parabola through those at
+    the stamps with the slope of the acceleration, the position the cubic through positions and velocities: both are
+    exact where they are the integrals of the acceleration.
     """
     share = shares[:, None]
 
@@ -329,15 +329,15 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
     for name in HISTORIES:
         if (history := getattr(motion, name)) is not None:
             histories[name] = _between(history, first, shares)
+    h = (motion.time[first + 1] - motion.time[first])[:, None]
+    if motion.velocity is not None:
+        change = motion.acceleration[first + 1] - motion.acceleration[first]
+        histories["velocity"][:-1] -= 0.5 * h * change * share * (1.0 - share)
     if motion.velocity is not None and motion.position is not None:
-        h = (motion.time[first + 1] - motion.time[first])[:, None]
         (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
         # Hermite's cubic x + h v s + a s^2 + b s^3.
         a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
         histories["position"] = with_last(x + share * (h * v + share * (a + share * b)), motion.position)
-        lasting = np.where(h > 0.0, h, 1.0)
-        slope = np.where(h > 0.0, v + share * (2.0 * a + 3.0 * b * share) / lasting, v)
-        histories["velocity"] = with_last(slope, motion.velocity)
     return replace(
         motion,
         time=with_last(time, motion.time),

@@ -30,16 +30,17 @@ from guideload.reports.report import Part, Table, Value
 from guideload.simulation.result import Result
 
 RPM = 60.0 / (2.0 * np.pi)  # per rad/s
+TIE = 1e-9  # of equal peaks, which differ by rounding, the first is shown
 
 
 def drive_warnings(needed: DriveRequirements) -> list[str]:
     """Warnings of a motor, screw or drive that cannot make the motion."""
-    return [one for one in _limits(needed.with_peaks) if isinstance(one, WarningText)]
+    return [one for one in _limits(needed) if isinstance(one, WarningText)]
 
 
 def drive_parts(result: Result, needed: DriveRequirements) -> list[Part]:
     """What the drive is, a table of force, power and torque, and what they mean."""
-    return [drive_words(result.machine), _table(needed.with_peaks), *_sentences(result, needed)]
+    return [drive_words(result.machine), _table(needed), *_sentences(result, needed)]
 
 
 def drive_words(machine: Machine) -> str:
@@ -55,21 +56,23 @@ def drive_words(machine: Machine) -> str:
 
 def _table(needed: DriveRequirements) -> Table:
     rows: list[tuple[Value, ...]] = []
+    whole = needed.with_peaks
 
     def add(name: str, history: Array, unit: str, kind: str = "load", rms: float | None = None) -> None:
-        at, show = int(np.abs(history).argmax()), KINDS[kind]
-        rows.append((name, show(history[at]), needed.time[at], None if rms is None else show(rms), unit))
+        sizes, show = np.abs(history), KINDS[kind]
+        at = int(np.argmax(sizes >= (1.0 - TIE) * sizes.max()))
+        rows.append((name, show(history[at]), whole.time[at], None if rms is None else show(rms), unit))
 
-    add("drive force", needed.force, "N", rms=needed.rms_force)
-    if needed.friction.any():
-        add("  of it friction", needed.friction, "N")
-    if needed.power is not None:
-        add("power at the cart", needed.power, "W")
-    if (motor := needed.motor) is not None:
-        add("motor torque", motor.torque, "N m", "3 digits", motor.rms_torque)
-        add("motor speed", RPM * motor.speed, "rpm", "count")
-    if needed.push.any():
-        add("push of the rack", needed.push, "N")
+    add("drive force", whole.force, "N", rms=needed.rms_force)
+    if whole.friction.any():
+        add("  of it friction", whole.friction, "N")
+    if whole.power is not None:
+        add("power at the cart", whole.power, "W")
+    if whole.motor is not None and needed.motor is not None:
+        add("motor torque", whole.motor.torque, "N m", "3 digits", needed.motor.rms_torque)
+        add("motor speed", RPM * whole.motor.speed, "rpm", "count")
+    if whole.push.any():
+        add("push of the rack", whole.push, "N")
     return Table.by_rows(
         [("",), ("peak", "", "load"), ("at", "s", "time"), ("rms", "", "load"), ("unit",)], rows
     )
@@ -87,7 +90,7 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
     machine, seals = needed.machine, needed.machine.seal_forces
     if seals.any() and needed.friction.any() and (machine.friction is None or machine.friction.seal is None):
         yield f"The seals of the products take {digits(seals.sum())} N together; seal in [friction] replaces it."
-    yield from (one for one in _limits(needed.with_peaks) if not isinstance(one, WarningText))
+    yield from (one for one in _limits(needed) if not isinstance(one, WarningText))
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)
         names = (carriage.name for carriage in result.machine.carriages)
@@ -102,15 +105,15 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
 
 def _limits(needed: DriveRequirements) -> Iterator[str]:
     """How near the motion comes to the limits of motor, screw and drive; beyond them as warnings."""
-    if needed.motor is not None:
-        yield from _motor_limits(needed.motor)
+    if needed.with_peaks.motor is not None and needed.motor is not None:
+        yield from _motor_limits(needed.with_peaks.motor, needed.motor.rms_torque)
     for name in ("speed of the screw", "drive force"):
         if (margin := needed.margins.get(name)) is not None:
             reached = f"{name} reaches {percent(1.0 / margin)} of its limit."
             yield f"The {reached}" if margin >= 1.0 else WarningText("motor", f"Warning: the {reached}")
 
 
-def _motor_limits(motor: Motor) -> Iterator[str]:
+def _motor_limits(motor: Motor, rms_torque: float) -> Iterator[str]:
     fastest, most = RPM * float(np.abs(motor.speed).max()), LIMITS["motor speed"].most
     if fastest > most:
         yield WarningText(
@@ -134,7 +137,7 @@ def _motor_limits(motor: Motor) -> Iterator[str]:
                 way_out = "Take a larger motor, another gear ratio or less acceleration."
                 yield WarningText("motor", f"Warning: the motor is {text} {way_out}")
     if motor.rated_torque is not None:
-        share = motor.rms_torque / motor.rated_torque
+        share = rms_torque / motor.rated_torque
         yield f"The rms torque is {percent(share)} of the rated torque."
         if not LIMITS["motor"].holds(share):
             text = f"its rms torque is {percent(share)} of the rated torque."

@@ -173,9 +173,10 @@ def _drive_figures(drive: DriveRequirements, margins: dict[str, float]) -> Itera
     force, rms = load_in_table(drive.peak_force), load_in_table(drive.rms_force)
     judgement = _judged(margins, "drive force", "the motion needs")
     yield KeyFigure("Drive force", f"{force} N", f"rms {rms} N", *judgement)
-    if (motor := drive.with_peaks.motor) is not None:
+    motor = drive.with_peaks.motor
+    if motor is not None and drive.motor is not None:
         turns = RPM * float(np.abs(motor.speed).max())
-        words = f"rms {digits(motor.rms_torque)} N m, {fixed(turns)} rpm"
+        words = f"rms {digits(drive.motor.rms_torque)} N m, {fixed(turns)} rpm"
         names = [name for name in margins if "motor" in name or "screw" in name]
         worst = min(names, key=lambda name: margins[name], default="")
         level, reason = _judged(margins, worst, "what the motion needs")

@@ -13,7 +13,7 @@ from guideload._core import Solution, VariedInstants, VariedRun
 from guideload.base.arguments import real_array
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.tops import tops_between
+from guideload.base.maxima import maxima_between
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, with_instants
 from guideload.sensitivity.linearised import Linearised
@@ -107,7 +107,7 @@ class RunDerivatives:
         settings = self._settings | {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
         _, largest, _, times, _ = self.at_rest.scene.peaks(*self._scaled(motion), **settings)
         run = self.on_instants(motion)
-        tied = tops_between(
+        tied = maxima_between(
             motion.time,
             _resultants(run.carriage_loads()),
             largest[:, RESULTANT],

@@ -10,11 +10,12 @@ import numpy as np
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
+from guideload.base.maxima import maxima_between
 from guideload.base.quantities import Quantities
-from guideload.base.tops import tops_between
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import Modes, displacement
 from guideload.motion.standstill import MoveSpan, move_spans
+from guideload.simulation.instants import instants_between
 from guideload.simulation.run import Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
@@ -84,19 +85,29 @@ def from_rest(machine: Machine, data: Quantities, spans: Sequence[MoveSpan]) -> 
 
 
 def point_columns(data: Quantities, run: Run | None) -> dict[str, Array]:
-    """The columns of `Result.points`, each (point,). run: finds the largest values between the instants too."""
+    """The columns of `Result.points`, each (point,).
+
+    run: has the motion of the points at other instants too; None: the columns are of the instants of the data.
+    """
     static, time = data["static_point_displacement"], data["time"]
-    sizes = _sizes(static, {name: data[f"point_{name}"] for name in RATES})
+    magnitudes = _magnitudes(static, {name: data[f"point_{name}"] for name in RATES})
     if run is not None:
 
-        def sizes_at(times: Array) -> Array:
-            return _sizes(static, _rates(replace(run, times=times)))
+        def magnitudes_at(times: Array) -> Array:
+            return _magnitudes(static, _rates(replace(run, times=times)))
 
-        tops = np.unique(tops_between(time, sizes, sizes.max(axis=0), sizes_at))
-        if tops.size:
-            time, sizes = np.append(time, tops), np.concatenate([sizes, sizes_at(tops)])
-    peak, *others = sizes.max(axis=0).reshape(len(SIZES), -1)
-    at = sizes[:, : len(static)].argmax(axis=0)
+        def joined(more: Array) -> tuple[Array, Array]:
+            order = np.argsort(np.append(time, more), kind="stable")
+            both = np.concatenate([magnitudes, magnitudes_at(more)])
+            return np.append(time, more)[order], both[order]
+
+        if (more := instants_between(run.machine, run.motion, time)).size:
+            time, magnitudes = joined(more)
+        found = np.unique(maxima_between(time, magnitudes, magnitudes.max(axis=0), magnitudes_at))
+        if found.size:
+            time, magnitudes = joined(found)
+    peak, *others = magnitudes.max(axis=0).reshape(len(SIZES), -1)
+    at = magnitudes[:, : len(static)].argmax(axis=0)
     columns = {"sag_m": np.linalg.norm(static, axis=1), SIZES[0]: peak, "time_of_peak_s": time[at]}
     return columns | dict(zip(SIZES[1:], others, strict=True))
 
@@ -109,8 +120,8 @@ def _rates(run: Run) -> dict[str, Array]:
     return rates | {RATES[3]: rates["acceleration"] + solution.inputs()[:, None, :3]}
 
 
-def _sizes(static: Array, rates: Mapping[str, Array]) -> Array:
-    """What `SIZES` are the largest values of, (time, size and point), from the histories of the points."""
+def _magnitudes(static: Array, rates: Mapping[str, Array]) -> Array:
+    """Histories (time, magnitude and point) whose largest values are the columns `SIZES`."""
     change = rates["displacement"] - static
     distances = [np.linalg.norm(each, axis=2) for each in (change, *(rates[name] for name in RATES[1:]))]
     return np.concatenate([distances[0], *np.moveaxis(np.abs(change), 2, 0), *distances[1:]], axis=1)

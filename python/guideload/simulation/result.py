@@ -124,7 +124,7 @@ class Result:
 
     @cached_property
     def whole_run(self) -> Run | None:
-        """The run, which has loads at any time; None where they are known at the reported instants alone."""
+        """The run, if it can be computed at other instants too; else None."""
         run = self._run or stored_run(self.machine, self._estimate)
         return run if run is not None and run.times is None and run.feet is None else None
 
