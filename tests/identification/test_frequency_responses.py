@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +12,12 @@ from command_line import guideload, refused
 from hammer_tests import deflections, derivative_errors, unknown, with_corners
 from reference import cart, preloaded
 
-from guideload import Machine, frequency_response
+from guideload import GuideloadError, Machine, frequency_response
 from guideload.identification.fit import fit
 from guideload.identification.measured import Measured
 from guideload.identification.model import Model, parse_place
-from guideload.identification.responses import FrequencyResponses, ResponseCurve, read_curves
+from guideload.identification.response_files import read_curves
+from guideload.identification.responses import FrequencyResponses, ResponseCurve
 from guideload.identification.unknowns import UnknownTable
 
 HERTZ = np.linspace(10.0, 200.0, 60)
@@ -137,6 +140,105 @@ def test_universal_files_hold_the_same_curves(tmp_path: Path) -> None:
         assert other.frequency == pytest.approx(HERTZ[inside]) and other.value == pytest.approx(
             curve.value[inside]
         )
+
+
+INCH_POUND = {
+    "type": 164, "units_code": 7, "units_description": "inch (pound f)", "temp_mode": 1,
+    "length": 39.37007874, "force": 0.2248089431, "temp": 1.8, "temp_offset": 459.67,
+}  # fmt: skip
+OF_ONE = {"rsp_node": 1, "rsp_dir": 2, "ref_node": 1, "ref_dir": 2, "func_type": 4, "id1": "h", "binary": 0}
+ACCELERANCE = {"ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13, "abscissa_spec_data_type": 18}
+CURVE = (0.01 + 0.02j) * np.arange(1.0, 11.0)
+POUND = 4.4482216152605
+
+
+def universal(file: Path, *sets: dict[str, Any], value: Any = CURVE, **changes: Any) -> Path:
+    """A universal file with one response, and other datasets before it."""
+    pyuff = pytest.importorskip("pyuff")
+    response = (
+        OF_ONE | ACCELERANCE | {"data": value, "x": 10.0 * np.arange(1.0, 1.0 + np.size(value))} | changes
+    )
+    for one in (*sets, pyuff.prepare_58(**response)):
+        pyuff.UFF(str(file)).write_sets(one, mode="add")
+    return file
+
+
+def read_one(file: Path) -> np.ndarray:
+    (curve,) = read_curves(file, model_of(cart()).machine, None, {"1": "p0"}, 0.0, 1e4)
+    return curve.value
+
+
+LABELS = "ordinate_axis_units_lab", "orddenom_axis_units_lab"
+unclosed = pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # pyuff leaves it open
+
+
+@unclosed
+@pytest.mark.parametrize(
+    ("sets", "labels", "factor"),
+    [
+        ((), ("", ""), 1.0),
+        ((), ("m/s^2", "N"), 1.0),
+        ((), ("g", "N"), 9.80665),
+        ((), ("g", "lbf"), 9.80665 / POUND),
+        ((), ("mm/s^2/N", ""), 1e-3),
+        ((INCH_POUND,), ("", ""), 0.0254 / POUND),
+        ((INCH_POUND,), ("inch/s^2", "lbf"), 0.0254 / POUND),
+    ],
+)
+def test_units_of_universal_files_count(
+    tmp_path: Path, sets: tuple[dict[str, Any], ...], labels: tuple[str, str], factor: float
+) -> None:
+    file = universal(tmp_path / "h.uff", *sets, **dict(zip(LABELS, labels, strict=True)))
+    assert read_one(file) == pytest.approx(factor * CURVE, rel=1e-5)
+
+
+@unclosed
+@pytest.mark.parametrize(
+    ("sets", "changes", "words"),
+    [
+        ((INCH_POUND,), {LABELS[0]: "g", LABELS[1]: "lbf"}, "dataset 164 says inch"),
+        ((), {LABELS[0]: "furlong"}, 'unit labels such as m/s^2 and N, got "furlong"'),
+        ((), {"orddenom_spec_data_type": 12}, "responses per force"),
+        ((), {"abscissa_spec_data_type": 17}, "responses over frequency"),
+        ((), {"value": abs(CURVE)}, "complex responses"),
+        ((), {"value": 0.0 * CURVE}, "zeros alone"),
+    ],
+)
+def test_what_a_universal_file_cannot_mean_is_refused(
+    tmp_path: Path, sets: tuple[dict[str, Any], ...], changes: dict[str, Any], words: str
+) -> None:
+    file = universal(tmp_path / "h.uff", *sets, **changes)
+    with pytest.raises(GuideloadError, match=re.escape(words)) as error:
+        read_one(file)
+    assert "h.uff" in str(error.value)
+
+
+@unclosed
+def test_a_damaged_universal_file_is_refused(tmp_path: Path) -> None:
+    """Cut off, with a lost line, with decimal commas, with a number that is none."""
+    lines = universal(tmp_path / "h.uff").read_text(encoding="utf-8").splitlines(keepends=True)
+    values = len(lines) - 3
+    changed = {
+        "cut off": lines[:-1],
+        "as its header says": [*lines[:values], *lines[values + 1 :]],
+        "no readable universal file": [
+            *lines[:values],
+            lines[values].replace(".", ","),
+            *lines[values + 1 :],
+        ],
+        "finite numbers": [
+            *lines[:values],
+            re.sub(r"^.{13}", f"{'nan':>13}", lines[values]),
+            *lines[values + 1 :],
+        ],
+    }
+    for words, text in changed.items():
+        file = tmp_path / "damaged.uff"
+        file.write_text("".join(text), encoding="utf-8")
+        with pytest.raises(GuideloadError, match=words):
+            read_one(file)
 
 
 def test_deflections_tell_the_sum_of_stiffnesses_that_carry_a_central_force() -> None:

@@ -105,6 +105,10 @@ name = "other"
 [[alternatives.unknown]]
 path = "body.masss"
 [[modal_tests]]"""
+AS_ABOVE = """[[alternatives]]
+name = "as above"
+machine = "machine.toml"
+[[modal_tests]]"""
 NEXT = """
 [[candidates]]
 kind = "record"
@@ -148,6 +152,8 @@ def test_measurements_are_ranked_by_a_peak_load(folder: Path) -> None:
         ("[[unknown]]", 'figure = "damping"\n[[unknown]]', "expected no figure without [[candidates]]"),
         ('machine = "machine', 'machine = "none', "machine: expected a file that exists"),
         ("[[modal_tests]]", ALTERNATIVE, "alternatives[0].unknown[0].path: expected a known path"),
+        ("[[modal_tests]]", AS_ABOVE, "alternatives: expected each name once"),
+        ("frequency = ", "number = 99\nfrequency = ", "modal_tests[0]: expected at most 5, the modes"),
     ],
 )
 def test_a_wrong_file_is_refused_with_its_row_and_key(

@@ -95,6 +95,20 @@ def test_mass_friction_and_delay_are_found(folder: Path) -> None:
     assert (folder / "out" / "record_2.png").is_file()
 
 
+def test_a_log_that_contradicts_the_model_is_warned_of_first(folder: Path) -> None:
+    """Its header says m/s^2, its numbers are in g, or in mm/s^2."""
+    time, along = np.loadtxt(folder / "log.csv", delimiter=",", skiprows=1).T
+    text = IDENTIFY.replace("log.csv", "wrong_unit.csv").replace(", gain_spread = 0.02", "")
+    (folder / "wrong_unit.toml").write_text(text, encoding="utf-8")
+    for wrong in (1.0 / 9.80665, 1e3):
+        written(folder / "wrong_unit.csv", "t [s],ay [m/s^2]", time, wrong * along)
+        words = " ".join(guideload("identify", folder / "wrong_unit.toml").stdout.split())
+        assert "Warning: acceleration of tool y in accelerometer: the model explains" in words
+        factor = float(words.partition("and it is ")[2].split()[0].replace("\u202f", ""))
+        assert factor < 0.5 if wrong < 1.0 else factor > 2.0
+    assert "Warning: " not in (folder / "out" / "report.txt").read_text(encoding="utf-8")
+
+
 def test_wrong_tables_name_their_place(folder: Path) -> None:
     for before, after, words in (
         ('"current [A]"', '"voltage"', "no column 'voltage'; there are t [s], x [m], current [A]"),

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, StrictStr, model_validator
+from pydantic import BeforeValidator, Field, StrictStr, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
@@ -45,6 +45,8 @@ from guideload.study.varied_parameters import NumberOrText
 Keys = frozenset[str]
 BAND: Keys = frozenset({"force", "low", "high"})
 LEVELS = ("frequency_noise", "damping_noise", "shape_noise")
+
+OWN_MODEL = "as above"  # name of the model of the file among its alternatives
 
 
 class CandidateTable(ConfigModel):
@@ -213,6 +215,16 @@ class IdentifyFile(ConfigModel):
         "a peak load, mean load or life; by default all unknowns"
     )
 
+    @field_validator("alternatives")
+    @classmethod
+    def _named_once(cls, alternatives: tuple[AlternativeTable, ...]) -> tuple[AlternativeTable, ...]:
+        names = [one.name for one in alternatives]
+        if OWN_MODEL in names or len(set(names)) < len(names):
+            raise ValueRefused(
+                f'each name once, and not "{OWN_MODEL}", which is the model of the file', names
+            )
+        return alternatives
+
     @model_validator(mode="after")
     def _figure_of_candidates(self) -> IdentifyFile:
         if self.figure is not None and not self.candidates:
@@ -291,7 +303,7 @@ def identified_alternatives(
     described: IdentifyFile, file: str | PathLike[str], found: Identification
 ) -> dict[str, Identification]:
     """The model of the file, as found, and its alternatives, each fitted to the same data."""
-    models, folder = {"as above": found}, Path(file).parent
+    models, folder = {OWN_MODEL: found}, Path(file).parent
     for one in described.alternatives:
         machine, unknown = one.model(found.nominal, described.unknown, folder)
         models[one.name] = identify(machine, unknown, described.data(machine, folder))

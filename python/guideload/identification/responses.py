@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, ValueRefused
-from guideload.base.number_text import joined
-from guideload.base.units import factor
 from guideload.identification.measured import Measured, Noise, NuisanceParameter, Residuals
-from guideload.identification.model import ModelAt, SensorPlace, parse_place
-from guideload.machine.machine import Machine
-from guideload.study.varied_parameters import column_numbers, name_and_unit
-from guideload.traces.format.sources import load_table
+from guideload.identification.model import ModelAt, SensorPlace
 
 Complex = NDArray[np.complex128]
-# Unit of a response, by the number of derivatives of the displacement by time.
-UNITS = ("m/N", "m/s/N", "m/s^2/N")
-UFF_RESPONSES = {8: 0, 11: 1, 12: 2}  # ordinate types of UFF58: displacement, velocity, acceleration
-UFF_AXES = {1: "x", 2: "y", 3: "z"}
 NEAR = 0.3  # relative distance of computed and measured curves within which the computed ones give the noise
 SAME = 0.02  # relative change of the sizes that ends the rounds
-FREQUENCY_RESPONSE = 4  # function type of UFF58
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,90 +117,6 @@ class FrequencyResponses(Measured):
 def _distance(one: Array | Complex, other: Array | Complex) -> float:
     """Size of the difference of two responses over that of the second."""
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))
-
-
-# ---- files
-
-
-def is_universal(file: str | Path) -> bool:
-    """Whether the name of a file is that of a universal file."""
-    return Path(file).suffix.lower() in (".uff", ".unv", ".uf")
-
-
-def read_curves(
-    file: Path, machine: Machine, force: str | None, nodes: dict[str, str], low: float, high: float
-) -> tuple[ResponseCurve, ...]:
-    """The responses in a file, from `low` to `high` [Hz]. Raises ValueRefused, TraceError."""
-    read = list(_of_uff(file, machine, nodes) if is_universal(file) else _of_table(file, machine, force))
-    curves = []
-    for curve in read:
-        inside = (curve.frequency >= low) & (curve.frequency <= high) & (curve.frequency > 0.0)
-        if inside.any():
-            curves.append(replace(curve, frequency=curve.frequency[inside], value=curve.value[inside]))
-    if not curves:
-        raise ValueRefused("frequency responses in the wanted range", file.name, "it has none there")
-    return tuple(curves)
-
-
-def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[ResponseCurve]:
-    """Curves of a table with columns "frequency [Hz]", "tool y re [m/N]" and "tool y im [m/N]"."""
-    if force is None:
-        raise ValueRefused("the place of the force", None, 'add force = "tool y"')
-    hit, table = parse_place(force, machine), load_table(file)
-    names = {name_and_unit(header)[0]: header for header in table.names}
-    if "frequency" not in names:
-        raise ValueRefused('a column "frequency [Hz]"', table.names[:4], f"{table.source} lacks it")
-    frequency = column_numbers(table, names["frequency"], "Hz")[0]
-    places = [name[:-3] for name in names if name.endswith(" re") and f"{name[:-3]} im" in names]
-    if not places:
-        words = 'columns such as "tool y re [m/N]" and "tool y im [m/N]"'
-        raise ValueRefused(words, table.names[:4], "as `guideload response --csv` writes them")
-    for place in places:
-        header = names[f"{place} re"]
-        derivatives = _derivatives(name_and_unit(header)[1], header)
-        re, im = (
-            column_numbers(table, names[f"{place} {part}"], UNITS[derivatives])[0] for part in ("re", "im")
-        )
-        yield ResponseCurve(hit, parse_place(place, machine), derivatives, frequency, re + 1j * im)
-
-
-def _derivatives(unit: str, header: str) -> int:
-    """The kind of a response by its unit: m/N 0, m/s/N 1, m/s^2/N or 1/kg 2."""
-    for derivatives, known in enumerate(UNITS):
-        try:
-            factor(unit or UNITS[0], known)
-        except ValueRefused:
-            continue
-        return derivatives
-    raise ValueRefused(f"a response in {joined(UNITS)}", header)
-
-
-def _of_uff(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[ResponseCurve]:
-    """Curves of a universal file; nodes: names of points by the number of the node, where they differ."""
-    try:
-        import pyuff
-    except ImportError:
-        raise ArgumentError(
-            f"{file}: universal files are read by the package pyuff: pip install 'guideload[uff]', or export a CSV file"
-        ) from None
-    found = pyuff.UFF(str(file)).read_sets()
-    for one in found if isinstance(found, list) else [found]:
-        if one.get("type") != 58 or one.get("func_type") != FREQUENCY_RESPONSE:
-            continue
-        kind = int(one.get("ordinate_spec_data_type", 0))
-        if kind not in UFF_RESPONSES:
-            raise ValueRefused("responses in displacement, velocity or acceleration", f"ordinate type {kind}")
-        hit, place = (_uff_place(one, which, machine, nodes) for which in ("ref", "rsp"))
-        value = np.asarray(one["data"], dtype=np.complex128)
-        yield ResponseCurve(hit, place, UFF_RESPONSES[kind], np.asarray(one["x"], dtype=np.float64), value)
-
-
-def _uff_place(one: dict[str, Any], which: str, machine: Machine, nodes: dict[str, str]) -> SensorPlace:
-    node, direction = str(int(one[f"{which}_node"])), int(one[f"{which}_dir"])
-    if abs(direction) not in UFF_AXES:
-        raise ValueRefused("directions 1 to 3, x to z", direction, f"of node {node}")
-    sign = "-" if direction < 0 else ""
-    return parse_place(f"{nodes.get(node, node)} {sign}{UFF_AXES[abs(direction)]}", machine)
 
 
 # ---- static deflections

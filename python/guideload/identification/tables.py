@@ -28,15 +28,11 @@ from guideload.base.ranges import (
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.model import parse_load_place, parse_place
 from guideload.identification.motor_force import MotorForce
-from guideload.identification.responses import (
-    Deflection,
-    Deflections,
-    FrequencyResponses,
-    is_universal,
-    read_curves,
-)
+from guideload.identification.response_files import is_universal, read_curves
+from guideload.identification.responses import Deflection, Deflections, FrequencyResponses
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
+from guideload.machine.modes import Modes
 from guideload.study.options import TraceOptions
 from guideload.study.varied_parameters import PERCENT, NumberOrText
 from guideload.traces.channels import Channels, read_channels
@@ -115,7 +111,12 @@ class ModalTestTable(ConfigModel):
             raise ValueRefused(
                 "a mode with a shape at these places", list(self.places), "or leave places out"
             )
+        computed = Modes.of(machine).frequency.size
         for i, mode in enumerate(self.modes):
+            if mode.number is not None and mode.number > computed:
+                raise ValueRefused(
+                    f"at most {computed}, the modes of the machine", mode.number, f"number of modes[{i}]"
+                )
             if mode.shape is None:
                 continue
             if len(mode.shape) != len(places) or len(places) < 2 or not any(mode.shape):

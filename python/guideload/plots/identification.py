@@ -15,7 +15,8 @@ from guideload.base.arrays import Array
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.next_measurement import RankedMeasurement
 from guideload.identification.records import Record
-from guideload.identification.responses import UNITS, FrequencyResponses
+from guideload.identification.response_files import UNITS
+from guideload.identification.responses import FrequencyResponses
 from guideload.identification.result import Identification
 from guideload.identification.unknowns import short_name, usual_unit
 from guideload.plots.saving import save_each

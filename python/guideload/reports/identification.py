@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -34,6 +34,10 @@ INTERVALS = (
     "not contain an error of the scale of a sensor, and what is wrong in the same way throughout."
 )
 MOST_CANDIDATES = 12
+GAIN, CERTAIN = (
+    0.5,
+    5.0,
+)  # a factor that far from 1, and by so many standard deviations, is an error of the record
 NEXT = "Interval: uncertainty of {figure} left after this measurement, in % of today's."
 IDENTIFIES = "Identifies: unknowns that it would identify beyond those identified now."
 LEVELS = (
@@ -60,7 +64,11 @@ def identification_report(
         found.nominal,
         "identification",
         answer=[f"{found.nominal.name}: {_answer(found)}"],
-        warnings=[*doubts, *(f"{capitalised(message)}." for message in found.messages)],
+        warnings=[
+            *_contradictions(found),
+            *doubts,
+            *(f"{capitalised(message)}." for message in found.messages),
+        ],
         sections=[
             Section("Numbers of the machine", _estimates_table(found), Definitions(DEFINITION)),
             Section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),
@@ -180,14 +188,43 @@ def _record_differences(found: Identification, data: Record) -> list[str]:
     length = float(np.median(np.diff(data.window_time)))
     words = []
     for name, unit, seen, computed in record_channels(found, data):
-        square = float(np.mean((computed - seen) ** 2))
-        share = 1.0 - square / float(seen.var()) if seen.std() > 0.0 else 0.0
-        shown = digits(np.sqrt(square)) + ("" if unit == "1" else f" {unit}")
+        rms = float(np.sqrt(np.mean((computed - seen) ** 2)))
+        share = _explained(seen, computed)
+        shown = digits(rms) + ("" if unit == "1" else f" {unit}")
         words.append(
             f"{capitalised(name)}: computed and measured differ by {shown} rms, in {seen.size} "
             f"windows of {digits(1e3 * length)} ms; the model explains {digits(100.0 * share, 4)} % of the variance."
         )
     return words
+
+
+def _explained(seen: Array, computed: Array) -> float:
+    """Share of the variance of measured values that computed ones explain."""
+    return 1.0 - float(np.mean((computed - seen) ** 2) / seen.var()) if seen.std() > 0.0 else 0.0
+
+
+def _contradictions(found: Identification) -> Iterator[str]:
+    """Warnings of records that the model contradicts: by their size, or because their mean explains them better."""
+    for each in found.data:
+        if not isinstance(each, Record):
+            continue
+        for name, _, seen, computed in record_channels(found, each):
+            share, gain, error = _explained(seen, computed), *_gain(seen, computed)
+            if share < 0.0 or abs(gain - 1.0) > max(GAIN, CERTAIN * error):
+                yield (
+                    f"Warning: {name} in {each.name}: the model explains {digits(100.0 * share, 3)} % of its variance, "
+                    f"and it is {digits(gain)} times what the model computes. Do not use its numbers: check unit, "
+                    "sign, place and clock of the record, and what the model lacks."
+                )
+
+
+def _gain(seen: Array, computed: Array) -> tuple[float, float]:
+    """Factor from computed to measured values by least squares, and its standard deviation; 1 and inf without them."""
+    square = float(computed @ computed)
+    if square == 0.0:
+        return 1.0, float("inf")
+    gain = float(seen @ computed) / square
+    return gain, float(np.linalg.norm(seen - gain * computed) / np.sqrt(square * max(seen.size - 1, 1)))
 
 
 def record_channels(found: Identification, data: Record) -> list[tuple[str, str, Array, Array]]:
