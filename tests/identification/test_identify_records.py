@@ -109,6 +109,17 @@ def test_a_log_that_contradicts_the_model_is_warned_of_first(folder: Path) -> No
     assert "Warning: " not in (folder / "out" / "report.txt").read_text(encoding="utf-8")
 
 
+def test_a_number_at_a_bound_of_its_search_is_not_identified(folder: Path) -> None:
+    """The force of a motor that says nothing of the mass: a constant one."""
+    rows = np.loadtxt(folder / "trace.csv", delimiter=",", skiprows=1)
+    rows[:, 2] = 0.2
+    written(folder / "dead.csv", "t [s],x [m],current [A]", *rows.T)
+    text = IDENTIFY.partition("[[sensor_logs]]")[0].replace("trace.csv", "dead.csv")
+    (folder / "dead.toml").write_text(text, encoding="utf-8")
+    words = " ".join(guideload("identify", folder / "dead.toml").stdout.split())
+    assert "0 of 1 number identified" in words and "Body.mass lies at a bound of its search" in words
+
+
 def test_wrong_tables_name_their_place(folder: Path) -> None:
     for before, after, words in (
         ('"current [A]"', '"voltage"', "no column 'voltage'; there are t [s], x [m], current [A]"),

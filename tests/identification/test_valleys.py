@@ -65,6 +65,7 @@ def fit_of_two_valleys(excess: float, bend: float = 0.0) -> Any:
         weights=np.full(1, 1e-3),
         search=lambda start, **_: Minimum(start.copy(), squares(float(start[0])), True),
         covariance=lambda x: np.array([[(NARROW if x[0] < 0.5 else WIDE) ** 2]]),
+        at_bound=lambda x: abs(x) >= 5.0,
     )
     other = Minimum(np.array([SECOND]), excess)
     return SimpleNamespace(objective=objective, minimum=Minimum(np.zeros(1), 0.0), others=(other,))

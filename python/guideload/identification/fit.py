@@ -14,6 +14,7 @@ from functools import cached_property
 from itertools import accumulate, pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
@@ -80,6 +81,12 @@ class Objective:
         starts = (each.noise_index + group.start for each, group in zip(data, self.groups, strict=True))
         self.noise_index = np.concatenate(list(starts))
         self._last: tuple[Array, Array, Array] | None = None
+
+    def at_bound(self, x: Array) -> NDArray[np.bool_]:
+        """Which coordinates (p + q,) lie at a bound of their search."""
+        low, high = self.bounds
+        near = 1e-6 / self.weights  # of the spread before the data
+        return (x <= low + near) | (x >= high - near)
 
     def nuisance_values(self, x: Array) -> list[Array]:
         """The nuisance parameters of each data set, in SI."""
@@ -287,6 +294,12 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
             f"{counted(len(others), 'other machine')} would explain the data about as well: fix what you know, or "
             "measure more"
         )
+    messages += [
+        f"{one.name} lies at a bound of its search, so it is not identified: check the data, or widen at_least and "
+        "at_most"
+        for one, at_bound in zip(model.unknowns, objective.at_bound(best.x)[: objective.p], strict=True)
+        if at_bound
+    ]
     found = Fit(objective, best, others, starts, tuple(messages))
     if np.any(abs(found.residuals) >= FAR):
         raise ArgumentError("identify: no possible machine was found near the expected values")

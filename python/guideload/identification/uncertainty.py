@@ -118,12 +118,16 @@ def interval(fit: Fit, index: int, sigma: float, degrees: float, inflation: floa
     """The interval of a coordinate whose standard deviation is sigma.
 
     inflation: sigma over that of independent errors: serial errors of records widen the profile as well. The interval
-    holds those around all minima that explain the data about as well.
+    holds those around all minima that explain the data about as well. A value at a bound of its search is not
+    identified.
     """
     best, objective = fit.minimum, fit.objective
     center, quantile = float(best.x[index]), float(student_quantile(degrees))
     bounds = objective.bounds[:, index]
     before = 1.0 / float(objective.weights[index])
+    if objective.at_bound(best.x)[index]:  # the data ask for a value beyond it
+        low, high = np.clip([center - quantile * before, center + quantile * before], *bounds).tolist()
+        return Interval(low, high, 1.0, False)
     if sigma > IDENTIFIED * before:  # unless the profile is far steeper than the covariance says
         least = IDENTIFIED * quantile * before
         if not all(_ProfileT(fit, best, index, side, inflation)(least) > quantile for side in (-1.0, 1.0)):
