@@ -86,7 +86,7 @@ class Objective:
         """Which coordinates (p + q,) lie at a bound of their search."""
         low, high = self.bounds
         near = 1e-6 / self.weights  # of the spread before the data
-        return (x <= low + near) | (x >= high - near)
+        return np.asarray((x <= low + near) | (x >= high - near))
 
     def nuisance_values(self, x: Array) -> list[Array]:
         """The nuisance parameters of each data set, in SI."""
