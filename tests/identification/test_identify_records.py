@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,20 @@ def test_a_log_that_contradicts_the_model_is_warned_of_first(folder: Path) -> No
         factor = float(words.partition("and it is ")[2].split()[0].replace("\u202f", ""))
         assert factor < 0.5 if wrong < 1.0 else factor > 2.0
     assert "Warning: " not in (folder / "out" / "report.txt").read_text(encoding="utf-8")
+
+
+def test_a_force_that_is_late_is_warned_of(folder: Path) -> None:
+    """By 6 ms, three stamps; its delay is not sought."""
+    rows = np.loadtxt(folder / "trace.csv", delimiter=",", skiprows=1)
+    rows[3:, 2] = rows[:-3, 2]
+    written(folder / "late.csv", "t [s],x [m],current [A]", *rows.T)
+    text = IDENTIFY.partition("[[sensor_logs]]")[0].replace("trace.csv", "late.csv")
+    (folder / "late.toml").write_text(text, encoding="utf-8")
+    words = " ".join(guideload("identify", folder / "late.toml").stdout.split())
+    told = re.search(r"Warning: motor force is about ([\d.]+) ms late", words)
+    assert told and 3.0 < float(told[1]) < 8.0
+    (folder / "sought.toml").write_text(text.replace("per_unit", "delay = true\nper_unit"), encoding="utf-8")
+    assert "Warning:" not in guideload("identify", folder / "sought.toml").stdout
 
 
 def test_a_number_at_a_bound_of_its_search_is_not_identified(folder: Path) -> None:

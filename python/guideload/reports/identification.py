@@ -38,6 +38,10 @@ GAIN, CERTAIN = (
     0.5,
     5.0,
 )  # a factor that far from 1, and by so many standard deviations, is an error of the record
+DELAY, FEWEST = (
+    1.5e-3,
+    20,
+)  # s, and values: shorter delays, and those of fewer values, are not told from the smoothing
 NEXT = "Interval: uncertainty of {figure} left after this measurement, in % of today's."
 IDENTIFIES = "Identifies: unknowns that it would identify beyond those identified now."
 LEVELS = (
@@ -66,6 +70,7 @@ def identification_report(
         answer=[f"{found.nominal.name}: {_answer(found)}"],
         warnings=[
             *_contradictions(found),
+            *_late_records(found),
             *doubts,
             *(f"{capitalised(message)}." for message in found.messages),
         ],
@@ -212,10 +217,14 @@ def _contradictions(found: Identification) -> Iterator[str]:
             share, gain, error = _explained(seen, computed), *_gain(seen, computed)
             if share < 0.0 or abs(gain - 1.0) > max(GAIN, CERTAIN * error):
                 yield (
-                    f"Warning: {name} in {each.name}: the model explains {digits(100.0 * share, 3)} % of its variance, "
-                    f"and it is {digits(gain)} times what the model computes. Do not use its numbers: check unit, "
-                    "sign, place and clock of the record, and what the model lacks."
+                    f"Warning: {_of_record(name, each)}: the model explains {digits(100.0 * share, 3)} % of its "
+                    f"variance, and it is {digits(gain)} times what the model computes. Do not use its numbers: check "
+                    "unit, sign, place and clock of the record, and what the model lacks."
                 )
+
+
+def _of_record(name: str, data: Record) -> str:
+    return name if name == data.name else f"{name} in {data.name}"
 
 
 def _gain(seen: Array, computed: Array) -> tuple[float, float]:
@@ -225,6 +234,43 @@ def _gain(seen: Array, computed: Array) -> tuple[float, float]:
         return 1.0, float("inf")
     gain = float(seen @ computed) / square
     return gain, float(np.linalg.norm(seen - gain * computed) / np.sqrt(square * max(seen.size - 1, 1)))
+
+
+def _late_records(found: Identification) -> Iterator[str]:
+    """Warnings of records that are late or early, and whose delay was not sought."""
+    for each in found.data:
+        if not isinstance(each, Record) or any(one.name.startswith("delay") for one in each.nuisance):
+            continue
+        for name, _, seen, computed in record_channels(found, each):
+            delay, error = _delay(each.window_time, seen, computed)
+            if abs(delay) > max(DELAY, CERTAIN * error):
+                way_out = "delay = true" if isinstance(each, MotorForce) else "one_clock = false"
+                yield (
+                    f"Warning: {_of_record(name, each)} is about {digits(1e3 * abs(delay), 2)} ms "
+                    f"{'late' if delay > 0.0 else 'early'}, which the numbers absorb: set {way_out} in its table."
+                )
+
+
+def _delay(time: Array, seen: Array, computed: Array) -> tuple[float, float]:
+    """Delay [s] of measured values that explains their differences best, and its standard deviation.
+
+    By least squares, beside a factor and an offset. 0 and inf where the computed values do not change.
+    """
+    slope = np.gradient(computed, time)
+    columns = np.column_stack([-slope, computed, np.ones_like(slope)])
+    sizes = np.linalg.norm(columns, axis=0)
+    if seen.size < FEWEST or not slope.any():
+        return 0.0, float("inf")
+    numbers, _, rank, _ = np.linalg.lstsq(columns / sizes, seen - computed, rcond=None)
+    if rank < len(sizes):
+        return 0.0, float("inf")
+    left = seen - computed - columns / sizes @ numbers
+    variance = (
+        float(left @ left)
+        / (seen.size - len(sizes))
+        * np.linalg.inv((columns / sizes).T @ (columns / sizes))[0, 0]
+    )
+    return float(numbers[0] / sizes[0]), float(np.sqrt(variance) / sizes[0])
 
 
 def record_channels(found: Identification, data: Record) -> list[tuple[str, str, Array, Array]]:
