@@ -104,10 +104,11 @@ def test_a_log_that_contradicts_the_model_is_warned_of_first(folder: Path) -> No
     for wrong in (1.0 / 9.80665, 1e3):
         written(folder / "wrong_unit.csv", "t [s],ay [m/s^2]", time, wrong * along)
         words = " ".join(guideload("identify", folder / "wrong_unit.toml").stdout.split())
-        assert "Warning: acceleration of tool y in accelerometer: the model explains" in words
-        factor = float(words.partition("and it is ")[2].split()[0].replace("\u202f", ""))
+        assert "Acceleration of tool y in accelerometer contradicts the model, which explains" in words
+        factor = float(words.partition("of its variance; it is ")[2].split()[0].replace("\u202f", ""))
         assert factor < 0.5 if wrong < 1.0 else factor > 2.0
-    assert "Warning: " not in (folder / "out" / "report.txt").read_text(encoding="utf-8")
+    report = (folder / "out" / "report.txt").read_text(encoding="utf-8")
+    assert "contradicts" not in report and " late" not in report and " early" not in report
 
 
 def test_a_force_that_is_late_is_warned_of(folder: Path) -> None:
@@ -118,10 +119,10 @@ def test_a_force_that_is_late_is_warned_of(folder: Path) -> None:
     text = IDENTIFY.partition("[[sensor_logs]]")[0].replace("trace.csv", "late.csv")
     (folder / "late.toml").write_text(text, encoding="utf-8")
     words = " ".join(guideload("identify", folder / "late.toml").stdout.split())
-    told = re.search(r"Warning: motor force is about ([\d.]+) ms late", words)
+    told = re.search(r"Motor force is about ([\d.]+) ms late", words)
     assert told and 3.0 < float(told[1]) < 8.0
     (folder / "sought.toml").write_text(text.replace("per_unit", "delay = true\nper_unit"), encoding="utf-8")
-    assert "Warning:" not in guideload("identify", folder / "sought.toml").stdout
+    assert " late" not in guideload("identify", folder / "sought.toml").stdout
 
 
 def test_a_number_at_a_bound_of_its_search_is_not_identified(folder: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.maxima import maxima_between
+from guideload.base.maxima import instants_of_peaks
 from guideload.base.methods import Method
 from guideload.machine.drive import Drive
 from guideload.machine.machine import DOFS, Machine
@@ -180,13 +180,9 @@ def drive_requirements(result: Result) -> DriveRequirements:
     more = instants_between(machine, run.motion, time)
     if motion is not None and rolling is not None:
         more = np.union1d(more, _beside_standstill(motion, rolling))
-    dense = own.joined(histories_at(more)) if more.size else own
-    magnitudes = _magnitudes(dense.requirements(machine))
-    found = maxima_between(dense.time, magnitudes, magnitudes.max(axis=0), magnitudes_at)
-    more = np.setdiff1d(found, dense.time)
-    dense = dense.joined(histories_at(more)) if more.size else dense
-    if dense is not own:
-        object.__setattr__(needed, "_with_peaks", dense.requirements(machine))
+    more = instants_of_peaks(time, _magnitudes(needed), magnitudes_at, more)
+    if more.size:
+        object.__setattr__(needed, "_with_peaks", own.joined(histories_at(more)).requirements(machine))
     return needed
 
 

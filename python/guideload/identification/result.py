@@ -18,6 +18,7 @@ from guideload.identification.fit import STARTS, Fit, fit
 from guideload.identification.measured import Measured, NuisanceParameter
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import Model, ModelAt
+from guideload.identification.record_checks import RecordChannel, record_channels, record_doubts
 from guideload.identification.records import Record
 from guideload.identification.uncertainty import (
     Interval,
@@ -273,10 +274,16 @@ class Identification:
         objective = self.fit.objective
         return float(objective.factors[objective.groups[self.data.index(data)]][group])
 
-    @property
+    def record_channels(self, data: Record) -> list[RecordChannel]:
+        """Measured and computed values of the channels of one of the data sets, a record in time."""
+        return record_channels(data, self.model, self.nuisance_values(data))
+
+    @cached_property
     def messages(self) -> tuple[str, ...]:
-        """What may be wrong with the search, in words."""
-        return self.fit.messages
+        """What may be wrong with the records and the search, in words."""
+        records = [each for each in self.data if isinstance(each, Record)]
+        doubts = (one for each in records for one in record_doubts(each, self.record_channels(each)))
+        return (*doubts, *self.fit.messages)
 
 
 @checked

@@ -1,6 +1,7 @@
 """The motion that excites a machine, planned or measured, its uncertainty, and the loads that its trace may hide."""
 
-from guideload.motion.motion import Forces, Motion
+from guideload.motion.forces import Forces
+from guideload.motion.motion import Motion
 from guideload.motion.moves import Move, MoveLimits, Moves
 from guideload.motion.resolution import TraceResolution
 from guideload.motion.uncertainty import Uncertainty

@@ -14,6 +14,7 @@ from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
 from guideload.machine.points import PointOfInterest
+from guideload.motion.forces import Forces
 from guideload.motion.stamps import is_late, sampled
 from guideload.motion.uncertainty import Uncertainty
 
@@ -37,31 +38,6 @@ RANGES = {
     "moment": MOMENT,
     "point": POSITION,
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Forces:
-    """Force and moment that act on the body at a point; linear between their stamps, zero before and after them.
-
-    time        (n,) s, not decreasing; two equal stamps are a jump
-    force       (n, 3) N
-    moment      (n, 3) N m, about the point
-    source      name of the file or data they come from, for reports
-    notes       what was detected when they were read
-    from_first  whether the stamps count from the first one, so that their place in a motion is not known
-    """
-
-    time: Array
-    force: Array
-    moment: Array
-    source: str = "forces"
-    notes: tuple[str, ...] = ()
-    from_first: bool = False
-
-    def __repr__(self) -> str:
-        return (
-            f"<Forces of {self.source}: {self.time.size} stamps from {self.time[0]:g} to {self.time[-1]:g} s>"
-        )
 
 
 @dataclass(frozen=True, eq=False)

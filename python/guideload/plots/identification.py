@@ -32,7 +32,6 @@ from guideload.plots.style import (
     new_figure,
     plain,
 )
-from guideload.reports.identification import record_channels
 
 MEASURED, COMPUTED = INK, CARRIAGE_COLORS[0]
 MOST_CANDIDATES = 20
@@ -184,7 +183,7 @@ def measured_responses(found: Identification, data: FrequencyResponses | None = 
 
 def _record(found: Identification, data: Record) -> Axes:
     """Measured against computed values of a record in time: histories, difference and spectra of each channel."""
-    channels = record_channels(found, data)[:MOST_CHANNELS]
+    channels = found.record_channels(data)[:MOST_CHANNELS]
     count, time = len(channels), data.window_time
     with look():
         figure = new_figure(10.0, 0.8 + 3.4 * count)

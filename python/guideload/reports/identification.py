@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from guideload.base.arrays import Array
 from guideload.base.number_text import capitalised, counted, digits, joined, percent
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model_comparison import ComparedModel
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.next_measurement import RankedMeasurement, TargetQuantity
+from guideload.identification.record_checks import explained_share
 from guideload.identification.records import Record
 from guideload.identification.responses import Deflections
 from guideload.identification.result import Identification, UnknownEstimate
@@ -34,14 +34,6 @@ INTERVALS = (
     "not contain an error of the scale of a sensor, and what is wrong in the same way throughout."
 )
 MOST_CANDIDATES = 12
-GAIN, CERTAIN = (
-    0.5,
-    5.0,
-)  # a factor that far from 1, and by so many standard deviations, is an error of the record
-DELAY, FEWEST = (
-    1.5e-3,
-    20,
-)  # s, and values: shorter delays, and those of fewer values, are not told from the smoothing
 NEXT = "Interval: uncertainty of {figure} left after this measurement, in % of today's."
 IDENTIFIES = "Identifies: unknowns that it would identify beyond those identified now."
 LEVELS = (
@@ -68,12 +60,7 @@ def identification_report(
         found.nominal,
         "identification",
         answer=[f"{found.nominal.name}: {_answer(found)}"],
-        warnings=[
-            *_contradictions(found),
-            *_late_records(found),
-            *doubts,
-            *(f"{capitalised(message)}." for message in found.messages),
-        ],
+        warnings=[*(f"{capitalised(message)}." for message in found.messages), *doubts],
         sections=[
             Section("Numbers of the machine", _estimates_table(found), Definitions(DEFINITION)),
             Section("What these data cannot determine", *(f"{one.words}." for one in found.undetermined)),
@@ -192,92 +179,15 @@ def _record_differences(found: Identification, data: Record) -> list[str]:
     """How far prediction and measurement differ, in words."""
     length = float(np.median(np.diff(data.window_time)))
     words = []
-    for name, unit, seen, computed in record_channels(found, data):
+    for name, unit, seen, computed in found.record_channels(data):
         rms = float(np.sqrt(np.mean((computed - seen) ** 2)))
-        share = _explained(seen, computed)
+        share = explained_share(seen, computed)
         shown = digits(rms) + ("" if unit == "1" else f" {unit}")
         words.append(
             f"{capitalised(name)}: computed and measured differ by {shown} rms, in {seen.size} "
             f"windows of {digits(1e3 * length)} ms; the model explains {digits(100.0 * share, 4)} % of the variance."
         )
     return words
-
-
-def _explained(seen: Array, computed: Array) -> float:
-    """Share of the variance of measured values that computed ones explain."""
-    return 1.0 - float(np.mean((computed - seen) ** 2) / seen.var()) if seen.std() > 0.0 else 0.0
-
-
-def _contradictions(found: Identification) -> Iterator[str]:
-    """Warnings of records that the model contradicts: by their size, or because their mean explains them better."""
-    for each in found.data:
-        if not isinstance(each, Record):
-            continue
-        for name, _, seen, computed in record_channels(found, each):
-            share, gain, error = _explained(seen, computed), *_gain(seen, computed)
-            if share < 0.0 or abs(gain - 1.0) > max(GAIN, CERTAIN * error):
-                yield (
-                    f"Warning: {_of_record(name, each)}: the model explains {digits(100.0 * share, 3)} % of its "
-                    f"variance, and it is {digits(gain)} times what the model computes. Do not use its numbers: check "
-                    "unit, sign, place and clock of the record, and what the model lacks."
-                )
-
-
-def _of_record(name: str, data: Record) -> str:
-    return name if name == data.name else f"{name} in {data.name}"
-
-
-def _gain(seen: Array, computed: Array) -> tuple[float, float]:
-    """Factor from computed to measured values by least squares, and its standard deviation; 1 and inf without them."""
-    square = float(computed @ computed)
-    if square == 0.0:
-        return 1.0, float("inf")
-    gain = float(seen @ computed) / square
-    return gain, float(np.linalg.norm(seen - gain * computed) / np.sqrt(square * max(seen.size - 1, 1)))
-
-
-def _late_records(found: Identification) -> Iterator[str]:
-    """Warnings of records that are late or early, and whose delay was not sought."""
-    for each in found.data:
-        if not isinstance(each, Record) or any(one.name.startswith("delay") for one in each.nuisance):
-            continue
-        for name, _, seen, computed in record_channels(found, each):
-            delay, error = _delay(each.window_time, seen, computed)
-            if abs(delay) > max(DELAY, CERTAIN * error):
-                way_out = "delay = true" if isinstance(each, MotorForce) else "one_clock = false"
-                yield (
-                    f"Warning: {_of_record(name, each)} is about {digits(1e3 * abs(delay), 2)} ms "
-                    f"{'late' if delay > 0.0 else 'early'}, which the numbers absorb: set {way_out} in its table."
-                )
-
-
-def _delay(time: Array, seen: Array, computed: Array) -> tuple[float, float]:
-    """Delay [s] of measured values that explains their differences best, and its standard deviation.
-
-    By least squares, beside a factor and an offset. 0 and inf where the computed values do not change.
-    """
-    slope = np.gradient(computed, time)
-    columns = np.column_stack([-slope, computed, np.ones_like(slope)])
-    sizes = np.linalg.norm(columns, axis=0)
-    if seen.size < FEWEST or not slope.any():
-        return 0.0, float("inf")
-    numbers, _, rank, _ = np.linalg.lstsq(columns / sizes, seen - computed, rcond=None)
-    if rank < len(sizes):
-        return 0.0, float("inf")
-    left = seen - computed - columns / sizes @ numbers
-    variance = (
-        float(left @ left)
-        / (seen.size - len(sizes))
-        * np.linalg.inv((columns / sizes).T @ (columns / sizes))[0, 0]
-    )
-    return float(numbers[0] / sizes[0]), float(np.sqrt(variance) / sizes[0])
-
-
-def record_channels(found: Identification, data: Record) -> list[tuple[str, str, Array, Array]]:
-    """Name, unit, measured and computed values of each channel of a record in time."""
-    predicted = data.predicted(found.model, found.nuisance_values(data))
-    histories = zip(data.titles, data.measured, predicted, strict=True)
-    return [(*name, measured, computed) for name, measured, computed in histories]
 
 
 def _differences_table(found: Identification) -> Table:

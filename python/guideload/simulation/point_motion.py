@@ -10,7 +10,7 @@ import numpy as np
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.maxima import maxima_between
+from guideload.base.maxima import instants_of_peaks
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import Modes, displacement
@@ -96,16 +96,12 @@ def point_columns(data: Quantities, run: Run | None) -> dict[str, Array]:
         def magnitudes_at(times: Array) -> Array:
             return _magnitudes(static, _rates(replace(run, times=times)))
 
-        def joined(more: Array) -> tuple[Array, Array]:
+        between = instants_between(run.machine, run.motion, time)
+        more = instants_of_peaks(time, magnitudes, magnitudes_at, between)
+        if more.size:
             order = np.argsort(np.append(time, more), kind="stable")
-            both = np.concatenate([magnitudes, magnitudes_at(more)])
-            return np.append(time, more)[order], both[order]
-
-        if (more := instants_between(run.machine, run.motion, time)).size:
-            time, magnitudes = joined(more)
-        found = np.unique(maxima_between(time, magnitudes, magnitudes.max(axis=0), magnitudes_at))
-        if found.size:
-            time, magnitudes = joined(found)
+            magnitudes = np.concatenate([magnitudes, magnitudes_at(more)])[order]
+            time = np.append(time, more)[order]
     peak, *others = magnitudes.max(axis=0).reshape(len(SIZES), -1)
     at = magnitudes[:, : len(static)].argmax(axis=0)
     columns = {"sag_m": np.linalg.norm(static, axis=1), SIZES[0]: peak, "time_of_peak_s": time[at]}

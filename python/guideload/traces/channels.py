@@ -12,7 +12,7 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array, errors_name
 from guideload.base.errors import TraceError
-from guideload.motion.motion import Forces
+from guideload.motion.forces import Forces
 from guideload.traces.content.columns import find_time_column
 from guideload.traces.content.samples import time_stamps
 from guideload.traces.format.headers import Header
