@@ -51,8 +51,8 @@ def record_doubts(data: Record, channels: list[RecordChannel]) -> Iterator[str]:
         if share < 0.0 or abs(gain - 1.0) > max(LEAST_GAIN, CERTAIN * error):
             yield (
                 f"{channel} contradicts the model, which explains {digits(100.0 * share, 3)} % of its variance; it is "
-                f"{digits(gain)} times what the model computes. Do not use numbers that come from it: check unit, sign, "
-                "place and clock of the record, and what the model lacks"
+                f"{digits(gain)} times what the model computes. Do not use numbers that come from it: check unit, "
+                "sign, place and clock of the record, and what the model lacks"
             )
         delay, error = (0.0, 0.0) if has_delay else _delay(data.window_time, measured, computed)
         if abs(delay) > max(LEAST_DELAY, CERTAIN * error):
