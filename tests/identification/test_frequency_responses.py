@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ def responses(
             value = curve.computed(model.at(TRUTH))[0] * (1.03 if calibration else 1.0)
             value = value + noise * abs(value) * (rng.standard_normal((2, HERTZ.size)).T @ [1.0, 1.0j])
             curves.append(ResponseCurve(curve.force, curve.place, 2, HERTZ, value))
-    return FrequencyResponses("responses", tuple(curves), noise or 0.01, 1e-6, True, calibration)
+    return FrequencyResponses("responses", tuple(curves), noise or 0.01, 1e-6, True, calibration=calibration)
 
 
 @pytest.mark.parametrize("machine", [cart(), preloaded()], ids=["linear", "preloaded"])
@@ -90,6 +91,33 @@ def test_the_machine_is_found_again(calibration: float) -> None:
     if calibration:
         gain = found.objective.nuisance_values(found.minimum.x)[0]
         assert gain == pytest.approx([1.03], abs=4 * 0.05 * sigma[6])
+
+
+@pytest.mark.parametrize("stated", ["nothing", "level", "floor"])
+def test_noise_that_is_not_stated_is_found(stated: str) -> None:
+    """With 2 % of each response and 0.5 % of the largest: small and large residuals are those of the noise."""
+    level, floor = 0.02, 0.005
+    model = model_of(cart())
+    rng = np.random.default_rng(3)
+    exact = responses(model, rng, 0.0)
+    curves = []
+    for curve in exact.curves:
+        size = abs(curve.value)
+        noise = np.hypot(level * size, floor * size.max()) * (
+            rng.standard_normal((size.size, 2)) @ [1.0, 1.0j]
+        )
+        curves.append(replace(curve, value=curve.value + noise))
+    known = stated == "level", stated == "floor"
+    starts = level if known[0] else 0.05, floor if known[1] else 0.0005
+    data = FrequencyResponses("responses", tuple(curves), *starts, *known)
+    found = fit(model, [data], starts=1)
+    assert not found.messages
+    sizes = np.concatenate([np.tile(abs(one.value) / abs(one.value).max(), 2) for one in exact.curves])
+    order = np.argsort(sizes)
+    for third in np.array_split(
+        order, 3
+    ):  # 240 residuals each: three standard deviations of their rms are 14 %
+        assert found.residuals[third].std() == pytest.approx(1.0, abs=0.14)
 
 
 def test_a_table_of_guideload_response_is_read_back(tmp_path: Path) -> None:

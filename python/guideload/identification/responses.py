@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from guideload.base.arrays import Array
 from guideload.identification.measured import Measured, Noise, NuisanceParameter, Residuals
@@ -14,7 +15,9 @@ from guideload.identification.model import ModelAt, SensorPlace
 
 Complex = NDArray[np.complex128]
 NEAR = 0.3  # relative distance of computed and measured curves within which the computed ones give the noise
-SAME = 0.02  # relative change of the sizes that ends the rounds
+SAME = 0.02  # rms relative change of the standard deviations that ends the rounds
+TINY = float(np.finfo(np.float64).tiny)
+RATIOS = np.geomspace(1e-6, 10.0, 29)  # floor over level, around which the most likely one is sought
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,20 +52,24 @@ class ResponseCurve:
 class FrequencyResponses(Measured):
     """Measured frequency responses.
 
-    level        standard deviation of real and imaginary part, relative to the size of the response
-    floor        the same of noise that is everywhere, relative to the largest response of a curve
-    known        whether the level is known, or a start only
+    Standard deviation of real and imaginary part: level times the size of the response, and floor times the largest
+    one of a curve, as the root of the sum of their squares.
+
+    level_known, floor_known  whether each is known, or a start only
     calibration  standard deviation of a factor on all values, from the calibration of hammer and sensors; 0: none
     sizes        of the responses, to which the noise is relative, for each curve; without: those measured
+    ratio        floor over level, where one of them is estimated; None before
     """
 
     name: str
     curves: tuple[ResponseCurve, ...]
     level: float
     floor: float
-    known: bool
+    level_known: bool
+    floor_known: bool = True
     calibration: float = 0.0
     sizes: tuple[Array, ...] = ()
+    ratio: float | None = None
 
     @property
     def nuisance(self) -> tuple[NuisanceParameter, ...]:
@@ -74,7 +81,7 @@ class FrequencyResponses(Measured):
 
     @property
     def noise(self) -> tuple[Noise, ...]:
-        return (Noise(f"curves of {self.name}", self.known),)
+        return (Noise(f"curves of {self.name}", self.level_known),)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -89,7 +96,8 @@ class FrequencyResponses(Measured):
     def _scales(self) -> list[Array]:
         """Standard deviation of each value of each curve."""
         sizes = self.sizes or [abs(curve.value) for curve in self.curves]
-        return [np.hypot(self.level * size, self.floor * size.max()) for size in sizes]
+        ratio = self.floor / self.level if self.ratio is None else self.ratio
+        return [self.level * np.hypot(size, ratio * size.max()) for size in sizes]
 
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         values, slopes, scales = [], [], []
@@ -108,15 +116,43 @@ class FrequencyResponses(Measured):
         """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
         gain = float(nuisance[0]) if nuisance.size else 1.0
         found = [gain * curve.computed(model)[0] for curve in self.curves]
-        near = [_distance(one, curve.value) for one, curve in zip(found, self.curves, strict=True)]
-        sizes = tuple(np.asarray(abs(one), dtype=np.float64) for one in found)
-        same = self.sizes and max(_distance(*pair) for pair in zip(sizes, self.sizes, strict=True)) < SAME
-        return self if max(near) > NEAR or same else replace(self, sizes=sizes)
+        errors = [one - curve.value for one, curve in zip(found, self.curves, strict=True)]
+        distances = [
+            np.linalg.norm(one) / np.linalg.norm(curve.value)
+            for one, curve in zip(errors, self.curves, strict=True)
+        ]
+        if max(distances) > NEAR:
+            return self
+        new = replace(self, sizes=tuple(np.asarray(abs(one), dtype=np.float64) for one in found))
+        if not (self.level_known and self.floor_known):
+            ratio = new._most_likely_ratio(np.concatenate(errors))
+            # The machine follows the ratio: the mean of both logarithms keeps two of them from alternating.
+            new = replace(new, ratio=ratio if self.ratio is None else float(np.sqrt(ratio * self.ratio)))
+        change = np.concatenate(new._scales) / np.concatenate(self._scales) - 1.0
+        return self if self.sizes and np.sqrt(np.mean(change**2)) < SAME else new
 
+    def _most_likely_ratio(self, errors: Complex) -> float:
+        """Floor over level of the largest likelihood for these errors (n,) of all values."""
+        size = np.concatenate(self.sizes)
+        largest = np.concatenate([np.full(one.size, one.max()) for one in self.sizes])
+        squares = 0.5 * abs(errors) ** 2
 
-def _distance(one: Array | Complex, other: Array | Complex) -> float:
-    """Size of the difference of two responses over that of the second."""
-    return float(np.linalg.norm(one - other) / np.linalg.norm(other))
+        def minus_log_likelihood(log_ratio: float) -> float:
+            ratio = np.exp(log_ratio)
+            shape = size**2 + (ratio * largest) ** 2
+            if self.level_known:
+                level = self.level
+            else:
+                level = self.floor / ratio if self.floor_known else np.sqrt(np.mean(squares / shape))
+            variance = np.maximum(level**2 * shape, TINY)
+            return float((np.log(variance) + squares / variance).sum())
+
+        logs = np.log(RATIOS)
+        best = min(range(1, logs.size - 1), key=lambda i: minus_log_likelihood(logs[i]))
+        found = minimize_scalar(
+            minus_log_likelihood, bounds=(logs[best - 1], logs[best + 1]), method="bounded"
+        )
+        return float(np.exp(found.x))
 
 
 # ---- static deflections

@@ -150,12 +150,14 @@ class FrequencyResponsesTable(ConfigModel):
     noise: Share | None = optional(
         'standard deviation of real and imaginary part over the size, e.g. "3 %"; estimated if left out'
     )
-    floor: Share = optional("noise everywhere, relative to the largest value of a curve", 0.005)
+    floor: Share | None = optional(
+        'standard deviation of noise everywhere over the largest value of a curve, e.g. "0.5 %"; estimated if left out'
+    )
     calibration: Share | None = optional(
         'standard deviation of a factor on all values, from hammer and sensors, e.g. "2 %"'
     )
 
-    TYPICAL: ClassVar[float] = 0.05
+    TYPICAL: ClassVar[tuple[float, float]] = (0.05, 0.005)
 
     def measured(self, machine: Machine, folder: Path) -> FrequencyResponses:
         """The data for the fit. Raises ValueRefused, TraceError."""
@@ -165,8 +167,9 @@ class FrequencyResponsesTable(ConfigModel):
         if not is_universal(self.file) and self.nodes:
             raise ValueRefused("no nodes beside a table, whose headers name points", self.nodes)
         curves = read_curves(folder / self.file, machine, self.force, self.nodes, low, high)
-        level, known = self.noise or self.TYPICAL, self.noise is not None
-        return FrequencyResponses(self.name, curves, level, self.floor, known, self.calibration or 0.0)
+        level, floor = self.noise or self.TYPICAL[0], self.floor or self.TYPICAL[1]
+        known = self.noise is not None, self.floor is not None
+        return FrequencyResponses(self.name, curves, level, floor, *known, self.calibration or 0.0)
 
 
 class DeflectionTable(ConfigModel):
