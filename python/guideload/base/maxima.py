@@ -16,23 +16,8 @@ ROUNDING = 1e-12  # of the threshold: a smaller gain is none
 PASSES = 6  # the most; a maximum is found to rounding in four or five
 
 
-def instants_of_peaks(time: Array, values: Array, evaluate: Callable[[Array], Array], more: Array) -> Array:
-    """Instants [s] to add to histories so that they have their largest values: `more`, and local maxima.
-
-    Arguments as for `maxima_between`. more: instants at which the histories are evaluated first, such as those that
-    show a vibration.
-    """
-    if more.size:
-        order = np.argsort(np.append(time, more), kind="stable")
-        whole = np.concatenate([values, evaluate(more)])[order]
-        found = maxima_between(np.append(time, more)[order], whole, whole.max(axis=0), evaluate)
-    else:
-        found = maxima_between(time, values, values.max(axis=0), evaluate)
-    return np.setdiff1d(np.append(more, found), time)
-
-
 def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Callable[[Array], Array]) -> Array:
-    """Instants [s] of the local maxima of histories that may reach a threshold.
+    """Instants [s] of the local maxima of histories that may reach a threshold, ascending.
 
     By parabolas through three instants: each new instant replaces the one of the three that is farthest from it.
 
@@ -56,7 +41,7 @@ def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Calla
         without_gain = 0 if np.any(found.max(axis=1) > best + ROUNDING * np.abs(best)) else without_gain + 1
         if without_gain == 2:
             break
-    return np.asarray(places[np.arange(at.size), found.argmax(axis=1)])
+    return np.unique(places[np.arange(at.size), found.argmax(axis=1)])
 
 
 def _candidates(time: Array, values: Array, threshold: Array) -> tuple[Indices, Indices]:

@@ -11,14 +11,15 @@ import numpy as np
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.maxima import instants_of_peaks
+from guideload.base.maxima import maxima_between
 from guideload.base.methods import Method
 from guideload.machine.drive import Drive
 from guideload.machine.machine import DOFS, Machine
-from guideload.motion.motion import Motion, at_instants
+from guideload.motion.motion import Motion, velocity_at
 from guideload.simulation.drive_force import friction_force, rolling_speed
-from guideload.simulation.instants import instants_between
+from guideload.simulation.finer_histories import with_instants_for_peaks
 from guideload.simulation.result import Result
+from guideload.simulation.run import Run
 from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
 
@@ -160,6 +161,8 @@ def drive_requirements(result: Result) -> DriveRequirements:
     machine, run = result.machine, result.whole_run
     time, acceleration, velocity = map(result.history, ("time", "cart_acceleration", "cart_velocity"))
     assert time is not None and acceleration is not None
+    if not time.size:
+        raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
     motion = rolling = None
     if velocity is not None:
         motion, rolling = Motion(time, acceleration, velocity), rolling_speed(time, acceleration, velocity)
@@ -168,45 +171,48 @@ def drive_requirements(result: Result) -> DriveRequirements:
     if run is None:
         return needed
 
-    def histories_at(times: Array) -> _Histories:
-        there = Result.of_run(replace(run, times=times))
-        if motion is None or rolling is None:
-            return _Histories.of(there, None, None)
-        return _Histories.of(there, *_speeds_between(motion, rolling, times))
+    def histories_of(there: Run) -> _Histories:
+        speeds = (
+            (None, None)
+            if motion is None or rolling is None
+            else _speeds_between(motion, rolling, there.time)
+        )
+        return _Histories.of(Result.of_run(there), *speeds)
 
     def magnitudes_at(times: Array) -> Array:
-        return _magnitudes(histories_at(times).requirements(machine))
+        return _magnitudes(histories_of(replace(run, times=times)).requirements(machine))
 
-    more = instants_between(machine, run.motion, time)
+    dense, finer = own, with_instants_for_peaks(run)
+    if finer is not run:
+        dense = dense.joined(histories_of(finer))
     if motion is not None and rolling is not None:
-        more = np.union1d(more, _beside_standstill(motion, rolling))
-    more = instants_of_peaks(time, _magnitudes(needed), magnitudes_at, more)
-    if more.size:
-        object.__setattr__(needed, "_with_peaks", own.joined(histories_at(more)).requirements(machine))
+        dense = dense.joined(histories_of(replace(run, times=_beside_standstill(motion, rolling))))
+    magnitudes = _magnitudes(dense.requirements(machine))
+    found = maxima_between(dense.time, magnitudes, magnitudes.max(axis=0), magnitudes_at)
+    dense = dense.joined(histories_of(replace(run, times=found)))
+    object.__setattr__(needed, "_with_peaks", dense.requirements(machine))
     return needed
 
 
 class _Histories(NamedTuple):
-    """What the force of the drive follows from, at n instants.
+    """What the requirements follow from, at n instants.
 
-    time (n,) s; acceleration, speed, rolling_speed (n,) m/s2, m/s, m/s of the cart along x, the last one 0 at
-    standstill; reaction (n,) N; loads (n, carriage, 6) N, N m. Unknown speeds are None.
+    time (n,) s; acceleration, speed (n,) m/s2, m/s of the cart along x, the latter None if unknown; reaction, friction
+    (n,) N.
     """
 
     time: Array
     acceleration: Array
     speed: Array | None
-    rolling_speed: Array | None
     reaction: Array
-    loads: Array
+    friction: Array
 
     @classmethod
     def of(cls, result: Result, speed: Array | None, rolling: Array | None) -> _Histories:
-        """Those of a result, with these speeds."""
+        """Those of a result, with speed and rolling speed [m/s]: the latter is 0 at standstill."""
         machine = result.machine
         time, reactions = result.history("time"), result.history("reaction")
-        if time is None or reactions is None or not time.size:
-            raise ArgumentError("times: the result reports no instant, so the drive has no peak force")
+        assert time is not None and reactions is not None
         reaction = reactions[:, DOFS.index("x")]
         if is_elastic(machine):
             loads = result.history("link_load")
@@ -214,20 +220,23 @@ class _Histories(NamedTuple):
             reaction = -loads @ _along_x(machine)
         acceleration = result.history("cart_acceleration")
         assert acceleration is not None
-        return cls(time, acceleration[:, 0], speed, rolling, reaction, result.carriage_loads)
+        friction = friction_force(machine, result.carriage_loads, rolling)
+        return cls(time, acceleration[:, 0], speed, reaction, friction)
 
     def joined(self, other: _Histories) -> _Histories:
-        """With the other instants among its own."""
-        order = np.argsort(np.append(self.time, other.time), kind="stable")
+        """With the instants of the other that are not among its own."""
+        new = ~np.isin(other.time, self.time)
+        order = np.argsort(np.append(self.time, other.time[new]), kind="stable")
         pairs = zip(self, other, strict=True)
-        return _Histories._make(None if b is None else np.concatenate([a, b])[order] for a, b in pairs)
+        return _Histories._make(None if b is None else np.append(a, b[new])[order] for a, b in pairs)
 
     def requirements(self, machine: Machine) -> DriveRequirements:
         """What they ask of the drive of the machine."""
-        friction, motor = friction_force(machine, self.loads, self.rolling_speed), None
+        motor = None
         if machine.drive is not None and not machine.drive.linear_motor and self.speed is not None:
-            motor = _motor(machine.drive, self.time, self.speed, self.acceleration, self.reaction + friction)
-        return DriveRequirements(self.time, self.speed, self.reaction, friction, motor, machine)
+            force = self.reaction + self.friction
+            motor = _motor(machine.drive, self.time, self.speed, self.acceleration, force)
+        return DriveRequirements(self.time, self.speed, self.reaction, self.friction, motor, machine)
 
 
 def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array, Array]:
@@ -235,9 +244,8 @@ def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array
 
     rolling: the latter at the stamps.
     """
-    velocity, stamps = at_instants(motion, times).velocity, motion.time
-    assert velocity is not None
-    speed, before = velocity[:-1, 0], np.searchsorted(stamps, times, side="right") - 1
+    speed, stamps = velocity_at(motion, times)[:, 0], motion.time
+    before = np.searchsorted(stamps, times, side="right") - 1
     after = np.minimum(before + 1, stamps.size - 1)
     return speed, np.where((rolling[before] == 0.0) & (rolling[after] == 0.0), 0.0, speed)
 

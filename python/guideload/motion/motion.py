@@ -257,13 +257,13 @@ def with_instants(motion: Motion, times: Array) -> Motion:
     return _at(motion, first, shares, time)
 
 
-def at_instants(motion: Motion, times: Array) -> Motion:
-    """The motion with stamps only at these times [s], ascending and within it, and one more at its end."""
+def velocity_at(motion: Motion, times: Array) -> Array:
+    """The velocity (m, 3) [m/s] at times (m,) [s], ascending and within a motion that has velocities."""
     stamps = motion.time
     before = np.minimum(np.searchsorted(stamps, times, side="right") - 1, stamps.size - 2)
     lasting = stamps[before + 1] - stamps[before]
     shares = np.divide(times - stamps[before], lasting, out=np.ones_like(lasting), where=lasting > 0.0)
-    return _at(motion, before, shares, times)
+    return _velocity(motion, before, shares)
 
 
 def with_stamps(motion: Motion, times: Array, twice: Array) -> Motion:
@@ -305,11 +305,10 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
     for name in HISTORIES:
         if (history := getattr(motion, name)) is not None:
             histories[name] = _between(history, first, shares)
-    h = (motion.time[first + 1] - motion.time[first])[:, None]
     if motion.velocity is not None:
-        change = motion.acceleration[first + 1] - motion.acceleration[first]
-        histories["velocity"][:-1] -= 0.5 * h * change * share * (1.0 - share)
+        histories["velocity"] = with_last(_velocity(motion, first, shares), motion.velocity)
     if motion.velocity is not None and motion.position is not None:
+        h = (motion.time[first + 1] - motion.time[first])[:, None]
         (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
         # Hermite's cubic x + h v s + a s^2 + b s^3.
         a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
@@ -321,6 +320,15 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
         uncertainty=_own_uncertainty(motion),
         **histories,
     )
+
+
+def _velocity(motion: Motion, first: NDArray[np.int64], shares: Array) -> Array:
+    """The velocity (m, 3) at shares (m,) of the intervals that begin with the stamps `first`, by the acceleration."""
+    velocity, acceleration, share = motion.velocity, motion.acceleration, shares[:, None]
+    assert velocity is not None
+    h = (motion.time[first + 1] - motion.time[first])[:, None]
+    bow = 0.5 * h * (acceleration[first + 1] - acceleration[first]) * share * (1.0 - share)
+    return np.asarray(velocity[first] + share * (velocity[first + 1] - velocity[first]) - bow)
 
 
 def _own_uncertainty(motion: Motion) -> Uncertainty | None:

@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
 from guideload.motion.motion import Motion
-from guideload.simulation.instants import fastest_vibration, limited, slowest_vibration, with_parts
+from guideload.simulation.instants import (
+    enough_parts,
+    fastest_vibration,
+    limited,
+    slowest_vibration,
+    with_parts,
+)
 from guideload.simulation.run import Run
 
 # Distance of a load from the line between two instants, over the largest dynamic load: accepted, aimed at if it is
@@ -75,6 +81,20 @@ def with_visible_vibration(run: Run) -> Run:
         motion, stretches = with_parts(run.motion, run.stretches, parts)
         finer = replace(run, motion=motion, stretches=stretches, original_times=run.motion.time)
     return finer
+
+
+def with_instants_for_peaks(run: Run) -> Run:
+    """The run with six instants or more per period of the fastest vibration, among them its own; else the same run.
+
+    From them on, a search between the instants finds each peak. Velocity and position of the cart are left out.
+    """
+    parts = enough_parts(run.machine, run.motion)
+    if parts.max(initial=1) == 1:
+        return run
+    motion, stretches = with_parts(run.motion.excitation, run.stretches, parts)
+    if run.method != "exact":  # its steps would end at the new stamps
+        return replace(run, times=motion.time)
+    return replace(run, motion=motion, stretches=stretches, original_times=run.sample_times)
 
 
 def _bows_little(run: Run) -> bool:

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion, refined
@@ -38,14 +37,6 @@ def excitation_with_enough_instants(
     """The same without the histories that do not act on the body, if instants are added."""
     parts = enough_parts(machine, motion)
     return with_parts(motion if parts.max() == 1 else motion.excitation, stretches, parts)
-
-
-def instants_between(machine: Machine, motion: Motion, reported: Array) -> Array:
-    """The instants [s] of `with_enough_instants` that are not among the reported ones."""
-    parts = enough_parts(machine, motion)
-    if parts.max(initial=1) == 1 and reported.size >= motion.time.size:
-        return np.empty(0)
-    return np.setdiff1d(refined(motion.excitation, parts).time, reported)
 
 
 def enough_parts(machine: Machine, motion: Motion) -> NDArray[np.int64]:

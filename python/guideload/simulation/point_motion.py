@@ -10,12 +10,12 @@ import numpy as np
 from guideload.audit.histories import Histories
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
-from guideload.base.maxima import instants_of_peaks
+from guideload.base.maxima import maxima_between
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import Modes, displacement
 from guideload.motion.standstill import MoveSpan, move_spans
-from guideload.simulation.instants import instants_between
+from guideload.simulation.finer_histories import with_instants_for_peaks
 from guideload.simulation.run import Run
 
 Row = tuple[str, tuple[str, ...], Array, str, str]
@@ -93,15 +93,20 @@ def point_columns(data: Quantities, run: Run | None) -> dict[str, Array]:
     magnitudes = _magnitudes(static, {name: data[f"point_{name}"] for name in RATES})
     if run is not None:
 
-        def magnitudes_at(times: Array) -> Array:
-            return _magnitudes(static, _rates(replace(run, times=times)))
+        def magnitudes_of(there: Run) -> Array:
+            return _magnitudes(static, _rates(there))
 
-        between = instants_between(run.machine, run.motion, time)
-        more = instants_of_peaks(time, magnitudes, magnitudes_at, between)
-        if more.size:
-            order = np.argsort(np.append(time, more), kind="stable")
-            magnitudes = np.concatenate([magnitudes, magnitudes_at(more)])[order]
-            time = np.append(time, more)[order]
+        def magnitudes_at(times: Array) -> Array:
+            return magnitudes_of(replace(run, times=times))
+
+        finer = with_instants_for_peaks(run)
+        if finer is not run:
+            time, magnitudes = finer.time, magnitudes_of(finer)
+        at = maxima_between(time, magnitudes, magnitudes.max(axis=0), magnitudes_at)
+        if at.size:
+            order = np.argsort(np.append(time, at), kind="stable")
+            magnitudes = np.concatenate([magnitudes, magnitudes_at(at)])[order]
+            time = np.append(time, at)[order]
     peak, *others = magnitudes.max(axis=0).reshape(len(SIZES), -1)
     at = magnitudes[:, : len(static)].argmax(axis=0)
     columns = {"sag_m": np.linalg.norm(static, axis=1), SIZES[0]: peak, "time_of_peak_s": time[at]}
