@@ -46,16 +46,18 @@ def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Calla
 
 def _candidates(time: Array, values: Array, threshold: Array) -> tuple[Indices, Indices]:
     """First of three instants, and history, of the maxima that may reach the threshold; at most `MOST` per history."""
-    is_maximum = (values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])
+    before, middle, after = values[:-2], values[1:-1], values[2:]
+    is_maximum = (middle >= before) & (middle >= after)
+    is_maximum &= (middle > before) | (middle > after)  # nothing is to be found within a rest
     is_maximum &= (np.diff(time)[1:] > 0.0)[:, None] & (np.diff(time)[:-1] > 0.0)[:, None]
     at, column = np.nonzero(is_maximum)
     steps = at[:, None] + np.arange(3)
     shift, bend = _parabolas(time[steps], values[steps, column[:, None]])
-    middle, least = values[at + 1, column], threshold[column]
+    size, least = values[at + 1, column], threshold[column]
     # A parabola rises by at most a quarter of this above its middle point, the history perhaps by more.
     rise = bend * np.maximum(time[at + 1] - time[at], time[at + 2] - time[at + 1]) ** 2
-    chosen = np.flatnonzero((middle + rise >= least) & (rise > ROUNDING * np.abs(least)))
-    chosen = chosen[np.lexsort((-(middle + bend * shift**2)[chosen], column[chosen]))]
+    chosen = np.flatnonzero((size + rise >= least) & (rise > ROUNDING * np.abs(least)))
+    chosen = chosen[np.lexsort((-(size + bend * shift**2)[chosen], column[chosen]))]
     first = np.searchsorted(column[chosen], column[chosen])
     chosen = chosen[np.arange(chosen.size) - first < MOST]
     return at[chosen], column[chosen]
