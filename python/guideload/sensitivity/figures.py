@@ -133,11 +133,7 @@ class CarriageQuantities:
         motion, machine, all_loads = self.run.motion, self.run.machine, self.run.carriage_loads()
         if motion.velocity is None:
             raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
-        travel = Travel(
-            motion.time,
-            np.ascontiguousarray(motion.velocity[:, 0]),
-            np.ascontiguousarray(motion.acceleration[:, 0]),
-        )
+        travel = Travel.of(motion)
         for one in criteria_of(machine, machine.life):
             preload, by_columns = self._preload(one)
             rule = replace(one.rule, preload=preload)

@@ -15,7 +15,7 @@ from guideload.base.number_text import joined, load_in_sentence
 from guideload.life.arrangement import SIDE_BY_SIDE
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
 from guideload.life.limits import limit_notes
-from guideload.life.mean_load import Travel, integrals
+from guideload.life.mean_load import Travel
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import changed, part_path
@@ -57,13 +57,9 @@ def rated_study(
         has_products = any(machine.product_of_carriage)
         notes = (f"Life and static safety are not computed: {error}.",) if has_products else ()
         return RatedStudy(reason=str(error), notes=notes)
-    assert motion.velocity is not None
-    travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
-    found = limit_notes(machine, criteria, travel, motion.position)
-    unloaded = np.zeros((motion.time.size, 6))
-    path = integrals(travel, unloaded, criteria[0].rule, criteria[0].rating.exponent)[1]
-    told = (*found, *_preload_notes(criteria, factors))
-    return RatedStudy(criteria, notes=tuple(f"Warning: {note}." for note in told), travel=float(path.sum()))
+    travel = Travel.of(motion)
+    told = (*limit_notes(machine, criteria, travel, motion.position), *_preload_notes(criteria, factors))
+    return RatedStudy(criteria, notes=tuple(f"Warning: {note}." for note in told), travel=travel.distance)
 
 
 def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> Iterator[str]:
