@@ -94,11 +94,7 @@ def largest(
     place = _vector("at", at, (0.0, 0.0, 0.0), quantity == "payload", "payload")
     along = _vector("direction", direction, (1.0, 0.0, 0.0), quantity == "overhang", "overhang")
     machine.require_no_payloads("the search for a limit")
-    vary, unit = (
-        _variation_of_limit(machine, motion, quantity)
-        if quantity in ("speed", "acceleration", "deceleration", "jerk")
-        else _variation(machine, motion, quantity, place, along)
-    )
+    vary, unit = _variation(machine, motion, quantity, place, along)
 
     from scipy.optimize import brentq  # takes 0.2 s to import, and `size` does without
 
@@ -222,24 +218,19 @@ def _possible(
     return known, reason
 
 
-def _variation_of_limit(
-    machine: Machine, motion: Motion | Moves, quantity: LimitName
-) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
-    """Machine and motion by the value of a limit of the moves, and its present value."""
-    if not isinstance(motion, Moves):
-        raise ArgumentError(
-            f"{quantity}: expected planned moves, as of a motion file: a trace has no limits to raise"
-        )
-    present = motion.limit(quantity)
-    if not present:
-        raise ArgumentError(f"{quantity}: no move has this limit; give it, or vary another one")
-    return lambda value: (machine, motion.with_limit(quantity, value / present).motion()), present
-
-
 def _variation(
     machine: Machine, motion: Motion | Moves, quantity: Quantity, at: np.ndarray, direction: np.ndarray
 ) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
     """Machine and motion by the value of the quantity, and a first value to try."""
+    if quantity in ("speed", "acceleration", "deceleration", "jerk"):
+        if not isinstance(motion, Moves):
+            raise ArgumentError(
+                f"{quantity}: expected planned moves, as of a motion file: a trace has no limits to raise"
+            )
+        moves, present = motion, motion.limit(quantity)
+        if not present:
+            raise ArgumentError(f"{quantity}: no move has this limit; give it, or vary another one")
+        return lambda value: (machine, moves.with_limit(quantity, value / present).motion()), present
     body = machine.body
     motion = motion.motion() if isinstance(motion, Moves) else motion
     if quantity == "pace":
