@@ -226,12 +226,9 @@ class SensorLog(Record):
             return replace(self, fitted=True)
         if self.whitening is not None and self.whitening.is_near(model.z):
             return self
-        errors = np.array(
-            [
-                self._predicted(model, nuisance, _run(model, one))[0] - nuisance[: len(self.channels), None]
-                for one in self.deviations
-            ]
-        )
+        runs = map(model.run_once, self.deviations)
+        predicted = np.array([self._predicted(model, nuisance, run)[0] for run in runs])
+        errors = predicted - nuisance[: len(self.channels), None]
         residuals = (self._predicted(model, nuisance)[0] - self.measured) * self.scale
         return replace(self, whitening=Whitening.of(model.z, errors * self.scale, residuals))
 
@@ -262,11 +259,6 @@ class SensorLog(Record):
 def _usual_window(machine: Machine) -> float:
     """Length [s] of the windows if none is given."""
     return 1.0 / (PER_PERIOD * float(Modes.of(machine).frequency.max()))
-
-
-def _run(model: ModelAt, excitation: Excitation) -> RunDerivatives:
-    """A run that is needed once, so that the model does not hold it."""
-    return RunDerivatives(model.machine, model.rest, excitation.motion, excitation.start)
 
 
 def _expected(name: str, machine: Machine, excitation: Excitation, channels: Sequence[Channel]) -> Array:
