@@ -216,9 +216,8 @@ STATED_VALUES = 3.0  # values that a stated but not known level of noise is wort
 APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
-AS_GOOD = (
-    4.0  # excess of the sum of squares, two standard deviations, of a minimum that explains the data as well
-)
+# Excess of the sum of squares, two standard deviations, of a minimum that explains the data as well.
+AS_GOOD = 4.0
 
 
 @dataclass(frozen=True, eq=False)

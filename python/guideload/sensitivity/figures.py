@@ -88,16 +88,12 @@ class CarriageQuantities:
         resultant = self.resultants[:, carriage]
         tied = np.flatnonzero(resultant >= (1.0 - TIE) * resultant.max())
         gaps = np.flatnonzero(np.diff(tied) > 1)
-        ends = np.unique(
-            np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]])
-        )  # of stretches of equal loads
+        # Of stretches of equal loads.
+        ends = np.unique(np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]]))
         ends = ends[np.unique(np.linspace(0, ends.size - 1, MOST_TIES).round().astype(int))]
         instants = list(dict.fromkeys((int(resultant.argmax()), *ends.tolist())))
-        return (
-            float(resultant.max()),
-            instants,
-            np.array([self._resultant_gradient(carriage, k) for k in instants]),
-        )
+        by = np.array([self._resultant_gradient(carriage, k) for k in instants])
+        return float(resultant.max()), instants, by
 
     def _resultant_gradient(self, carriage: int, k: int) -> Array:
         loads = self._loads_at_peaks
