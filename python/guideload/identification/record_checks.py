@@ -31,7 +31,7 @@ class RecordChannel(NamedTuple):
 
 def record_channels(data: Record, model: ModelAt, nuisance: Array) -> list[RecordChannel]:
     """The channels of a record. nuisance: the nuisance parameters of the record, in SI."""
-    histories = zip(data.titles, data.measured, data.predicted(model, nuisance), strict=True)
+    histories = zip(data.titles, data.measured, data.predicted(model, nuisance)[0], strict=True)
     return [RecordChannel(*name, measured, computed) for name, measured, computed in histories]
 
 

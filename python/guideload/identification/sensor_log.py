@@ -227,12 +227,12 @@ class SensorLog(Record):
         if self.whitening is not None and self.whitening.is_near(model.z):
             return self
         runs = map(model.run_once, self.deviations)
-        predicted = np.array([self._predicted(model, nuisance, run)[0] for run in runs])
+        predicted = np.array([self.predicted(model, nuisance, run)[0] for run in runs])
         errors = predicted - nuisance[: len(self.channels), None]
-        residuals = (self._predicted(model, nuisance)[0] - self.measured) * self.scale
+        residuals = (self.predicted(model, nuisance)[0] - self.measured) * self.scale
         return replace(self, whitening=Whitening.of(model.z, errors * self.scale, residuals))
 
-    def _predicted(
+    def predicted(
         self, model: ModelAt, nuisance: Array, run: RunDerivatives | None = None
     ) -> tuple[Array, Array, Array]:
         """run: by default that under the motion."""
