@@ -163,31 +163,24 @@ def _bracket(
 
     unit: the first value tried.
     """
-    added = quantity in ADDED
-    doublings = MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS
-    if margins(unit).hold:
-        low = unit
-        for _ in range(doublings):
-            high, beyond = _possible(margins, low, 2.0 * low, quantity)
-            if not margins(high).hold:
-                return low, high, ""
-            if beyond:
-                return high, math.inf, beyond
-            low = high
-        return low, math.inf, ""
-    high, beyond = unit, ""
-    if not added:
-        for _ in range(doublings):
-            low, beyond = _possible(margins, high, 0.5 * high, quantity)
-            if margins(low).hold:
-                return low, high, ""
-            high = low
+    added, value, beyond = quantity in ADDED, unit, ""
+    holds = margins(unit).hold
+    if added and not holds:
+        if margins(0.0).hold:
+            return 0.0, unit, ""
+        value = 0.0
+    else:
+        for _ in range(MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS):
+            other, beyond = _possible(margins, value, (2.0 if holds else 0.5) * value, quantity)
+            if margins(other).hold != holds:
+                return min(value, other), max(value, other), ""
+            value = other
             if beyond:
                 break
-    elif margins(0.0).hold:
-        return 0.0, high, ""
-    found = margins(0.0 if added else high)
-    where = f"without {quantity}" if added else f"at {high / unit:.3g} of the {quantity}"
+        if holds:
+            return value, math.inf, beyond
+    found = margins(value)
+    where = f"without {quantity}" if added else f"at {value / unit:.3g} of the {quantity}"
     less = f"; with less the moves are refused: {beyond}" if beyond else ""
     raise RunError(
         f"{quantity}: the requirement on {found.first_to_fail} is missed even {where} (margin {found.smallest:.3g}); "
