@@ -133,7 +133,7 @@ class Study(StudyOptions):
             require_posterior(self.machine, motion, self.cases)
         parameters = Parameters(self.machine, motion)
         design = cases = None
-        correlations: dict[str, float] = {}
+        drawn: dict[str, Any] = {"sampling": "cases", "sensitivity": False}
         if self.cases is not None:
             factors, cases = read_cases(self.cases, parameters)
             runs = len(cases)
@@ -145,9 +145,11 @@ class Study(StudyOptions):
             factors = drawn_factors(vary, parameters)
             copula, correlations = build_copula(self.correlation, factors, vary)
             self._require_possible_design(len(factors), copula is not None)
-            drawn = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
-            design = Design(*drawn, self._replicates, self.posterior)
-            runs = design.runs
+            numbers = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
+            design = Design(*numbers, self._replicates, self.posterior)
+            of_design = ("sampling", "seed", "replicates", "sensitivity")
+            runs, drawn = design.runs, {key: getattr(design, key) for key in of_design}
+            drawn["correlations"] = correlations
         histories = self.histories
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
         if histories and histories[-1] >= runs:
@@ -167,16 +169,12 @@ class Study(StudyOptions):
             motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),
             duration=float(motion.time[-1] - motion.time[0]),
             instants=int(motion.time.size),
-            sampling="cases" if design is None else design.sampling,
-            seed=None if design is None else design.seed,
+            **drawn,
             runs=runs,
-            replicates=1 if design is None else design.replicates,
-            sensitivity=design is not None and design.sensitivity,
             parameters=(
                 *(factor.metadata for factor in factors),
                 *([MOTION_PARAMETER] if self.posterior else []),
             ),
-            correlations=correlations,
             measures=measures,
             exponent=rated.exponent,
             life_notes=rated.notes,
