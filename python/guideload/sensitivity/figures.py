@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from guideload._core import equivalent_load_weights
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, find_runs
 from guideload.base.errors import LifeError
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.mean_load import Travel, integrals, mean_load
@@ -86,10 +86,8 @@ class CarriageQuantities:
         Of a carriage without load they are those of the magnitude of the load.
         """
         resultant = self.resultants[:, carriage]
-        tied = np.flatnonzero(resultant >= (1.0 - TIE) * resultant.max())
-        gaps = np.flatnonzero(np.diff(tied) > 1)
-        # Of stretches of equal loads.
-        ends = np.unique(np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]]))
+        first, after = find_runs(resultant >= (1.0 - TIE) * resultant.max())  # stretches of equal loads
+        ends = np.unique(np.concatenate([first, after - 1]))
         ends = ends[np.unique(np.linspace(0, ends.size - 1, MOST_TIES).round().astype(int))]
         instants = list(dict.fromkeys((int(resultant.argmax()), *ends.tolist())))
         by = np.array([self._resultant_gradient(carriage, k) for k in instants])
