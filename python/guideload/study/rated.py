@@ -85,7 +85,10 @@ def _require_possible(
     factors: Sequence[Factor],
     cases: Array | None,
 ) -> None:
-    """Raise LifeError if the life of the samples cannot be computed from one rule for each carriage."""
+    """Raise LifeError if the life of the samples cannot be computed from one rule for each carriage.
+
+    The rule depends on whether carriages of a rail are side by side, which must be so in all samples or in none.
+    """
     if motion.velocity is None:
         raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
     if not motion.velocity[:, 0].any():
@@ -99,11 +102,21 @@ def _require_possible(
         )
     for one in criteria:
         require_rated_moments(machine, one)
-    places = machine.carriage_centers[:, 0] + np.zeros((2, 1))  # (2, carriage): smallest and largest x
-    for path, ends in _places(machine, factors, cases):
-        places[:, path] = ends
-    for i, j in combinations(range(len(machine.carriages)), 2):
-        _require_arrangement(machine, places[:, i], places[:, j], i, j)
+    low, high = machine.carriage_centers[:, 0] + np.zeros((2, 1))  # (carriage,) smallest and largest x
+    for i, ends in _places(machine, factors, cases):
+        low[i], high[i] = ends
+    lengths = [(one and one.carriage_length) or 0.0 for one in machine.product_of_carriage]
+    for i, j in combinations(range(len(lengths)), 2):
+        same_rail = machine.rail_of_carriage[i] == machine.rail_of_carriage[j]
+        near = SIDE_BY_SIDE * max(lengths[i], lengths[j])
+        closest = max(0.0, low[i] - high[j], low[j] - high[i])
+        farthest = max(high[i] - low[j], high[j] - low[i])
+        if same_rail and near and closest <= near < farthest:
+            names = joined(machine.carriages[k].name for k in (i, j))
+            raise LifeError(
+                f"carriages {names} are side by side (at most {near:.3g} m apart) in some samples and apart in "
+                f"others, which changes f_C and the rule: narrow the distribution of x, {LEAVE_OUT}"
+            )
 
 
 def _places(
@@ -120,22 +133,3 @@ def _places(
         for target in index.keys() & set(factor.targets):
             low, high = sorted(changed(machine.carriages[index[target]].x, factor.form, end) for end in reach)
             yield index[target], (low, high)
-
-
-def _require_arrangement(machine: Machine, one: Array, other: Array, i: int, j: int) -> None:
-    """Raise LifeError if two carriages of a rail are side by side in some samples only."""
-    lengths = [
-        (product.carriage_length or 0.0) if product else 0.0
-        for product in (machine.product_of_carriage[k] for k in (i, j))
-    ]
-    if machine.rail_of_carriage[i] != machine.rail_of_carriage[j] or not any(lengths):
-        return
-    near = SIDE_BY_SIDE * max(lengths)
-    gaps = np.array([one[0] - other[1], other[0] - one[1]])
-    closest, farthest = max(0.0, float(gaps.max())), float(-gaps.min())
-    if closest <= near < farthest:
-        names = joined(machine.carriages[k].name for k in (i, j))
-        raise LifeError(
-            f"carriages {names} are side by side (at most {near:.3g} m apart) in some samples and apart in others, "
-            f"which changes f_C and the rule: narrow the distribution of x, {LEAVE_OUT}"
-        )
