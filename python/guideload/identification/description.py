@@ -179,10 +179,7 @@ FILES = {  # keys with names of files
 
 
 class IdentifyFile(FileModel):
-    """An identify file. Raises ConfigError with all problems at once.
-
-    Its methods are for a description that was read from a file.
-    """
+    """An identify file. Raises ConfigError with all problems at once."""
 
     FILE: ClassVar = "identify.toml"
     WRITTEN_BY: ClassVar = "`guideload schema identify` lists its keys"
@@ -214,6 +211,7 @@ class IdentifyFile(FileModel):
         "what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
         "a peak load, mean load or life; by default all unknowns"
     )
+    # Of a description that was read from a file, which the methods below need.
     _file: Path = PrivateAttr()
     _nominal: Machine = PrivateAttr()
     _data: list[Measured] = PrivateAttr()
