@@ -42,10 +42,8 @@ class Limit:
               payload: kg, added at a point; overhang: m, shift of the body's centre of mass along a direction;
               speed, acceleration, deceleration, jerk: SI, the largest among the planned moves, all scaled alike
     value     its largest value; inf if the search ends before anything fails
-    margins   at this value, or at the largest tried
+    margins, motion, machine  at this value, or at the largest tried
     tried     smallest and largest value that was tried
-    motion    at this value, or at the largest tried
-    machine   at this value, or at the largest tried
     failing   smaller values that were tried, at which a requirement fails
     beyond    why moves with a larger value are refused, if that ends the search: a force lacks its phase
     at        m from L, the place of the payload; None for other quantities
