@@ -177,9 +177,8 @@ def estimated_entries(entries: Sequence[VariedParameter], parameters: Parameters
         title = " ".join(filter(None, ("estimated stiffness of", carriage.product, carriage.preload_class)))
         for key in ("stiffness_y", "stiffness_z"):
             parameter = parameters.of_part["carriages", carriage.name].get(key)
-            if parameter is not None and parameter.path not in taken:
-                if parameter.value == estimate.stiffness:
-                    found.setdefault(title, (estimate.sigma, []))[1].append(parameter.path)
+            if parameter and parameter.path not in taken and parameter.value == estimate.stiffness:
+                found.setdefault(title, (estimate.sigma, []))[1].append(parameter.path)
     for title, (sigma, paths) in found.items():
         yield LognormalSpec(path=tuple(paths), name=title, distribution="lognormal", sigma=sigma)
 
