@@ -37,19 +37,12 @@ def energy(histories: Histories) -> Energy | None:
     """
     if histories.hidden_jumps or histories.rides:
         return None
-    parts = [_energy(part) for part in histories.stretches]
-    exchanged = sum(part.exchanged for part in parts)
-    if exchanged == 0.0:
-        return Energy(0.0, 0.0, 0.0, 0.0)
-
-    def mean(name: str) -> float:
-        return float(sum(part.exchanged * getattr(part, name) for part in parts)) / exchanged
-
-    return Energy(exchanged, mean("residual"), mean("resolution"), mean("crossed"))
+    exchanged, *errors = np.sum([_energy(part) for part in histories.stretches], axis=0).tolist()
+    return Energy(exchanged, *(error / exchanged if exchanged else 0.0 for error in errors))
 
 
-def _energy(histories: Histories) -> Energy:
-    """Energy balance of one machine.
+def _energy(histories: Histories) -> tuple[float, float, float, float]:
+    """The numbers of `Energy` of one machine, all in J.
 
     Stored energy: q'.M q' / 2 + sum of U_i(delta_i) - Q.q; power of the excitation: q'.(E - M_u a); dissipated power:
     sum of b_i delta_i'^2. Powers are integrated with their first two derivatives (Hermite quadrature of order 6), which
@@ -83,11 +76,11 @@ def _energy(histories: Histories) -> Energy:
     turned_over = steps * _ends(np.abs(fed) + dissipated).sum(axis=0) / 2.0
     exchanged = float(turned_over.sum())
     if exchanged <= 1e-12 * float(np.abs(stored).max()):  # nothing moves: only rounding
-        return Energy(0.0, 0.0, 0.0, 0.0)
+        return 0.0, 0.0, 0.0, 0.0
     residual = np.abs(np.diff(stored).cumsum() - sixth.cumsum()).max()
     resolution = np.abs((sixth - fourth).cumsum()).max() + _contact_error(histories, steps)
     crossed = float(turned_over[_edge_crossed(histories)].sum())
-    return Energy(exchanged, float(residual) / exchanged, float(resolution) / exchanged, crossed / exchanged)
+    return exchanged, float(residual), float(resolution), crossed
 
 
 def _ends(values: Array) -> Array:

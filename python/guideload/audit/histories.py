@@ -55,9 +55,7 @@ class Histories:
         self.rides = "rider_wrench" in data  # like an external load that depends on the motion of the body
         if self.rides:
             self.excitation = self.excitation + data["rider_wrench"]
-        self.payload_weight: Array = np.zeros(
-            6
-        )  # of payloads, more than at the start; (time, 6) if they come and go
+        self.payload_weight = np.zeros(6)  # more than at the start; (time, 6) if payloads come and go
         if self.changes:  # masses and weight change
             at_start = self.weight
             self.excitation = np.concatenate([part.excitation for part in self.stretches])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -88,62 +89,57 @@ def second_look(histories: Histories, energy: Energy | None, solve: Solve | None
     None if none is needed: a linear run by exact has no step error, and its energy balances.
     """
     balanced = energy is not None and energy.residual <= UNBALANCED
-    if balanced and histories.linear and histories.data.attrs["method"] == "exact":
+    exact = histories.data.attrs["method"] == "exact"
+    if balanced and histories.linear and exact:
         return None
     if solve is None:
         return NO_MOTION
-    look = _Look(histories, solve)
+    compare = partial(_compare, histories, solve)
     try:
-        if histories.linear and look.exact:
-            return look.compare("implicit", perturbed=False)
-        found = look.compare("exact" if look.exact else _other_method(histories), not histories.linear)
-        if look.exact and found.agrees and found.predictable and not balanced:
-            return look.compare("implicit", perturbed=False, known=found.sensitivity)
+        if histories.linear and exact:
+            return compare("implicit", perturbed=False)
+        found = compare("exact" if exact else _other_method(histories), perturbed=not histories.linear)
+        if exact and found.agrees and found.predictable and not balanced:
+            return compare("implicit", perturbed=False, known=found.sensitivity)
     except GuideloadError as error:
         return str(error)
     return found
 
 
-class _Look:
-    """The loads of a result, and solutions to compare them with."""
-
-    def __init__(self, histories: Histories, solve: Solve) -> None:
-        self.histories, self.solve = histories, solve
-        attributes = histories.data.attrs
-        self.load: Array = histories.load
-        self.scale = float(attributes["load_scale_N"]) or 1.0
-        self.exact = attributes["method"] == "exact"
-        self.rtol = LOOSEST if self.exact or "step_s" in attributes else tighter(float(attributes["rtol"]))
-        self.explained = explained_error(attributes)
-
-    def compare(self, method: str, perturbed: bool, known: float | None = None) -> SecondLook:
-        """The second look by a method. known: the sensitivity, if the motion is not perturbed."""
-        step_error = 0.0 if method == "exact" else self.rtol
-        perturbation, explained = max(PERTURBATION, step_error), self.explained
-        if known is not None:  # sensitivity to the motion amplifies the step error as well
-            explained = max(explained, EXPLAINED * step_error * max(1.0, known / PERTURBATION))
-        second = self.solve(method, self.rtol, 1.0 + perturbation if perturbed else 1.0)
-        change, sensitivity = np.abs(second - self.load), known
-        if perturbed:
-            largest = float(np.abs(self.load).max()) or 1.0
-            changed = change
-            if not float(change.max()) <= min(explained * self.scale, SENSITIVE * largest):
-                third = self.solve(method, self.rtol, 1.0)
-                change, changed = np.abs(third - self.load), np.abs(second - third)
-            sensitivity = float(changed.max()) / largest
-        at, link = divmod(int(change.argmax()), change.shape[1])  # of nan the first
-        newtons, histories = float(change[at, link]), self.histories
-        return SecondLook(
-            method=method,
-            rtol=self.rtol,
-            difference=newtons / self.scale,
-            newtons=newtons,
-            link=histories.links.names[link],
-            time=float(histories.time[at]),
-            explained=explained,
-            perturbation=perturbation,
-            sensitivity=sensitivity,
-        )
+def _compare(
+    histories: Histories, solve: Solve, method: str, *, perturbed: bool, known: float | None = None
+) -> SecondLook:
+    """The second look by a method. known: the sensitivity, if the motion is not perturbed."""
+    attributes, load = histories.data.attrs, histories.load
+    scale = float(attributes["load_scale_N"]) or 1.0
+    without_rtol = attributes["method"] == "exact" or "step_s" in attributes
+    rtol = LOOSEST if without_rtol else tighter(float(attributes["rtol"]))
+    step_error = 0.0 if method == "exact" else rtol
+    perturbation, explained = max(PERTURBATION, step_error), explained_error(attributes)
+    if known is not None:  # sensitivity to the motion amplifies the step error as well
+        explained = max(explained, EXPLAINED * step_error * max(1.0, known / PERTURBATION))
+    second = solve(method, rtol, 1.0 + perturbation if perturbed else 1.0)
+    change, sensitivity = np.abs(second - load), known
+    if perturbed:
+        largest = float(np.abs(load).max()) or 1.0
+        changed = change
+        if not float(change.max()) <= min(explained * scale, SENSITIVE * largest):
+            third = solve(method, rtol, 1.0)
+            change, changed = np.abs(third - load), np.abs(second - third)
+        sensitivity = float(changed.max()) / largest
+    at, link = divmod(int(change.argmax()), change.shape[1])  # of nan the first
+    newtons = float(change[at, link])
+    return SecondLook(
+        method=method,
+        rtol=rtol,
+        difference=newtons / scale,
+        newtons=newtons,
+        link=histories.links.names[link],
+        time=float(histories.time[at]),
+        explained=explained,
+        perturbation=perturbation,
+        sensitivity=sensitivity,
+    )
 
 
 def explained_error(attributes: Mapping[str, str | float | int]) -> float:

@@ -32,19 +32,13 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
     writes a folder with the machine file with the identified values, a study file with their uncertainty, report,
     numbers and pictures.
     """
-    from guideload.identification.description import (
-        candidate_measurements,
-        identified_alternatives,
-        read_identify,
-        target_quantity,
-    )
+    from guideload.identification.description import IdentifyFile
     from guideload.identification.model_comparison import compare
     from guideload.identification.next_measurement import rank_measurements
-    from guideload.identification.result import identify as identified
     from guideload.reports.identification import identification_report
 
     with status("reading"):
-        described, machine, data = read_identify(identify_file)
+        described = IdentifyFile.from_toml(identify_file)
     inputs = (identify_file, *(identify_file.parent / name for name in described.files.values() if name))
     folder, failure = None, None
     with ExitStack() as stack:
@@ -52,12 +46,11 @@ def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwr
             names = {"": set(IDENTIFICATION)}
             folder = stack.enter_context(atomic_output(output, names, overwrite, inputs))
         with status("searching"):
-            found = identified(machine, described.unknown, data)
-            alternatives = described.alternatives and identified_alternatives(described, identify_file, found)
-            levels = compare(alternatives) if alternatives else ()
-            figure = target_quantity(described, identify_file, found)
+            found = described.identified()
+            levels = compare(described.identified_alternatives(found)) if described.alternatives else ()
+            figure = described.target_quantity(found)
             derivatives = None if figure is None else figure.derivatives
-            wanted = candidate_measurements(described, identify_file, found)
+            wanted = described.candidate_measurements(found)
             candidates = rank_measurements(found, wanted, derivatives)
         report = identification_report(found, levels, candidates, figure)
         if folder is not None and output is not None:

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, StrictStr, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, StrictStr, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused, problem_at
+from guideload.base.file_model import FileModel
 from guideload.base.number_text import joined
 from guideload.base.ranges import DEFLECTION, FORCE
 from guideload.base.toml import located, read_toml, require_files
@@ -157,13 +158,6 @@ class AlternativeTable(ConfigModel):
         "its own [[alternatives.unknown]] tables; by default those of the file", ()
     )
 
-    def model(
-        self, machine: Machine, unknown: tuple[UnknownTable, ...], folder: Path
-    ) -> tuple[Machine, tuple[UnknownTable, ...]]:
-        """Its machine and unknowns; given: those of the file."""
-        own = machine if self.machine is None else Machine.from_toml(folder / self.machine)
-        return own, self.unknown or unknown
-
 
 def _figure(value: object) -> str | TargetTable:
     """The name of an unknown, or a figure of a run. Raises ValueRefused, or ValidationError for `TargetTable`."""
@@ -184,8 +178,11 @@ FILES = {  # keys with names of files
 }
 
 
-class IdentifyFile(ConfigModel):
+class IdentifyFile(FileModel):
     """An identify file. Raises ConfigError with all problems at once."""
+
+    FILE: ClassVar = "identify.toml"
+    WRITTEN_BY: ClassVar = "`guideload schema identify` lists its keys"
 
     machine: Text = Field(description='the machine file with nominal values, e.g. "machine.toml"')
     trace: Text | None = optional(
@@ -214,6 +211,10 @@ class IdentifyFile(ConfigModel):
         "what matters most, by which candidates are ranked: the name of an unknown, or a table [figure] of "
         "a peak load, mean load or life; by default all unknowns"
     )
+    # Of a description that was read from a file, which the methods below need.
+    _file: Path = PrivateAttr()
+    _nominal: Machine = PrivateAttr()
+    _data: list[Measured] = PrivateAttr()
 
     @field_validator("alternatives")
     @classmethod
@@ -242,36 +243,75 @@ class IdentifyFile(ConfigModel):
             files |= {("figure", key): getattr(self.figure, key) for key in ("motion", "duty")}
         return files
 
-    def require_parameters(self, machine: Machine, folder: Path) -> None:
-        """Raises ConfigError for unknowns that the machine does not have, or that of an alternative."""
-        models: list[tuple[KeyPath, Machine, tuple[UnknownTable, ...]]] = [((), machine, self.unknown)]
+    @classmethod
+    def _of_file(cls, values: dict[str, Any], file: Path) -> IdentifyFile:
+        described = cls(**values)
+        require_files(file.parent, described.files)
+        described._file, described._nominal = file, Machine.from_toml(file.parent / described.machine)
+        described._require_parameters()
+        described._data = described._measured(described._nominal)
+        return described
+
+    def identified(self) -> Identification:
+        """The numbers of the machine. Raises as `identify`."""
+        return identify(self._nominal, self.unknown, self._data)
+
+    def identified_alternatives(self, found: Identification) -> dict[str, Identification]:
+        """The model of the file, as found, and its alternatives, each fitted to the same data."""
+        models = {OWN_MODEL: found}
+        for one in self.alternatives:
+            machine, unknown = self._model(one)
+            models[one.name] = identify(machine, unknown, self._measured(machine))
+        return models
+
+    def candidate_measurements(self, found: Identification) -> list[Measured]:
+        """The measurements that could be made next. Raises ConfigError naming file and key."""
+        measurements: list[Measured] = []
+        for i, table in enumerate(self.candidates):
+            try:
+                measurements += table.measurements(found.model, self._file.parent)
+            except ValueRefused as refused:
+                error = ConfigError([problem_at(("candidates", i), refused)])
+                raise located(error, str(self._file), read_toml(self._file)[1]) from None
+        return measurements
+
+    def target_quantity(self, found: Identification) -> TargetQuantity | None:
+        """The figure by which candidates are ranked; None for all unknowns. Raises as `TargetTable.of`."""
+        if isinstance(self.figure, TargetTable):
+            return self.figure.of(found, self._file.parent)
+        return None if self.figure is None else unknown_target(found, self.figure)
+
+    def _model(self, alternative: AlternativeTable) -> tuple[Machine, tuple[UnknownTable, ...]]:
+        """Machine and unknowns of an alternative: its own, else those of the file."""
+        file = alternative.machine
+        machine = self._nominal if file is None else Machine.from_toml(self._file.parent / file)
+        return machine, alternative.unknown or self.unknown
+
+    def _require_parameters(self) -> None:
+        """Raise ConfigError for unknowns that the machine does not have, or that of an alternative."""
+        problems: list[Problem] = []
+        models: list[tuple[KeyPath, Machine, tuple[UnknownTable, ...]]] = [((), self._nominal, self.unknown)]
         for i, alternative in enumerate(self.alternatives):
             if alternative.machine is not None or alternative.unknown:
-                models.append((("alternatives", i), *alternative.model(machine, self.unknown, folder)))
-        problems: list[Problem] = []
-        for where, of, tables in models:
+                models.append((("alternatives", i), *self._model(alternative)))
+        for where, machine, tables in models:
             try:
-                resolve_unknowns(tables, of)
+                resolve_unknowns(tables, machine)
             except ConfigError as error:
-                at_machine = bool(where) and tables is self.unknown
+                of_machine = bool(where) and tables is self.unknown
                 for one in error.problems:
-                    problems.append(
-                        replace(one, path=(*where, "machine") if at_machine else (*where, *one.path))
-                    )
+                    path = (*where, "machine") if of_machine else (*where, *one.path)
+                    problems.append(replace(one, path=path))
         if problems:
             raise ConfigError(problems)
 
-    def data(self, machine: Machine, folder: Path) -> list[Measured]:
-        """The measured data of all kinds; names of files are relative to the folder.
-
-        Raises ConfigError, ArgumentError and TraceError.
-        """
-        found: list[Measured] = []
-        problems = []
+    def _measured(self, machine: Machine) -> list[Measured]:
+        """The measured data of all kinds. Raises ConfigError, ArgumentError and TraceError."""
+        found, problems = list[Measured](), []
         for kind in KINDS:
             for i, table in enumerate(getattr(self, kind)):
                 try:
-                    found.append(table.measured(machine, folder))
+                    found.append(table.measured(machine, self._file.parent))
                 except ValueRefused as refused:
                     problems.append(problem_at((kind, i), refused))
         if problems:
@@ -279,56 +319,6 @@ class IdentifyFile(ConfigModel):
         return found
 
 
-def read_identify(file: str | PathLike[str]) -> tuple[IdentifyFile, Machine, list[Measured]]:
-    """The description, the nominal machine and the data. Raises ConfigError naming file, row and key."""
-    values, places = read_toml(file, "`guideload schema identify` lists its keys")
-    folder = Path(file).parent
-    try:
-        described = IdentifyFile(**values)
-        require_files(folder, described.files)
-        machine = Machine.from_toml(folder / described.machine)
-        described.require_parameters(machine, folder)
-        return described, machine, described.data(machine, folder)
-    except ConfigError as error:
-        raise located(error, str(file), places) from None
-
-
 def identify_file(file: str | PathLike[str]) -> Identification:
     """The numbers of the machine of an identify file. Raises ConfigError, TraceError, SceneError, ArgumentError."""
-    described, machine, data = read_identify(file)
-    return identify(machine, described.unknown, data)
-
-
-def identified_alternatives(
-    described: IdentifyFile, file: str | PathLike[str], found: Identification
-) -> dict[str, Identification]:
-    """The model of the file, as found, and its alternatives, each fitted to the same data."""
-    models, folder = {OWN_MODEL: found}, Path(file).parent
-    for one in described.alternatives:
-        machine, unknown = one.model(found.nominal, described.unknown, folder)
-        models[one.name] = identify(machine, unknown, described.data(machine, folder))
-    return models
-
-
-def candidate_measurements(
-    described: IdentifyFile, file: str | PathLike[str], found: Identification
-) -> list[Measured]:
-    """The measurements that could be made next. Raises ConfigError naming file and key."""
-    measurements: list[Measured] = []
-    for i, table in enumerate(described.candidates):
-        try:
-            measurements += table.measurements(found.model, Path(file).parent)
-        except ValueRefused as refused:
-            raise located(
-                ConfigError([problem_at(("candidates", i), refused)]), str(file), read_toml(file)[1]
-            ) from None
-    return measurements
-
-
-def target_quantity(
-    described: IdentifyFile, file: str | PathLike[str], found: Identification
-) -> TargetQuantity | None:
-    """The figure by which candidates are ranked; None for all unknowns. Raises as `TargetTable.of`."""
-    if isinstance(described.figure, TargetTable):
-        return described.figure.of(found, Path(file).parent)
-    return None if described.figure is None else unknown_target(found, described.figure)
+    return IdentifyFile.from_toml(file).identified()

@@ -216,18 +216,19 @@ STATED_VALUES = 3.0  # values that a stated but not known level of noise is wort
 APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
-AS_GOOD = (
-    4.0  # excess of the sum of squares, two standard deviations, of a minimum that explains the data as well
-)
+# Excess of the sum of squares, two standard deviations, of a minimum that explains the data as well.
+AS_GOOD = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
     """The best fit of p unknowns of the machine and q nuisance parameters of the data.
 
-    minimum   the best one; others: further ones that explain the data about as well
-    searches  number of starts
-    messages  in words, what may be wrong with the search
+    minimum    the best one; others: further ones that explain the data about as well
+    searches   number of starts
+    messages   in words, what may be wrong with the search
+    residuals  (n,) of the data, in standard deviations of the noise, as stated or as estimated
+    jacobian   (n, p + q) derivatives of the residuals by the coordinates
     """
 
     objective: Objective
@@ -235,20 +236,8 @@ class Fit:
     others: tuple[Minimum, ...]
     searches: int
     messages: tuple[str, ...]
-
-    @cached_property
-    def _of_data(self) -> tuple[Array, Array]:
-        return self.objective.of_data(self.minimum.x)
-
-    @property
-    def residuals(self) -> Array:
-        """(n,) of the data, in standard deviations of the noise, as stated or as estimated."""
-        return self._of_data[0]
-
-    @property
-    def jacobian(self) -> Array:
-        """(n, p + q) derivatives of the residuals by the coordinates."""
-        return self._of_data[1]
+    residuals: Array
+    jacobian: Array
 
     @cached_property
     def covariance(self) -> Array:
@@ -300,10 +289,10 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
         for one, at_bound in zip(model.unknowns, objective.at_bound(best.x)[: objective.p], strict=True)
         if at_bound
     ]
-    found = Fit(objective, best, others, starts, tuple(messages))
-    if np.any(abs(found.residuals) >= FAR):
+    residuals, jacobian = objective.of_data(best.x)
+    if np.any(abs(residuals) >= FAR):
         raise ArgumentError("identify: no possible machine was found near the expected values")
-    return found
+    return Fit(objective, best, others, starts, tuple(messages), residuals, jacobian)
 
 
 def _searched(

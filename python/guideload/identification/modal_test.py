@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -145,7 +144,7 @@ class ModalTest(Measured):
         computed, at = _Computed.of(model, self.places, self.damped), 0
         pairs, fits = self._paired(computed)
         for i, k in pairs:
-            rows = slice(at, at + self._counts[i])
+            rows = slice(at, at + fits[i].shape[1])
             if k is not None:
                 values[rows], slopes[:, rows] = fits[i][k], self._slopes(i, k, computed)
             at = rows.stop
@@ -184,11 +183,6 @@ class ModalTest(Measured):
         rejected |= {i: few for i, k in without._paired(computed)[0] if k is None}
         settled = tuple(sorted(rejected.items()))
         return self if settled == self.rejected else replace(self, rejected=settled)
-
-    @cached_property
-    def _counts(self) -> dict[int, int]:
-        """Number of residuals of each measured mode that is fitted."""
-        return Counter(i for i, _ in self._rows)
 
     @cached_property
     def _across(self) -> dict[int, tuple[Array, Array]]:

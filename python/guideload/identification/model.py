@@ -184,9 +184,12 @@ class ModelAt:
     def run(self, excitation: Excitation) -> RunDerivatives:
         """Its run, with derivatives by the values; data with the same excitation share it."""
         if id(excitation) not in self._runs:
-            run = RunDerivatives(self.machine, self.rest, excitation.motion, excitation.start)
-            self._runs[id(excitation)] = run
+            self._runs[id(excitation)] = self.run_once(excitation)
         return self._runs[id(excitation)]
+
+    def run_once(self, excitation: Excitation) -> RunDerivatives:
+        """The same for an excitation that is needed once: the model does not hold it."""
+        return RunDerivatives(self.machine, self.rest, excitation.motion, excitation.start)
 
     def response(self, frequency: Array, force: SensorPlace) -> tuple[Complex, Complex]:
         """Amplitudes (n, 6) of L per newton at frequencies (n,) [Hz], and derivatives (n, p, 6) by the values."""

@@ -127,7 +127,7 @@ class MotorForce(Record):
 
     # ---- the prediction
 
-    def _predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
+    def predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
         k, motion, speed = len(self.friction), self.excitation.motion, self._speed
         instants = self.time[self.windows.samples] - (nuisance[k + 1] if self.delayed else 0.0)
         instants = self.excitation.within(instants)

@@ -26,8 +26,8 @@ from guideload.identification.measured import Measured
 from guideload.identification.result import Identification
 from guideload.identification.tables import Text
 from guideload.identification.uncertainty import IDENTIFIED, NORMAL_QUANTILE, marginal_information
-from guideload.life.criteria import Criteria, criteria_of
-from guideload.life.mean_load import Travel, integrals
+from guideload.life.criteria import criteria_of
+from guideload.life.mean_load import Travel
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.sensitivity.figures import UNITS, CarriageQuantities, most_critical
@@ -164,13 +164,13 @@ def _over_distance(
     """Mean load or life (carriage,) over the distance of all load cases, and derivatives (p, carriage)."""
     means = [each.mean_load() for each in computed]
     values, slopes = np.full(means[0][0].size, np.nan), np.full(means[0][1].shape, np.nan)
+    distances = np.array([case.cycles * Travel.of(case.motion).distance for case in cases])
+    if not distances.any():
+        raise ArgumentError(
+            "figure: expected a motion that travels, as the mean load is a mean over distance"
+        )
+    shares = distances / distances.sum()
     for one in criteria_of(machine, machine.life):
-        distances = np.array([case.cycles * _distance(case.motion, one) for case in cases])
-        if not distances.any():
-            raise ArgumentError(
-                "figure: expected a motion that travels, as the mean load is a mean over distance"
-            )
-        shares = distances / distances.sum()
         exponent = one.rating.exponent
         loads = np.array([mean[one.index] for mean, _ in means])
         mean = float((shares @ loads**exponent) ** (1.0 / exponent))
@@ -180,14 +180,6 @@ def _over_distance(
             life = float(one.life_under(mean))
             values[one.index], slopes[:, one.index] = life, -exponent * life / mean * by
     return values, slopes
-
-
-def _distance(motion: Motion, criteria: Criteria) -> float:
-    """Travel [m] of a motion."""
-    assert motion.velocity is not None  # or there is no mean load
-    travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
-    still = np.zeros((motion.time.size, 6))
-    return float(integrals(travel, still, criteria.rule, criteria.rating.exponent)[1].sum())
 
 
 # ---- the ranking

@@ -13,9 +13,8 @@ from guideload.identification.model import ModelAt
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.records import Record
 
-LEAST_GAIN = (
-    0.5  # a factor between measured and computed values that is so far from 1 is an error of the record
-)
+# A factor between measured and computed values that is so far from 1 is an error of the record.
+LEAST_GAIN = 0.5
 LEAST_DELAY = 1.5e-3  # s; shorter ones may be errors of the smoothing
 CERTAIN = 5.0  # standard deviations
 FEWEST = 20  # values that show a delay
@@ -32,7 +31,7 @@ class RecordChannel(NamedTuple):
 
 def record_channels(data: Record, model: ModelAt, nuisance: Array) -> list[RecordChannel]:
     """The channels of a record. nuisance: the nuisance parameters of the record, in SI."""
-    histories = zip(data.titles, data.measured, data.predicted(model, nuisance), strict=True)
+    histories = zip(data.titles, data.measured, data.predicted(model, nuisance)[0], strict=True)
     return [RecordChannel(*name, measured, computed) for name, measured, computed in histories]
 
 

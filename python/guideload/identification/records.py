@@ -105,7 +105,7 @@ class Record(Measured):
         """(k,) what each channel measures, and its unit."""
 
     @abstractmethod
-    def _predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
+    def predicted(self, model: ModelAt, nuisance: Array) -> tuple[Array, Array, Array]:
         """Means over the windows (k, m), and their derivatives (p, k, m) by unknowns, (q, k, m) by own numbers."""
 
     @cached_property
@@ -131,17 +131,13 @@ class Record(Measured):
         """(k, m) measured values, means over the windows."""
         return self.windows.mean(self.values[self.windows.samples].T)
 
-    def predicted(self, model: ModelAt, nuisance: Array) -> Array:
-        """(k, m) what the machine predicts for the measured values."""
-        return self._predicted(model, nuisance)[0]
-
     @cached_property
     def scale(self) -> Array:
         """(k, m) 1 over the standard deviation of the noise of each mean."""
         return np.asarray(np.sqrt(self.windows.counts) / self.levels[:, None])
 
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
-        predicted, by_unknowns, by_nuisance = self._predicted(model, nuisance)
+        predicted, by_unknowns, by_nuisance = self.predicted(model, nuisance)
         parts = (predicted - self.measured)[None], by_unknowns, by_nuisance
         values, by_unknowns, by_nuisance = (
             self._whitened(self.scale * one).reshape(len(one), -1).T for one in parts
@@ -169,13 +165,6 @@ LEAST_LEFT = 0.25
 SUMMED = 5.0  # correlation times: a sum over more has more noise than it gains
 UPPER_LEVEL = 0.975  # one-sided, of a 95 % interval
 ROUNDING = 1e-10  # of the largest eigenvalue: directions below it are not determined
-
-
-def sums_of_scores(values: Array, slopes: Array, instants: NDArray[np.intp]) -> Array:
-    """(instants, k) sums of residual (m,) times derivatives (m, k) over the values of each instant (m,)."""
-    sums = np.zeros((int(instants.max()) + 1, slopes.shape[1]))
-    np.add.at(sums, instants, values[:, None] * slopes)
-    return sums
 
 
 def long_run_root(scores: Array) -> Array:
@@ -221,7 +210,9 @@ def score_root(data: Record, values: Array, slopes: Array, level: Array) -> Arra
     level: (m,) of the noise, by which residuals and derivatives are divided already. If a model of the errors gives
     draws, no direction has less than their covariance: errors that ring as long as the record do not show in it.
     """
-    root = long_run_root(sums_of_scores(values, slopes, data.instants))
+    scores = np.zeros((data.windows.first.size, slopes.shape[1]))  # sums over the values of each window
+    np.add.at(scores, data.instants, values[:, None] * slopes)
+    root = long_run_root(scores)
     if data.error_draws is None:
         return root
     count = len(data.error_draws)

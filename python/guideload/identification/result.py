@@ -325,19 +325,14 @@ def identify(
 def json_text(found: Identification) -> str:
     """Estimates, their correlation, and what the report says; a number that the data do not determine is null."""
     modal_tests = [each for each in found.data if isinstance(each, ModalTest)]
-    estimates = []
-    for one in found.estimates:
-        values = asdict(one)
-        if not one.is_identified:
-            values |= {"value": None, "low": None, "high": None}
-        estimates.append(values)
+    no_values = dict.fromkeys(("value", "low", "high"))
     content = {
         "machine": found.nominal.name,
-        "estimates": estimates,
+        "estimates": [asdict(one) | ({} if one.is_identified else no_values) for one in found.estimates],
         "correlation": found.correlation.tolist(),
         "own_numbers": [
             {"name": one.parameter.name, "unit": one.parameter.unit}
-            | {name: getattr(one, name) if one.is_identified else None for name in ("value", "low", "high")}
+            | {name: getattr(one, name) if one.is_identified else None for name in no_values}
             for data in found.data
             for one in found.nuisance_estimates(data)
         ],

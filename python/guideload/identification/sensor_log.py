@@ -226,16 +226,13 @@ class SensorLog(Record):
             return replace(self, fitted=True)
         if self.whitening is not None and self.whitening.is_near(model.z):
             return self
-        errors = np.array(
-            [
-                self._predicted(model, nuisance, _run(model, one))[0] - nuisance[: len(self.channels), None]
-                for one in self.deviations
-            ]
-        )
-        residuals = (self._predicted(model, nuisance)[0] - self.measured) * self.scale
+        runs = map(model.run_once, self.deviations)
+        predicted = np.array([self.predicted(model, nuisance, run)[0] for run in runs])
+        errors = predicted - nuisance[: len(self.channels), None]
+        residuals = (self.predicted(model, nuisance)[0] - self.measured) * self.scale
         return replace(self, whitening=Whitening.of(model.z, errors * self.scale, residuals))
 
-    def _predicted(
+    def predicted(
         self, model: ModelAt, nuisance: Array, run: RunDerivatives | None = None
     ) -> tuple[Array, Array, Array]:
         """run: by default that under the motion."""
@@ -264,20 +261,14 @@ def _usual_window(machine: Machine) -> float:
     return 1.0 / (PER_PERIOD * float(Modes.of(machine).frequency.max()))
 
 
-def _run(model: ModelAt, excitation: Excitation) -> RunDerivatives:
-    """A run that is needed once, so that the model does not hold it."""
-    return RunDerivatives(model.machine, model.rest, excitation.motion, excitation.start)
-
-
 def _expected(name: str, machine: Machine, excitation: Excitation, channels: Sequence[Channel]) -> Array:
     """(time, k) what the machine file predicts for the channels at the stamps of the trace."""
     run = VariedMachine(machine, ["body.mass"]).run(excitation.motion, start=excitation.start)
     at = run.at(excitation.motion.time)
     expected = [one.shown(at, run.at_rest).values for one in channels]
-    groups = machine.links_of_carriages, machine.carriage_places
     for one, values in zip(channels, expected, strict=True):
         if isinstance(one.place, LoadPlace) and one.place.quantity == "carriage_loads":
-            loads = run.solution.group_loads(*groups, "total")[:, one.place.index[0]]
+            loads = run.carriage_loads()[:, one.place.index[0]]
             if np.abs(values).max() <= ROUNDING * np.abs(loads - loads[0]).max():
                 raise ArgumentError(
                     f"{name}: {one.name} is 0 in this machine whatever it does, as its carriage does not resist there; "

@@ -60,9 +60,7 @@ def grouped_names(names: Sequence[str]) -> str:
 VAGUE = 1.0
 LEAST_SPREAD = 1e-12  # of a logarithm, or in SI units: what is known so well is no unknown
 MOST_SPREAD = 10.0  # of a logarithm: a factor of 5e8 to either side says nothing any more
-FURTHEST = (
-    6.0  # spreads from the expected value at which the search ends: beyond, hardly any probability is left
-)
+FURTHEST = 6.0  # spreads from the expected value where the search ends: hardly any probability is left beyond
 
 
 class UnknownTable(ParameterPaths):

@@ -146,13 +146,13 @@ SMALLEST = (5e-3, 1e-3, 1e-4, 0.0)  # correlations below are left out if the oth
 INSIDE = 1.0 - 1e-6  # factor on all correlations: rounding must not make their matrix singular
 
 
-def study_text(found: Identification, machine: str, trace: str, samples: int = 1024) -> str:
+def study_text(found: Identification, machine: str, trace: str) -> str:
     """The study file; machine: the file with the identified values, which are the medians."""
     rows = [
         "# Loads of the machine as identified: the distributions are what is known of it after the measurement.",
         f"machine = {_quoted(machine)}",
         f"trace = {_quoted(trace)}",
-        f"samples = {samples}",
+        "samples = 1024",
         "seed = 1",
     ]
     for one, reach in zip(found.unknowns, found.intervals, strict=True):

@@ -15,7 +15,8 @@ import numpy as np
 
 from guideload._core import equivalent_load_integrals
 from guideload.base.arrays import Array
-from guideload.life.equivalent_load import EquivalentLoad
+from guideload.life.equivalent_load import PLAIN_SUM, EquivalentLoad
+from guideload.motion.motion import Motion
 from guideload.simulation.result import Result
 from guideload.simulation.run import Run
 
@@ -26,6 +27,19 @@ class Travel(NamedTuple):
     time: Array
     velocity: Array
     acceleration: Array
+
+    @classmethod
+    def of(cls, motion: Motion) -> Travel:
+        """The travel of a motion, which has a velocity."""
+        assert motion.velocity is not None
+        speed = np.ascontiguousarray(motion.velocity[:, 0])
+        return cls(motion.time, speed, np.ascontiguousarray(motion.acceleration[:, 0]))
+
+    @property
+    def distance(self) -> float:
+        """Length of the way [m], forth and back."""
+        unloaded = np.zeros((self.time.size, 6))
+        return float(integrals(self, unloaded, PLAIN_SUM, 1.0)[1].sum())
 
 
 def integrals(

@@ -142,16 +142,12 @@ def _between(motion: Motion, ends: tuple[float, float], shift: float, last: Moti
         inside, time = inside[time > last.time[-1]], time[time > last.time[-1]]
     if inside.size < 2 - (last is not None):
         return None
-    changes: dict[str, Any] = {"time": time, "uncertainty": None, "position": None}
-    for name in HISTORIES.keys() - {"position"}:
-        values = getattr(motion, name)
-        if values is not None:
-            changes[name] = values[inside]
-            if last is not None:
-                changes[name] = np.concatenate([getattr(last, name)[-1:], changes[name]])
+    known = [name for name in HISTORIES if name != "position" and getattr(motion, name) is not None]
+    histories = {"time": time} | {name: getattr(motion, name)[inside] for name in known}
     if last is not None:
-        changes["time"] = np.concatenate([last.time[-1:], time])
-    return replace(motion, **changes)
+        for name, values in histories.items():
+            histories[name] = np.concatenate([getattr(last, name)[-1:], values])
+    return replace(motion, **histories, uncertainty=None, position=None)
 
 
 def _tables(path: Path, rows: int) -> Iterator[tuple[Table, range]]:

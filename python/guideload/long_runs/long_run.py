@@ -114,16 +114,14 @@ class LongRun:
         run = prepared_run(
             self.machine, motion, self._method, self._rtol, None, None, self._start, finer=True
         )
-        extremes, loads, history = run.extremes(rules=self._rules), run.carriage_loads(), run.motion
+        extremes, loads = run.extremes(rules=self._rules), run.carriage_loads()
         assert extremes is not None  # at any time, as all rails are straight
         largest = largest_of(extremes, self.criteria)
         powers, distance = [], math.nan
         bows = load_bows(run) if self.criteria else np.zeros((0, 0, 6))
         for one in self.criteria:
-            assert history.velocity is not None
-            load = np.ascontiguousarray(loads[:, one.index])
-            travel = Travel(history.time, history.velocity[:, 0], history.acceleration[:, 0])
-            power, path = integrals(travel, load, one.rule, one.rating.exponent, bows[:, one.index])
+            load, bow = loads[:, one.index], bows[:, one.index]
+            power, path = integrals(Travel.of(run.motion), load, one.rule, one.rating.exponent, bow)
             powers.append(float(power.sum()))
             distance = float(path.sum())
         safeties = [one.safety_under(of.equivalent) for one, of in zip(self.criteria, largest, strict=True)]

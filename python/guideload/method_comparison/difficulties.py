@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload._core import Solution
-from guideload.base.arrays import Array, median_step
+from guideload.base.arrays import Array, find_runs, median_step
 from guideload.base.number_text import counted, digits, scientific
 from guideload.machine.machine import Machine
 from guideload.method_comparison.diagram import Reference
@@ -92,12 +92,9 @@ def _jumps(motion: Motion) -> str:
 
 def _late_pulse(motion: Motion) -> str:
     """The longest rest whose excitation after it is far shorter."""
-    excited = np.asarray(excitation(motion).any(axis=1))
-    edges = np.flatnonzero(np.diff(np.concatenate([[~excited[0]], excited, [~excited[-1]]])))
-    lengths = np.diff(motion.time[np.minimum(edges, excited.size - 1)])
-    first = 1 if excited[0] else 0  # the first stretch without excitation
-    rests, pulses = lengths[first::2], lengths[first + 1 :: 2]
-    rests = rests[: pulses.size]
+    first, end = find_runs(np.asarray(excitation(motion).any(axis=1)))
+    pulses = motion.time[np.minimum(end, motion.time.size - 1)] - motion.time[first]
+    rests = motion.time[first] - motion.time[np.append(0, end)[:-1]]
     late = np.flatnonzero(rests > LONG_REST * pulses)
     if not late.size:
         return ""

@@ -239,9 +239,15 @@ class _Runner:
 
     def run(self, setting: Setting) -> None:
         """Run a setting once; its row has the errors, or says why it failed or was skipped."""
-        predicted, left = self._predicted(setting), self.deadline - perf_counter()
+        # The time predicted is that of the setting before it on the curve.
+        before, predicted = self.last.get(setting.curve, (setting, 0.0))
+        if setting.kind == "step" and setting.value and before.value:
+            predicted *= before.value / setting.value
+        left = self.deadline - perf_counter()
         if predicted >= left:
-            self.rows[setting] = SettingResult(setting, failed=self._skipped(predicted, left))
+            why = f"it would take about {predicted:.2g} s, and {left:.2g} s of the {self.budget:g} s are left"
+            why = why if left > 0.0 else f"the budget of {self.budget:g} s is used up"
+            self.rows[setting] = SettingResult(setting, failed=f"skipped: {why}")
             self.last[setting.curve] = setting, predicted
             return
         began = perf_counter()
@@ -278,19 +284,6 @@ class _Runner:
         times = self.times[setting]
         low, middle, high = (float(quartile) for quartile in np.percentile(times, (25, 50, 75)))
         return replace(self.rows[setting], seconds=middle, spread=high - low if len(times) > 1 else None)
-
-    def _predicted(self, setting: Setting) -> float:
-        """Time of a run [s], from that of the setting before it on the curve; 0 for the first."""
-        before, seconds = self.last.get(setting.curve, (setting, 0.0))
-        if setting.kind == "step" and setting.value and before.value:
-            return seconds * before.value / setting.value
-        return seconds
-
-    def _skipped(self, predicted: float, left: float) -> str:
-        """Why a run of a predicted time [s] was not begun."""
-        if left <= 0.0:
-            return f"skipped: the budget of {self.budget:g} s is used up"
-        return f"skipped: it would take about {predicted:.2g} s, and {left:.2g} s of the {self.budget:g} s are left"
 
     def _compared(self, setting: Setting, solution: Solution, loads: Array) -> SettingResult:
         """The row of a run without its time."""

@@ -228,9 +228,7 @@ class Parameters:
             return (keys[key],)
         if meant := tuple(one for full, one in keys.items() if key in _beginnings(full)):
             return meant
-        need = needs.get(key) or next(
-            (text for full, text in needs.items() if key in _beginnings(full)), None
-        )
+        need = next((text for full, text in needs.items() if key in (full, *_beginnings(full))), None)
         if need is not None:
             place = f"{part[0]}[{part[1]}] has" if part[0] else "there is"
             raise ValueRefused("a parameter of this machine", path, f"{place} none; it takes {need}")

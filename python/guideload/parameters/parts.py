@@ -80,8 +80,7 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
     for axis in (1, 2):
         of_axis = [k for k, link in links if link.axis == axis]
         damping = carriage.damping_shares[axis - 1] / len(of_axis)
-        spring = carriage, carriage.damping_in_contact, f"_{AXES[axis]}", of_axis, 1.0 / len(of_axis), damping
-        for row in _of_spring(*spring):
+        for row in _of_spring(carriage, f"_{AXES[axis]}", of_axis, 1.0 / len(of_axis), damping):
             yield _if_linear(row, carriage, axis)
     for rotation, suffix, distance in STATED:
         need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
@@ -104,9 +103,8 @@ def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
         return row
     if getattr(carriage, f"compliance{suffix}"):
         k = carriage.laws[axis - 1].stiffness
-        return row._replace(
-            value=None, need=f"the law with the structure, {k:.6g} N/m, in place of compliance{suffix}"
-        )
+        need = f"the law with the structure, {k:.6g} N/m, in place of compliance{suffix}"
+        return row._replace(value=None, need=need)
     for rotation, of_suffix, distance in STATED:
         if of_suffix == suffix and getattr(carriage, f"stiffness_{rotation}") is not None:
             number = getattr(carriage.distances, rotation)
@@ -118,16 +116,11 @@ def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
 def of_link(index: int, link: Link) -> Iterator[Row]:
     for i, axis in enumerate(AXES):
         yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
-    yield from _of_spring(link, link.damping_in_contact, "", [index], 1.0, 1.0)
+    yield from _of_spring(link, "", [index], 1.0, 1.0)
 
 
 def _of_spring(
-    part: Carriage | Link,
-    damping_in_contact: bool,
-    suffix: str,
-    links: Sequence[int],
-    share: float,
-    damping_share: float,
+    part: Carriage | Link, suffix: str, links: Sequence[int], share: float, damping_share: float
 ) -> Iterator[Row]:
     """The parameters of an elastic law and its damper; shares: parts of them in each of the core's links."""
     stiffness, clearance, preload, curve, damping = (
@@ -135,7 +128,7 @@ def _of_spring(
     )
     sides = stiffness if isinstance(stiffness, Sides) else None
     # The core has no link that is damped in contact only and always in contact.
-    clear = preload is None and curve is None and (clearance > 0.0 or not damping_in_contact)
+    clear = preload is None and curve is None and (clearance > 0.0 or not part.damping_in_contact)
 
     def of_law(
         key: str, unit: str, floor: str, value: float | None, need: str, name: str, factor: float = share

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from guideload._core import equivalent_load_weights
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, find_runs
 from guideload.base.errors import LifeError
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.life.mean_load import Travel, integrals, mean_load
@@ -86,18 +86,12 @@ class CarriageQuantities:
         Of a carriage without load they are those of the magnitude of the load.
         """
         resultant = self.resultants[:, carriage]
-        tied = np.flatnonzero(resultant >= (1.0 - TIE) * resultant.max())
-        gaps = np.flatnonzero(np.diff(tied) > 1)
-        ends = np.unique(
-            np.concatenate([tied[[0, -1]], tied[gaps], tied[gaps + 1]])
-        )  # of stretches of equal loads
+        first, after = find_runs(resultant >= (1.0 - TIE) * resultant.max())  # stretches of equal loads
+        ends = np.unique(np.concatenate([first, after - 1]))
         ends = ends[np.unique(np.linspace(0, ends.size - 1, MOST_TIES).round().astype(int))]
         instants = list(dict.fromkeys((int(resultant.argmax()), *ends.tolist())))
-        return (
-            float(resultant.max()),
-            instants,
-            np.array([self._resultant_gradient(carriage, k) for k in instants]),
-        )
+        by = np.array([self._resultant_gradient(carriage, k) for k in instants])
+        return float(resultant.max()), instants, by
 
     def _resultant_gradient(self, carriage: int, k: int) -> Array:
         loads = self._loads_at_peaks
@@ -133,11 +127,7 @@ class CarriageQuantities:
         motion, machine, all_loads = self.run.motion, self.run.machine, self.run.carriage_loads()
         if motion.velocity is None:
             raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
-        travel = Travel(
-            motion.time,
-            np.ascontiguousarray(motion.velocity[:, 0]),
-            np.ascontiguousarray(motion.acceleration[:, 0]),
-        )
+        travel = Travel.of(motion)
         for one in criteria_of(machine, machine.life):
             preload, by_columns = self._preload(one)
             rule = replace(one.rule, preload=preload)

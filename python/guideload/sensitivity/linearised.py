@@ -41,30 +41,11 @@ class Linearised:
         self.scene: Scene = system.scene()
         (self.mass, self.damping, self.stiffness), self.weight = self.scene.matrices()
         (self.d_mass, self.d_damping, self.d_stiffness), self.d_weight = system.matrices()
-
-    @property
-    def static_position(self) -> Array:
-        return self.scene.static_position()
-
-    @property
-    def d_static_position(self) -> Array:
-        return self.system.static_position()
-
-    @property
-    def static_link_loads(self) -> Array:
-        return self.scene.static_link_loads()
-
-    @property
-    def d_static_link_loads(self) -> Array:
-        return self.system.static_link_loads()
-
-    @property
-    def static_carriage_loads(self) -> Array:
-        return self.system.static_group_loads()[0]
-
-    @property
-    def d_static_carriage_loads(self) -> Array:
-        return self.system.static_group_loads()[1]
+        self.static_position, self.d_static_position = self.scene.static_position(), system.static_position()
+        self.static_link_loads, self.d_static_link_loads = (
+            each.static_link_loads() for each in (self.scene, system)
+        )
+        self.static_carriage_loads, self.d_static_carriage_loads = system.static_group_loads()
 
     @cached_property
     def modal(self) -> Modal:

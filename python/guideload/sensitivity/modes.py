@@ -66,14 +66,11 @@ class Modal:
         w = omega[:, None, None]
         dynamic = np.diag(self.omega**2) + 1j * w * self.damping - w**2 * np.eye(self.omega.size)
         change = self._dynamic(np.asarray(1j * omega, dtype=np.complex128))
-        y = np.linalg.solve(
-            dynamic, np.broadcast_to(self.shapes @ force, (omega.size, self.omega.size))[..., None]
-        )
+        y = np.linalg.solve(dynamic, np.tile(self.shapes @ force, (omega.size, 1))[..., None])
         right = (d_force @ self.shapes.T)[None] - (change @ y[:, None])[..., 0]
         d_y = np.linalg.solve(dynamic[:, None], right[..., None])[..., 0]
-        return np.asarray(y[..., 0] @ self.shapes, np.complex128), np.asarray(
-            d_y @ self.shapes, np.complex128
-        )
+        amplitudes = y[..., 0] @ self.shapes
+        return np.asarray(amplitudes, np.complex128), np.asarray(d_y @ self.shapes, np.complex128)
 
     def _dynamic(self, rates: Complex) -> Complex:
         """Derivatives (m, p, n, n) of s^2 M + s C + K at rates s (m,)."""
@@ -192,9 +189,8 @@ class Modal:
         values = np.asarray(values[kept][order], dtype=np.complex128)
         # The upper half is omega y.
         shapes = (vectors[:n, kept][:, order] / self.omega[:, None]).T
-        return values, np.ascontiguousarray(
-            shapes / np.linalg.norm(shapes, axis=1)[:, None], dtype=np.complex128
-        )
+        shapes /= np.linalg.norm(shapes, axis=1)[:, None]
+        return values, np.ascontiguousarray(shapes, dtype=np.complex128)
 
 
 def _numbers(group: Sequence[int]) -> str:

@@ -73,12 +73,16 @@ class RunDerivatives:
     """
 
     def __init__(self, machine: Machine, at_rest: Linearised, motion: Motion, start: Start) -> None:
-        _require_plain(machine)
+        machine.require_standing_riders("a sensitivity")
+        if machine.drive is not None and machine.drive.push_direction is not None:
+            raise ArgumentError(
+                "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; "
+                "leave pressure_angle and push_direction out, or vary the machine in a study"
+            )
         self.machine, self.at_rest, self.motion = machine, at_rest, motion
-        begin = start_of(self.machine, motion, start)
+        self._begin = start_of(machine, motion, start)
         inputs = np.ascontiguousarray(motion.acceleration), motion.wrench
-        self._run: VariedRun = at_rest.system.run(motion.time, *inputs, start=begin)
-        self._begin = begin
+        self._run: VariedRun = at_rest.system.run(motion.time, *inputs, start=self._begin)
 
     @cached_property
     def solution(self) -> Solution:
@@ -176,13 +180,3 @@ def name_in_core(quantity: str) -> str:
 def _resultants(loads: Array) -> Array:
     """Resultants of y and z force of loads (n, carriage, 6)."""
     return np.asarray(np.linalg.norm(loads[:, :, 1:3], axis=2))
-
-
-def _require_plain(machine: Machine) -> None:
-    """Raise ArgumentError for what derivatives do not follow."""
-    machine.require_standing_riders("a sensitivity")
-    if machine.drive is not None and machine.drive.push_direction is not None:
-        raise ArgumentError(
-            "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; leave "
-            "pressure_angle and push_direction out, or vary the machine in a study"
-        )

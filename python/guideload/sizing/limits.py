@@ -42,10 +42,8 @@ class Limit:
               payload: kg, added at a point; overhang: m, shift of the body's centre of mass along a direction;
               speed, acceleration, deceleration, jerk: SI, the largest among the planned moves, all scaled alike
     value     its largest value; inf if the search ends before anything fails
-    margins   at this value, or at the largest tried
+    margins, motion, machine  at this value, or at the largest tried
     tried     smallest and largest value that was tried
-    motion    at this value, or at the largest tried
-    machine   at this value, or at the largest tried
     failing   smaller values that were tried, at which a requirement fails
     beyond    why moves with a larger value are refused, if that ends the search: a force lacks its phase
     at        m from L, the place of the payload; None for other quantities
@@ -94,11 +92,7 @@ def largest(
     place = _vector("at", at, (0.0, 0.0, 0.0), quantity == "payload", "payload")
     along = _vector("direction", direction, (1.0, 0.0, 0.0), quantity == "overhang", "overhang")
     machine.require_no_payloads("the search for a limit")
-    vary, unit = (
-        _variation_of_limit(machine, motion, quantity)
-        if quantity in ("speed", "acceleration", "deceleration", "jerk")
-        else _variation(machine, motion, quantity, place, along)
-    )
+    vary, unit = _variation(machine, motion, quantity, place, along)
 
     from scipy.optimize import brentq  # takes 0.2 s to import, and `size` does without
 
@@ -167,31 +161,24 @@ def _bracket(
 
     unit: the first value tried.
     """
-    added = quantity in ADDED
-    doublings = MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS
-    if margins(unit).hold:
-        low = unit
-        for _ in range(doublings):
-            high, beyond = _possible(margins, low, 2.0 * low, quantity)
-            if not margins(high).hold:
-                return low, high, ""
-            if beyond:
-                return high, math.inf, beyond
-            low = high
-        return low, math.inf, ""
-    high, beyond = unit, ""
-    if not added:
-        for _ in range(doublings):
-            low, beyond = _possible(margins, high, 0.5 * high, quantity)
-            if margins(low).hold:
-                return low, high, ""
-            high = low
+    added, value, beyond = quantity in ADDED, unit, ""
+    holds = margins(unit).hold
+    if added and not holds:
+        if margins(0.0).hold:
+            return 0.0, unit, ""
+        value = 0.0
+    else:
+        for _ in range(MOST_DOUBLINGS_OF_ADDED if added else MOST_DOUBLINGS):
+            other, beyond = _possible(margins, value, (2.0 if holds else 0.5) * value, quantity)
+            if margins(other).hold != holds:
+                return min(value, other), max(value, other), ""
+            value = other
             if beyond:
                 break
-    elif margins(0.0).hold:
-        return 0.0, high, ""
-    found = margins(0.0 if added else high)
-    where = f"without {quantity}" if added else f"at {high / unit:.3g} of the {quantity}"
+        if holds:
+            return value, math.inf, beyond
+    found = margins(value)
+    where = f"without {quantity}" if added else f"at {value / unit:.3g} of the {quantity}"
     less = f"; with less the moves are refused: {beyond}" if beyond else ""
     raise RunError(
         f"{quantity}: the requirement on {found.first_to_fail} is missed even {where} (margin {found.smallest:.3g}); "
@@ -222,24 +209,19 @@ def _possible(
     return known, reason
 
 
-def _variation_of_limit(
-    machine: Machine, motion: Motion | Moves, quantity: LimitName
-) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
-    """Machine and motion by the value of a limit of the moves, and its present value."""
-    if not isinstance(motion, Moves):
-        raise ArgumentError(
-            f"{quantity}: expected planned moves, as of a motion file: a trace has no limits to raise"
-        )
-    present = motion.limit(quantity)
-    if not present:
-        raise ArgumentError(f"{quantity}: no move has this limit; give it, or vary another one")
-    return lambda value: (machine, motion.with_limit(quantity, value / present).motion()), present
-
-
 def _variation(
     machine: Machine, motion: Motion | Moves, quantity: Quantity, at: np.ndarray, direction: np.ndarray
 ) -> tuple[Callable[[float], tuple[Machine, Motion]], float]:
     """Machine and motion by the value of the quantity, and a first value to try."""
+    if quantity in ("speed", "acceleration", "deceleration", "jerk"):
+        if not isinstance(motion, Moves):
+            raise ArgumentError(
+                f"{quantity}: expected planned moves, as of a motion file: a trace has no limits to raise"
+            )
+        moves, present = motion, motion.limit(quantity)
+        if not present:
+            raise ArgumentError(f"{quantity}: no move has this limit; give it, or vary another one")
+        return lambda value: (machine, moves.with_limit(quantity, value / present).motion()), present
     body = machine.body
     motion = motion.motion() if isinstance(motion, Moves) else motion
     if quantity == "pace":

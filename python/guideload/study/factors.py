@@ -177,9 +177,8 @@ def estimated_entries(entries: Sequence[VariedParameter], parameters: Parameters
         title = " ".join(filter(None, ("estimated stiffness of", carriage.product, carriage.preload_class)))
         for key in ("stiffness_y", "stiffness_z"):
             parameter = parameters.of_part["carriages", carriage.name].get(key)
-            if parameter is not None and parameter.path not in taken:
-                if parameter.value == estimate.stiffness:
-                    found.setdefault(title, (estimate.sigma, []))[1].append(parameter.path)
+            if parameter and parameter.path not in taken and parameter.value == estimate.stiffness:
+                found.setdefault(title, (estimate.sigma, []))[1].append(parameter.path)
     for title, (sigma, paths) in found.items():
         yield LognormalSpec(path=tuple(paths), name=title, distribution="lognormal", sigma=sigma)
 
@@ -254,8 +253,8 @@ class Correlation(ConfigModel):
 
 def build_copula(
     correlations: Sequence[Correlation], factors: Sequence[Factor], entries: Sequence[VariedParameter]
-) -> Copula | None:
-    """The copula of the correlated columns; None if there are none.
+) -> tuple[Copula | None, dict[str, float]]:
+    """The copula of the correlated columns, None if there are none; and the correlations, by the names of both.
 
     Raises ConfigError for unknown names, a pair given twice, and a matrix that is not positive definite.
     """
@@ -280,7 +279,7 @@ def build_copula(
     coefficients = {pair: value for pair, value in coefficients.items() if value}
     columns = tuple(sorted({column for pair in coefficients for column in pair}))
     if not columns:
-        return None
+        return None, {}
     matrix = np.eye(len(columns))
     for pair, value in coefficients.items():
         i, j = map(columns.index, pair)
@@ -292,7 +291,9 @@ def build_copula(
         hint += f"all of them times {0.99 / (1.0 - smallest):.2g} would not"
         words = f"the correlations of {len(columns)} factors"
         raise ConfigError([Problem(last, None, "a positive definite matrix", hint, None, words)])
-    return Copula(columns, rows)
+    ordered = sorted(coefficients, key=lambda pair: pair[::-1])
+    named = {f"{factors[i].name} and {factors[j].name}": coefficients[i, j] for i, j in ordered}
+    return Copula(columns, rows), named
 
 
 def _pairs(

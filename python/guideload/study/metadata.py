@@ -267,12 +267,7 @@ class StudyMetadata(BaseModel, frozen=True):
             }
             if list(metadata.columns) != values.get("columns") or set(metadata.measures) != of_all_carriages:
                 raise ValueError("measures that do not belong to its columns")
-        except (
-            ValueError,
-            GuideloadError,
-            KeyError,
-            IndexError,
-        ) as error:  # the last two: an unknown measure
+        except (ValueError, GuideloadError, KeyError, IndexError) as error:  # the last two: unknown measures
             got = shortened(str(error))
             raise ReadError(f"{path}: expected the metadata of a study, got {got}") from error
         return metadata

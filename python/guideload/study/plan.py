@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import product
@@ -25,7 +25,7 @@ from guideload.simulation.payload_changes import with_changes
 from guideload.study.distributions import Sample
 from guideload.study.factors import Factor
 from guideload.study.metadata import StudyMetadata
-from guideload.study.sampling import Copula, Design
+from guideload.study.sampling import Design
 
 if TYPE_CHECKING:
     from guideload._core import PayloadOfBatch, Rule
@@ -185,18 +185,6 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     exact = (*exact, None if design is None else design.copula, rules_text)
     text = json.dumps([metadata.model_dump(mode="json", exclude=free), exact], default=_plain, sort_keys=True)
     return metadata.model_copy(update={"fingerprint": hashlib.sha256(text.encode()).hexdigest()})
-
-
-def pair_correlations(factors: Sequence[Factor], copula: Copula | None) -> dict[str, float]:
-    """Nonzero correlations by pair of factors, to 9 digits, from the Cholesky factor."""
-    if copula is None:
-        return {}
-    names = [factors[column].name for column in copula.columns]
-    lower = np.zeros((len(names), len(names)))
-    for i, row in enumerate(copula.factor):
-        lower[i, : len(row)] = row
-    matrix = np.tril(np.round(lower @ lower.T, 9), -1)
-    return {f"{names[j]} and {names[i]}": float(matrix[i, j]) for i, j in np.argwhere(matrix).tolist()}
 
 
 def digest(*arrays: Array | None) -> str:

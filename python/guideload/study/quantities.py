@@ -44,8 +44,8 @@ class Quantity:
     sources            (load, statistic) of the recorded columns; the quantity is their largest magnitude, life and
                        static safety follow from it
     in_summary         whether the summary contains it
-    worse              the value of two carriages together, as np.maximum, the worse one; None for a time, or the load
-                       at the start, which the machine does not have
+    worse              the value of two carriages together, as np.maximum, the worse one; of lives that of both;
+                       None for a time, or the load at the start, which the machine does not have
     smallest_is_worst  whether values below a limit exceed it
     """
 
@@ -108,11 +108,6 @@ def quantity_unit(name: str) -> str:
     return {"Nm": "N m"}.get(ends[1], ends[1]) if ends else ""
 
 
-def _life_of_both(one: Array, other: Array) -> Array:
-    """The life that two carriages reach, each with the probability of its own life."""
-    return system_life((one, other))
-
-
 def _catalogue() -> dict[str, Quantity]:
     """All quantities by name: first those computed from recorded columns, then the recorded columns."""
     forces, moments = ("Fx", "Fy", "Fz"), ("Mx", "My", "Mz")
@@ -128,7 +123,7 @@ def _catalogue() -> dict[str, Quantity]:
         *(peak(load, f"peak |{load}|", load in ("Fy", "Fz")) for load in (*forces, *moments)),
         Quantity("mean_load_N", "mean load", (MEAN_LOAD,)),
         Quantity("peak_equivalent_load_N", "peak equivalent load", (PEAK_LOAD,), False),
-        Quantity(LIFE, "life", (MEAN_LOAD,), worse=_life_of_both, smallest_is_worst=True),
+        Quantity(LIFE, "life", (MEAN_LOAD,), worse=lambda *both: system_life(both), smallest_is_worst=True),
         Quantity(SAFETY, "static safety", (PEAK_LOAD,), worse=np.minimum, smallest_is_worst=True),
         *(rms(load, load) for load in ("resultant", *forces, *moments)),
         Quantity(CONTACT, "contact lost", (("contact", "lost"),)),

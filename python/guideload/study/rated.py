@@ -15,7 +15,7 @@ from guideload.base.number_text import joined, load_in_sentence
 from guideload.life.arrangement import SIDE_BY_SIDE
 from guideload.life.criteria import Criteria, criteria_of, require_rated_moments
 from guideload.life.limits import limit_notes
-from guideload.life.mean_load import Travel, integrals
+from guideload.life.mean_load import Travel
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parameters import changed, part_path
@@ -57,13 +57,9 @@ def rated_study(
         has_products = any(machine.product_of_carriage)
         notes = (f"Life and static safety are not computed: {error}.",) if has_products else ()
         return RatedStudy(reason=str(error), notes=notes)
-    assert motion.velocity is not None
-    travel = Travel(motion.time, motion.velocity[:, 0], motion.acceleration[:, 0])
-    found = limit_notes(machine, criteria, travel, motion.position)
-    unloaded = np.zeros((motion.time.size, 6))
-    path = integrals(travel, unloaded, criteria[0].rule, criteria[0].rating.exponent)[1]
-    told = (*found, *_preload_notes(criteria, factors))
-    return RatedStudy(criteria, notes=tuple(f"Warning: {note}." for note in told), travel=float(path.sum()))
+    travel = Travel.of(motion)
+    told = (*limit_notes(machine, criteria, travel, motion.position), *_preload_notes(criteria, factors))
+    return RatedStudy(criteria, notes=tuple(f"Warning: {note}." for note in told), travel=travel.distance)
 
 
 def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> Iterator[str]:
@@ -89,7 +85,10 @@ def _require_possible(
     factors: Sequence[Factor],
     cases: Array | None,
 ) -> None:
-    """Raise LifeError if the life of the samples cannot be computed from one rule for each carriage."""
+    """Raise LifeError if the life of the samples cannot be computed from one rule for each carriage.
+
+    The rule depends on whether carriages of a rail are side by side, which must be so in all samples or in none.
+    """
     if motion.velocity is None:
         raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
     if not motion.velocity[:, 0].any():
@@ -103,11 +102,21 @@ def _require_possible(
         )
     for one in criteria:
         require_rated_moments(machine, one)
-    places = machine.carriage_centers[:, 0] + np.zeros((2, 1))  # (2, carriage): smallest and largest x
-    for path, ends in _places(machine, factors, cases):
-        places[:, path] = ends
-    for i, j in combinations(range(len(machine.carriages)), 2):
-        _require_arrangement(machine, places[:, i], places[:, j], i, j)
+    low, high = machine.carriage_centers[:, 0] + np.zeros((2, 1))  # (carriage,) smallest and largest x
+    for i, ends in _places(machine, factors, cases):
+        low[i], high[i] = ends
+    lengths = [(one and one.carriage_length) or 0.0 for one in machine.product_of_carriage]
+    for i, j in combinations(range(len(lengths)), 2):
+        same_rail = machine.rail_of_carriage[i] == machine.rail_of_carriage[j]
+        near = SIDE_BY_SIDE * max(lengths[i], lengths[j])
+        closest = max(0.0, low[i] - high[j], low[j] - high[i])
+        farthest = max(high[i] - low[j], high[j] - low[i])
+        if same_rail and near and closest <= near < farthest:
+            names = joined(machine.carriages[k].name for k in (i, j))
+            raise LifeError(
+                f"carriages {names} are side by side (at most {near:.3g} m apart) in some samples and apart in "
+                f"others, which changes f_C and the rule: narrow the distribution of x, {LEAVE_OUT}"
+            )
 
 
 def _places(
@@ -124,22 +133,3 @@ def _places(
         for target in index.keys() & set(factor.targets):
             low, high = sorted(changed(machine.carriages[index[target]].x, factor.form, end) for end in reach)
             yield index[target], (low, high)
-
-
-def _require_arrangement(machine: Machine, one: Array, other: Array, i: int, j: int) -> None:
-    """Raise LifeError if two carriages of a rail are side by side in some samples only."""
-    lengths = [
-        (product.carriage_length or 0.0) if product else 0.0
-        for product in (machine.product_of_carriage[k] for k in (i, j))
-    ]
-    if machine.rail_of_carriage[i] != machine.rail_of_carriage[j] or not any(lengths):
-        return
-    near = SIDE_BY_SIDE * max(lengths)
-    gaps = np.array([one[0] - other[1], other[0] - one[1]])
-    closest, farthest = max(0.0, float(gaps.max())), float(-gaps.min())
-    if closest <= near < farthest:
-        names = joined(machine.carriages[k].name for k in (i, j))
-        raise LifeError(
-            f"carriages {names} are side by side (at most {near:.3g} m apart) in some samples and apart in others, "
-            f"which changes f_C and the rule: narrow the distribution of x, {LEAVE_OUT}"
-        )

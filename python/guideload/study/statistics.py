@@ -138,10 +138,9 @@ def _position(levels: Array, count: int) -> Array:
     return np.asarray((count + 1 / 3) * levels + 1 / 3)
 
 
-def fewest_samples(level: float, confidence: float = CONFIDENCE) -> int:
+def fewest_samples(level: float) -> int:
     """Least number of samples that bound the quantile of this level on both sides; 368 for 99 %."""
-    tail = (1 - _confidence(confidence)) / 2
-    return int(np.ceil(np.log(tail) / np.log(max(level, 1 - level))))
+    return int(np.ceil(np.log((1 - CONFIDENCE) / 2) / np.log(max(level, 1 - level))))
 
 
 def counted(event: NDArray[np.bool_], replicate: Replicate) -> Array:

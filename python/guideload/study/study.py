@@ -24,7 +24,7 @@ from guideload.simulation.start import start_of
 from guideload.study.factors import build_copula, drawn_factors, estimated_entries, read_cases
 from guideload.study.metadata import DRAWN_MOTION, ParameterMetadata, StudyMetadata
 from guideload.study.options import REPLICATES, StudyFile, StudyOptions, read_study, with_hint_on_place
-from guideload.study.plan import Plan, digest, pair_correlations, with_fingerprint
+from guideload.study.plan import Plan, digest, with_fingerprint
 from guideload.study.quantities import checked_limits, recorded_measures
 from guideload.study.rated import RatedStudy, rated_study
 from guideload.study.sampling import Design
@@ -133,6 +133,7 @@ class Study(StudyOptions):
             require_posterior(self.machine, motion, self.cases)
         parameters = Parameters(self.machine, motion)
         design = cases = None
+        drawn: dict[str, Any] = {"sampling": "cases", "sensitivity": False}
         if self.cases is not None:
             factors, cases = read_cases(self.cases, parameters)
             runs = len(cases)
@@ -142,11 +143,13 @@ class Study(StudyOptions):
             if not vary:
                 raise _missing("vary", "a [[vary]] table, or cases")
             factors = drawn_factors(vary, parameters)
-            copula = build_copula(self.correlation, factors, vary)
+            copula, correlations = build_copula(self.correlation, factors, vary)
             self._require_possible_design(len(factors), copula is not None)
-            drawn = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
-            design = Design(*drawn, self._replicates, self.posterior)
-            runs = design.runs
+            numbers = self.sampling, self.seed, self.samples, len(factors), self.sensitivity, copula
+            design = Design(*numbers, self._replicates, self.posterior)
+            of_design = ("sampling", "seed", "replicates", "sensitivity")
+            runs, drawn = design.runs, {key: getattr(design, key) for key in of_design}
+            drawn["correlations"] = correlations
         histories = self.histories
         histories = tuple(range(min(histories, runs))) if isinstance(histories, int) else histories
         if histories and histories[-1] >= runs:
@@ -166,16 +169,12 @@ class Study(StudyOptions):
             motion_digest=digest(*(getattr(motion, name) for name in ("time", *HISTORIES))),
             duration=float(motion.time[-1] - motion.time[0]),
             instants=int(motion.time.size),
-            sampling="cases" if design is None else design.sampling,
-            seed=None if design is None else design.seed,
+            **drawn,
             runs=runs,
-            replicates=1 if design is None else design.replicates,
-            sensitivity=design is not None and design.sensitivity,
             parameters=(
                 *(factor.metadata for factor in factors),
                 *([MOTION_PARAMETER] if self.posterior else []),
             ),
-            correlations=pair_correlations(factors, None if design is None else design.copula),
             measures=measures,
             exponent=rated.exponent,
             life_notes=rated.notes,
