@@ -47,11 +47,7 @@ from guideload.machine.laws import (
     Preload,
     Rolling,
     Stiffness,
-    clearance_field,
-    compliance_field,
-    curve_field,
-    preload_field,
-    stiffness_field,
+    law_field,
 )
 from guideload.machine.straightness import Profile, Straightness, Waviness, spline_through
 
@@ -226,16 +222,16 @@ class Carriage(ElasticModel):
         'distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
         "a product may give it"
     )
-    curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
-    curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
-    stiffness_y: Stiffness = stiffness_field("of the whole carriage along y", "_y")
-    stiffness_z: Stiffness = stiffness_field("of the whole carriage along z", "_z")
-    preload_y: Preload = preload_field("of the whole carriage along y", "_y")
-    preload_z: Preload = preload_field("of the whole carriage along z", "_z")
-    clearance_y: Clearance = clearance_field("along y")
-    clearance_z: Clearance = clearance_field("along z")
-    compliance_y: Compliance = compliance_field("along y")
-    compliance_z: Compliance = compliance_field("along z")
+    curve_y: Curve | None = law_field("curve", "of the whole carriage along y", "_y")
+    curve_z: Curve | None = law_field("curve", "of the whole carriage along z", "_z")
+    stiffness_y: Stiffness = law_field("stiffness", "of the whole carriage along y", "_y")
+    stiffness_z: Stiffness = law_field("stiffness", "of the whole carriage along z", "_z")
+    preload_y: Preload = law_field("preload", "of the whole carriage along y", "_y")
+    preload_z: Preload = law_field("preload", "of the whole carriage along z", "_z")
+    clearance_y: Clearance = law_field("clearance", "along y")
+    clearance_z: Clearance = law_field("clearance", "along z")
+    compliance_y: Compliance = law_field("compliance", "along y")
+    compliance_z: Compliance = law_field("compliance", "along z")
     rolling: Rolling = None
     damping_y: Damping = Field(description=f"damping of the whole carriage along y{NO_CATALOGUE}")
     damping_z: Damping = Field(description=f"damping of the whole carriage along z{NO_CATALOGUE}")
@@ -349,10 +345,10 @@ class Link(ElasticModel):
     direction: Vector = Field(
         description="vector of any length along which it acts, e.g. [1, 0, 0]; it is scaled to a unit vector"
     )
-    curve: Curve | None = curve_field("along its direction")
-    stiffness: Stiffness = stiffness_field("along its direction")
-    preload: Preload = preload_field("along its direction")
-    clearance: Clearance = clearance_field("along its direction")
+    curve: Curve | None = law_field("curve", "along its direction")
+    stiffness: Stiffness = law_field("stiffness", "along its direction")
+    preload: Preload = law_field("preload", "along its direction")
+    clearance: Clearance = law_field("clearance", "along its direction")
     rolling: Rolling = None
     damping: Damping = Field(description='damping along its direction, e.g. "20 kN s/m"')
     damping_in_contact: DampingInContact = False
