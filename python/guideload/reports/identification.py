@@ -191,21 +191,15 @@ def _record_differences(found: Identification, data: Record) -> list[str]:
 
 
 def _differences_table(found: Identification) -> Table:
+    headings = [("measured",), ("values", "", "count"), ("rms", "", "factor"), ("noise", "", "2 digits")]
+    rows: list[tuple[Value, ...]] = []
     in_time = [isinstance(each, Record) for each in found.data for _ in each.noise]
-    noises = [
-        "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
-        for test, is_record in zip(found.residuals, in_time, strict=True)
-    ]
-    rms = [
-        None if noise == "estimated" else test.rms
-        for test, noise in zip(found.residuals, noises, strict=True)
-    ]
-    return Table(
-        Column("measured", [test.name for test in found.residuals]),
-        Column("values", [test.count for test in found.residuals], kind="count"),
-        Column("rms", rms, kind="factor"),
-        Column("noise", noises, kind="2 digits"),
-    )
+    for test, is_record in zip(found.residuals, in_time, strict=True):
+        noise = (
+            "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
+        )
+        rows.append((test.name, test.count, None if noise == "estimated" else test.rms, noise))
+    return Table.by_rows(headings, rows)
 
 
 def _levels_table(levels: Sequence[ComparedModel]) -> Table:
