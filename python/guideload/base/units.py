@@ -148,7 +148,10 @@ def _ratio(unit: str, target: str) -> Fraction:
     source, goal = _parsed(unit), _parsed(target)
     if source.powers != goal.powers:
         if goal != _parsed("rad/s") or _plain(unit).replace(" ", "") not in ("1/min", "min^-1"):
-            raise ValueRefused(_name(target), unit, _mismatch(unit, source, goal))
+            hint = f'"{unit}" is {_dimension(source)}'
+            if goal == _parsed("rad/s") and source.powers == UNITS["Hz"].powers:
+                hint = f'"{unit}" may mean turns or radians per second: write rev/s or rad/s'
+            raise ValueRefused(_name(target), unit, hint)
         source = UNITS["rpm"]
     return source.ratio / goal.ratio
 
@@ -192,12 +195,6 @@ def _named(unit: str, name: str) -> Unit:
 def _plain(unit: str) -> str:
     """`unit` with plain signs: "kg·m²" becomes "kg*m^2", "kg m2" becomes "kg m^2"."""
     return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit.strip().translate(SIGNS))
-
-
-def _mismatch(unit: str, source: Unit, goal: Unit) -> str:
-    if goal == _parsed("rad/s") and source.powers == UNITS["Hz"].powers:
-        return f'"{unit}" may mean turns or radians per second: write rev/s or rad/s'
-    return f'"{unit}" is {_dimension(source)}'
 
 
 def _name(unit: str) -> str:

@@ -89,15 +89,10 @@ def _main_sections(life: Life, band: LifeBand | None) -> list[Section]:
 
 def _answer(life: Life, band: LifeBand | None) -> str:
     shortest, weakest, conditions = life.shortest, life.weakest, life.conditions
-    required = (
-        "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
-    )
-    low, high = (0.0, 0.0) if band is None else band.machine
-    ends = (
-        f" (noise of the trace alone: {_ends(low, high)} km, 95 %)"
-        if _ends(low, high) != _ends(low, low)
-        else ""
-    )
+    required = f'least for application "{conditions.application}"' if conditions.safety is None else "wanted"
+    ends = ""
+    if band is not None and _ends(*band.machine) != _ends(band.machine[0], band.machine[0]):
+        ends = f" (noise of the trace alone: {_ends(*band.machine)} km, 95 %)"
     words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
     risk = life_risk(life.machine, life.wanted, conditions)
     verdict = life_verdict(life.machine, life.wanted, weakest.static.safety, conditions)

@@ -165,7 +165,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     spare: tuple[str, ...] = ()  # units in a row of names
     notes: list[str] = []
     if head:
-        named = max(range(len(head)), key=lambda i: (_likeness_to_names(head[i]), -i))
+        named = max(range(len(head)), key=lambda i: (sum(map(_likeness_to_name, head[i].cells)), -i))
         names = head[named].cells
         for row in head[:named]:
             if (merged := _merged_names(names, row.cells)) != names:
@@ -252,12 +252,8 @@ def _top_of_header(rows: list[Row], start: int, width: int) -> int:
     return top
 
 
-def _likeness_to_names(row: Row) -> int:
-    """Score of a row as the row of names: 2 per time column, 1 per column with a unit or word of motion."""
-    return sum(map(_likeness_to_name, row.cells))
-
-
 def _likeness_to_name(cell: str) -> int:
+    """Score of a cell as the name of a column: 2 for a time, 1 for a unit or word of motion."""
     header = Header.of(cell)
     return 2 * header.is_time + bool(header.kind or header.word_kind) if header.words else 0
 
