@@ -10,14 +10,7 @@ from collections.abc import Iterable
 from typing import Annotated, Literal, NamedTuple, cast
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    Field,
-    StrictStr,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, StrictStr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticKnownError
 
 from guideload._core import Law

@@ -135,10 +135,9 @@ class Waviness(ConfigModel):
     rms: Annotated[tuple[Length, Length], listed("y", "z")] = Field(
         description='root mean squares of the displacement along y and z, e.g. ["10 um", "5 um"]'
     )
-    wavelengths: Annotated[
-        tuple[PositiveLength, PositiveLength],
-        listed("shortest", "longest"),
-    ] = Field(description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]')
+    wavelengths: Annotated[tuple[PositiveLength, PositiveLength], listed("shortest", "longest")] = Field(
+        description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]'
+    )
     exponent: Annotated[float, in_range(POWER, least=0.0)] = optional(
         "of the fall of the power density with the wave number", 2.0
     )

@@ -19,12 +19,7 @@ from guideload.base.number_text import (
     signed,
 )
 from guideload.base.warnings import LIMITS, WarningText
-from guideload.drive.requirements import (
-    DriveRequirements,
-    Motor,
-    is_elastic,
-    share_of_push,
-)
+from guideload.drive.requirements import DriveRequirements, Motor, is_elastic, share_of_push
 from guideload.machine.machine import Machine
 from guideload.reports.report import Part, Table, Value
 from guideload.simulation.result import Result

@@ -10,15 +10,7 @@ from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
 from guideload.base.arrays import Array
-from guideload.base.number_text import (
-    between,
-    counted,
-    digits,
-    joined,
-    load_in_table,
-    number,
-    vector,
-)
+from guideload.base.number_text import between, counted, digits, joined, load_in_table, number, vector
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
