@@ -45,7 +45,11 @@ LIFE_DEFINITION = (
 
 def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
-    found = life.band if band else None
+    found, time = life.band if band else None, life.record.travel.time
+    record = (
+        f"One record is {digits(time[-1] - time[0], 4)} s and {digits(life.distance, 4)} m of travel; it repeats every "
+        f"{digits(life.repetition.duration, 4)} s."
+    )
     phases = ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
     return Report.of(
         life.record.result.machine,
@@ -57,7 +61,7 @@ def life_report(life: Life, band: bool = True) -> Report:
             _rows_section(life),
             Section("Share of the life by phase of the cycle", phases),
             _places_section(life),
-            Section("Formulas", *_formulas(life)),
+            Section("Formulas", *rating_formulas(life.carriages), record),
         ],
         failed=not life.holds,
     )
@@ -256,14 +260,6 @@ def _places_section(life: Life) -> Section:
         "x is counted from L at the start of the record. Damage at a place: from all carriages that pass it."
     )
     return Section("Life by place", lines, Definitions(note if lines else ""))
-
-
-def _formulas(life: Life) -> list[str]:
-    return [
-        *rating_formulas(life.carriages),
-        f"One record is {digits(life.record.travel.time[-1] - life.record.travel.time[0], 4)} s and "
-        f"{digits(life.distance, 4)} m of travel; it repeats every {digits(life.repetition.duration, 4)} s.",
-    ]
 
 
 def _preload_formula(carriages: Sequence[Criteria]) -> Iterator[str]:
