@@ -258,12 +258,8 @@ class Carriage(ElasticModel):
         k: nominal stiffness of the carriage, whose damper is parallel to it; k_s: together with the structure. A
         vibration of amplitude a then moves the carriage by a k_s/k, and its damper dissipates (k_s/k)^2 of the energy.
         """
-        compliances = self.compliance_y, self.compliance_z
-        shares = [
-            (1.0 + law.stiffness * compliance) ** -2.0
-            for law, compliance in zip(self.own_laws, compliances, strict=True)
-        ]
-        return shares[0], shares[1]
+        y, z = (law.stiffness for law in self.own_laws)
+        return (1.0 + y * self.compliance_y) ** -2.0, (1.0 + z * self.compliance_z) ** -2.0
 
     @field_validator("length")
     @classmethod
