@@ -106,11 +106,8 @@ def quantity(value: object, unit: str) -> float:
             its_unit = "" if unit == "1" else ", then its unit"
             raise ValueRefused(expected, value, f'write a number with a decimal point{its_unit}: "{example}"')
         number, written = match.groups()
-        if (
-            unit == "1"
-            and (ratio := re.fullmatch(r":\s*(\d+\.?\d*)", written))
-            and float(number) * float(ratio[1])
-        ):
+        ratio = re.fullmatch(r":\s*(\d+\.?\d*)", written) if unit == "1" else None
+        if ratio and float(number) * float(ratio[1]):
             least, most = sorted((float(number) / float(ratio[1]), float(ratio[1]) / float(number)))
             raise ValueRefused(expected, value, f"write the ratio as one number, {most:g} or {least:g}")
         if not written and unit != "1":

@@ -217,7 +217,6 @@ def _run(session: Session, command: Command | None, ends: Ends, say: _Voice) -> 
                     command.is_running()  # so that a failure is said now
                 if live is not None:
                     rate = f"{session.per_second:.0f} samples/s from {session.source.name}"
-                    text = monitor_report(session.status(), session.monitor.machine).text(
-                        console.width, console.encoding
-                    )
+                    report = monitor_report(session.status(), session.monitor.machine)
+                    text = report.text(console.width, console.encoding)
                     live.update(f"{text}\n{rate}", refresh=True)

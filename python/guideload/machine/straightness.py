@@ -110,15 +110,11 @@ def _parse_points(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:
     if sorted(units) != sorted(COLUMNS) or len(heads) != len(COLUMNS):
         hint = f"the first row of {file} is {', '.join(rows[0]) if rows else 'missing'}"
         raise ValueRefused('the columns x, dy and dz, as in "x [mm],dy [um],dz [um]"', str(file), hint)
-    order = [list(units).index(name) for name in COLUMNS]
+    columns = [(list(units).index(name), units[name]) for name in COLUMNS]
     points = []
     for number, row in enumerate(rows[1:], 2):
         try:
-            points.append(
-                tuple(
-                    quantity(f"{row[i]} {units[name]}", "m") for i, name in zip(order, COLUMNS, strict=True)
-                )
-            )
+            points.append(tuple(quantity(f"{row[i]} {unit}", "m") for i, unit in columns))
         except (ValueRefused, IndexError) as error:
             raise ValueRefused(
                 "three numbers in each row", str(file), f"row {number} of {file}: {error}"

@@ -74,10 +74,8 @@ class KeyFigures:
         if worst.level == "near":
             return "near", f"Holds with little margin. {worst.name}: {worst.reason}"
         if worst.level == "open":
-            return (
-                "open",
-                "Nothing is required yet: name a product of the carriages, and a life to be reached",
-            )
+            wanted = "name a product of the carriages, and a life to be reached"
+            return "open", f"Nothing is required yet: {wanted}"
         smallest = min(self.margins, key=lambda name: self.margins[name])
         open_life = "" if "life" in self.margins else ". No life to be reached is given"
         return "good", f"Holds. Smallest margin: {digits(self.margins[smallest])}, {smallest}{open_life}"
