@@ -11,7 +11,7 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.monitor import Monitor, MonitorSettings
 from guideload.monitor.description import monitor_text
 from guideload.monitor.estimator import filter_taps
-from guideload.watch.inputs import Break, Input
+from guideload.watch.inputs import Input
 from guideload.watch.lines import Lines
 from guideload.watch.session import Session
 
@@ -52,14 +52,14 @@ def text_of(stamps: Any, counts: Any) -> bytes:
 
 
 class Pieces(Input):
-    """An input whose bytes come in pieces, as given; `Break` among them."""
+    """An input whose bytes come in pieces, as given; texts among them end a stream."""
 
     name = "pieces"
 
-    def __init__(self, *pieces: bytes | Break) -> None:
+    def __init__(self, *pieces: bytes | str) -> None:
         self.pieces = list(pieces)
 
-    def read(self, timeout: float) -> bytes | Break | None:
+    def read(self, timeout: float) -> bytes | str | None:
         return self.pieces.pop(0) if self.pieces else None
 
 
@@ -70,6 +70,6 @@ def run(session: Session) -> Session:
     return session
 
 
-def watched(*pieces: bytes | Break, **options: Any) -> Session:
+def watched(*pieces: bytes | str, **options: Any) -> Session:
     """A session that has taken these bytes."""
     return run(Session(new_monitor(), Pieces(*pieces), Lines(), **options))

@@ -15,7 +15,7 @@ from watched import LIMIT, SETTINGS, new_monitor, run, samples, text_of, watched
 
 from guideload.base.errors import ArgumentError, ReadError
 from guideload.reports.monitor import monitor_report
-from guideload.watch.inputs import Break, GrowingFile, Input, StandardInput
+from guideload.watch.inputs import GrowingFile, Input, StandardInput
 from guideload.watch.lines import Lines
 from guideload.watch.reaction import Command, Crossing
 from guideload.watch.session import Session
@@ -142,7 +142,7 @@ def test_every_crossing_is_told_once() -> None:
 
 def test_a_break_between_streams_loses_the_line_that_was_cut() -> None:
     refused: list[object] = []
-    session = watched(TEXT[:49], Break("gone"), b"time,count\n7,7\n", on_refused=refused.append)
+    session = watched(TEXT[:49], "gone", b"time,count\n7,7\n", on_refused=refused.append)
     complete = TEXT[:49].count(b"\n")
     assert session.samples == complete + 1 and len(refused) == session.lines.malformed == 1
 

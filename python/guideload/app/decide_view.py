@@ -223,10 +223,7 @@ def product_changes(candidate: guideload.sizing.Candidate) -> dict[document.Path
     laws = bool(candidate.product.stiffness_source(candidate.preload_class))
     gone = (*OF_PRODUCT, *(f"{key}_{axis}" for key in OF_AXIS for axis in "yz"))
     for i, carriage in enumerate(candidate.result.machine.carriages):
-        values: dict[str, Any] = {
-            "product": candidate.product.name,
-            "preload_class": candidate.preload_class,
-        }
+        values: dict[str, Any] = {"product": candidate.product.name, "preload_class": candidate.preload_class}
         if laws:
             values |= dict.fromkeys(gone)
             values |= {

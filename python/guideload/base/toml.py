@@ -182,12 +182,10 @@ class _Scanner:
             depth = max(0, depth + (mark in ("[", "{")) - (mark in ("]", "}")))
             dots = dots + 1 if mark == "." else 0 if mark else dots
             if depth > DEEPEST or dots >= DEEPEST:
-                what = "keys with at most that many parts"
-                return (
-                    self._row(token),
-                    f"tables and lists in at most {DEEPEST} levels, and {what}",
-                    "a deeper level",
+                expected = (
+                    f"tables and lists in at most {DEEPEST} levels, and keys with at most that many parts"
                 )
+                return self._row(token), expected, "a deeper level"
             if token.lastgroup == "bare" and token.end() - token.start() > LONGEST:
                 expected = f"keys and values without quotes of at most {LONGEST} characters"
                 return self._row(token), expected, shortened(token[0])

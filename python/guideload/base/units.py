@@ -106,11 +106,8 @@ def quantity(value: object, unit: str) -> float:
             its_unit = "" if unit == "1" else ", then its unit"
             raise ValueRefused(expected, value, f'write a number with a decimal point{its_unit}: "{example}"')
         number, written = match.groups()
-        if (
-            unit == "1"
-            and (ratio := re.fullmatch(r":\s*(\d+\.?\d*)", written))
-            and float(number) * float(ratio[1])
-        ):
+        ratio = re.fullmatch(r":\s*(\d+\.?\d*)", written) if unit == "1" else None
+        if ratio and float(number) * float(ratio[1]):
             least, most = sorted((float(number) / float(ratio[1]), float(ratio[1]) / float(number)))
             raise ValueRefused(expected, value, f"write the ratio as one number, {most:g} or {least:g}")
         if not written and unit != "1":
@@ -148,7 +145,10 @@ def _ratio(unit: str, target: str) -> Fraction:
     source, goal = _parsed(unit), _parsed(target)
     if source.powers != goal.powers:
         if goal != _parsed("rad/s") or _plain(unit).replace(" ", "") not in ("1/min", "min^-1"):
-            raise ValueRefused(_name(target), unit, _mismatch(unit, source, goal))
+            hint = f'"{unit}" is {_dimension(source)}'
+            if goal == _parsed("rad/s") and source.powers == UNITS["Hz"].powers:
+                hint = f'"{unit}" may mean turns or radians per second: write rev/s or rad/s'
+            raise ValueRefused(_name(target), unit, hint)
         source = UNITS["rpm"]
     return source.ratio / goal.ratio
 
@@ -192,12 +192,6 @@ def _named(unit: str, name: str) -> Unit:
 def _plain(unit: str) -> str:
     """`unit` with plain signs: "kg·m²" becomes "kg*m^2", "kg m2" becomes "kg m^2"."""
     return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit.strip().translate(SIGNS))
-
-
-def _mismatch(unit: str, source: Unit, goal: Unit) -> str:
-    if goal == _parsed("rad/s") and source.powers == UNITS["Hz"].powers:
-        return f'"{unit}" may mean turns or radians per second: write rev/s or rad/s'
-    return f'"{unit}" is {_dimension(source)}'
 
 
 def _name(unit: str) -> str:

@@ -99,9 +99,6 @@ class Repetition:
         """The travel [m] of a life to be reached."""
         if target.unit == "m":
             return target.value
-        cycles = {
-            "cycles": 1.0,
-            "s": 1.0 / self.duration,
-            "years": self.yearly_hours * HOUR / self.duration,
-        }[target.unit]
-        return target.value * cycles * self.distance
+        yearly = self.yearly_hours * HOUR / self.duration
+        cycles = {"cycles": 1.0, "s": 1.0 / self.duration, "years": yearly}
+        return target.value * cycles[target.unit] * self.distance

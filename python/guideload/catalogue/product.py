@@ -5,14 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    Field,
-    StrictInt,
-    StrictStr,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, StrictInt, StrictStr, ValidationInfo, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ValueRefused, did_you_mean
@@ -258,10 +251,9 @@ class Product(ConfigModel):
         with_law  whether the product gives the elastic law as well. Then length and width that are not in the record
                   follow from static moments: with rows at 45 degrees, roll stiffness over stiffness is (M0/C0)^2.
         """
-        length, width = (
-            self.loaded_length if with_law else self.row_length or self.body_length,
-            self.row_spacing,
-        )
+        length, width = self.row_length or self.body_length, self.row_spacing
+        if with_law:
+            length = self.loaded_length
         if with_law and width is None and self.static is not None and self.static_moments.roll is not None:
             width = 2.0 * self.static_moments.roll / self.static
         found = {"length": None if length is None else length / ROW_OVER_LENGTH, "width": width}

@@ -99,11 +99,13 @@ def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -
     if motion is None:
         return Shown(report, lambda plots: plots.scene(machine))
     from guideload.motion.resolution import TraceResolution
-    from guideload.reports.run import motion_section
+    from guideload.reports.report import Section
+    from guideload.reports.run import motion_lines
     from guideload.reports.trace import resolution_section
 
     resolution = resolution_section(TraceResolution.of_motion(machine, motion))
-    report = replace(report, sections=[*report.sections, motion_section(motion), resolution])
+    sections = [*report.sections, Section("Motion", motion_lines(motion)), resolution]
+    report = replace(report, sections=sections)
     return Shown(report, lambda plots: plots.scene(machine))
 
 

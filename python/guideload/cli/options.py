@@ -19,9 +19,8 @@ from guideload.traces.options import ReadingOptions, SmoothingOptions
 
 InputFile = click.Path(path_type=Path)
 FilePath = click.Path(path_type=Path, dir_okay=False)
-FileKind = Literal[
-    "machine", "study", "catalogue", "motion", "duty", "monitor", "identify"
-]  # of files with a schema
+# Of files with a schema.
+FileKind = Literal["machine", "study", "catalogue", "motion", "duty", "monitor", "identify"]
 
 
 class Folder(click.Path):

@@ -155,20 +155,16 @@ def atomic_output(
             for below in names:
                 (draft / below).mkdir(exist_ok=True)
             yield draft
-            for below in names:
-                _write_manifest(draft / below)
+            for folder in [draft / below for below in names]:
+                # All files of the draft, so that --overwrite may replace them later.
+                lines = [MANIFEST_TITLE, *sorted(path.name for path in folder.iterdir())]
+                (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
             stack.close()
         except OSError as error:
             file = error.filename
             if isinstance(file, str) and not {draft, output} & {Path(file), *Path(file).parents}:
                 raise  # of a file that the block reads
             raise click.ClickException(f"{output}: cannot be written: {error.strerror or error}") from error
-
-
-def _write_manifest(folder: Path) -> None:
-    """List all files of a draft folder, so that `--overwrite` may replace them later."""
-    lines = [MANIFEST_TITLE, *sorted(path.name for path in folder.iterdir())]
-    (folder / MANIFEST).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def remove_own_files(folder: Path) -> None:

@@ -28,14 +28,10 @@ def print_text(text: str) -> None:
     click.echo(visible(text).rstrip("\n").encode(encoding, errors="replace").decode(encoding))
 
 
-def output_width() -> int:
-    """The width of the terminal, or COLUMNS; 80 characters if standard output is no terminal."""
-    return max(shutil.get_terminal_size().columns, NARROWEST)
-
-
 def print_report(report: Report) -> None:
-    """Print a report in the width and encoding of standard output."""
-    print_text(report.text(output_width(), output_encoding()))
+    """Print a report in the encoding of standard output and the width of the terminal, or COLUMNS; 80 without any."""
+    width = max(shutil.get_terminal_size().columns, NARROWEST)
+    print_text(report.text(width, output_encoding()))
 
 
 def status(doing: str) -> AbstractContextManager[Any]:

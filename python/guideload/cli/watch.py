@@ -88,6 +88,14 @@ def watch(
         ends = stack.enter_context(asked_to_end())
         say = _Voice(ends if strict else None, seconds)
         command = None if on_limit is None else Command(on_limit, say)
+
+        def react(crossing: Crossing) -> bool:
+            if command is not None:
+                command(crossing)
+            if stop_at_limit:
+                ends.code = LIMIT_PASSED
+            return stop_at_limit
+
         source: Input = StandardInput() if follow is None else GrowingFile(follow)
         stack.callback(source.close)
         store = None if output is None else stack.enter_context(_opened_store(output, monitor, record_only))
@@ -96,7 +104,7 @@ def watch(
             source,
             Lines(monitor.settings.ticks / monitor.settings.period if seconds else None),
             store,
-            on_crossing=_reaction(command, stop_at_limit, ends),
+            on_crossing=react,
             on_refused=say.refused,
             say=say,
         )
@@ -187,19 +195,6 @@ def _opened_store(folder: Path, monitor: Monitor, record_only: bool) -> Iterator
         yield Store(folder, monitor, not record_only)
 
 
-def _reaction(command: Command | None, stop: bool, ends: Ends) -> Callable[[Crossing], bool]:
-    """What happens at a crossing; whether the watch ends there."""
-
-    def react(crossing: Crossing) -> bool:
-        if command is not None:
-            command(crossing)
-        if stop:
-            ends.code = LIMIT_PASSED
-        return stop
-
-    return react
-
-
 def _run(session: Session, command: Command | None, ends: Ends, say: _Voice) -> None:
     """Take samples until the end, and show the state meanwhile."""
     from rich.console import Console
@@ -222,7 +217,6 @@ def _run(session: Session, command: Command | None, ends: Ends, say: _Voice) -> 
                     command.is_running()  # so that a failure is said now
                 if live is not None:
                     rate = f"{session.per_second:.0f} samples/s from {session.source.name}"
-                    text = monitor_report(session.status(), session.monitor.machine).text(
-                        console.width, console.encoding
-                    )
+                    report = monitor_report(session.status(), session.monitor.machine)
+                    text = report.text(console.width, console.encoding)
                     live.update(f"{text}\n{rate}", refresh=True)

@@ -36,8 +36,8 @@ def report_page(
         figures={one.title: drawn.get(one.title, []) for one in page.sections},
         kind_of=lambda part: type(part).__name__,
         version=version("guideload"),
-        style=Markup(_file("page.css")),
-        script=Markup(_file("page.js")),
+        style=Markup(package_file("page.css")),
+        script=Markup(package_file("page.js")),
     )
 
 
@@ -54,8 +54,9 @@ def save_page(text: str, path: str | PathLike[str], *, replace: bool = True) -> 
 @cache
 def _template() -> Template:
     environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    return environment.from_string(_file("page.html"))
+    return environment.from_string(package_file("page.html"))
 
 
-def _file(name: str) -> str:
+def package_file(name: str) -> str:
+    """The text of a file of this package."""
     return (files(__package__) / name).read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import platform
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -15,7 +16,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
 from guideload.html_report.figures import Chart, Figure, Line, Listing, chart, picture
-from guideload.html_report.page import report_page, save_page
+from guideload.html_report.page import package_file, report_page, save_page
 from guideload.plots.long_records import is_long, worst_cycle
 from guideload.plots.run import drawings
 from guideload.plots.style import INK, carriage_look
@@ -35,31 +36,6 @@ if TYPE_CHECKING:
 AROUND_PEAK = 0.25  # s before and after the largest load; of a long record the worst cycle is shown instead
 HISTORIES, INPUT, PICTURES = "Load histories", "Input, for repetition", "Pictures"  # titles of sections
 PACKAGES = ("guideload", "numpy", "scipy")
-# What the figures rest on: statement and source.
-ASSUMPTIONS = (
-    (
-        "One rigid body on the elastic and damping links of its carriages; rails and base are rigid.",
-        "paper, 3",
-    ),
-    (
-        "M q'' + B q' + K q = Q - M_u a(t), from Lagrange's equations in vector form, without constraints.",
-        "paper, 3.4",
-    ),
-    (
-        "Rails and carriages are exactly where the machine file has them, with its mounting errors and profiles.",
-        "guideload, theory",
-    ),
-    ("Rotations are small; the audit estimates what this neglects.", "paper, 3.1"),
-    (
-        "Load of a link: k delta + b delta', or its nonlinear law; load of a carriage: sum over its links.",
-        "paper, 3.6",
-    ),
-    (
-        "The run starts in static equilibrium: under the weight, or, of a record that begins under way, with m a.",
-        "guideload, theory",
-    ),
-    ("Between two samples the acceleration of the cart is linear in time.", "guideload, theory"),
-)
 HINT = "Drag to zoom, double click for the whole history, click on a name to hide it."
 SCENE = "The machine, with the force of the body on each carriage at the instant of the largest resultant."
 
@@ -85,7 +61,8 @@ def run_page(result: Result, pictures: Pictures | None = None) -> str:
     pictures = pictures or drawings(result)
     machine, report = result.machine, result_report(result)
     body, carriages = machine_sections(machine)
-    assumptions = Table(*map(Column, ("statement", "source"), zip(*ASSUMPTIONS, strict=True)))
+    rows = csv.reader(package_file("assumptions.csv").splitlines())
+    assumptions = Table(*(Column(label, texts) for label, *texts in zip(*rows, strict=True)))
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     given = [
         f"Versions: {versions}, Python {platform.python_version()}.",

@@ -17,10 +17,7 @@ ROUNDING = 1e-6  # relative to the diagonal: six printed digits of a finite elem
 Number = Annotated[float, in_range(ENTRY)]
 DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], listed(*DIRECTIONS)]
-Compliance = Annotated[
-    tuple[Row, Row, Row, Row, Row, Row],
-    listed(*(f"row {name}" for name in DIRECTIONS)),
-]
+Compliance = Annotated[tuple[Row, Row, Row, Row, Row, Row], listed(*(f"row {name}" for name in DIRECTIONS))]
 
 
 class Base(ConfigModel):

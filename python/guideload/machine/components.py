@@ -10,14 +10,7 @@ from collections.abc import Iterable
 from typing import Annotated, Literal, NamedTuple, cast
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    Field,
-    StrictStr,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, StrictStr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticKnownError
 
 from guideload._core import Law
@@ -47,11 +40,7 @@ from guideload.machine.laws import (
     Preload,
     Rolling,
     Stiffness,
-    clearance_field,
-    compliance_field,
-    curve_field,
-    preload_field,
-    stiffness_field,
+    law_field,
 )
 from guideload.machine.straightness import Profile, Straightness, Waviness, spline_through
 
@@ -226,16 +215,16 @@ class Carriage(ElasticModel):
         'distance across the rail of its rows of balls or rollers, e.g. "23 mm", which resist roll; '
         "a product may give it"
     )
-    curve_y: Curve | None = curve_field("of the whole carriage along y", "_y")
-    curve_z: Curve | None = curve_field("of the whole carriage along z", "_z")
-    stiffness_y: Stiffness = stiffness_field("of the whole carriage along y", "_y")
-    stiffness_z: Stiffness = stiffness_field("of the whole carriage along z", "_z")
-    preload_y: Preload = preload_field("of the whole carriage along y", "_y")
-    preload_z: Preload = preload_field("of the whole carriage along z", "_z")
-    clearance_y: Clearance = clearance_field("along y")
-    clearance_z: Clearance = clearance_field("along z")
-    compliance_y: Compliance = compliance_field("along y")
-    compliance_z: Compliance = compliance_field("along z")
+    curve_y: Curve | None = law_field("curve", "of the whole carriage along y", "_y")
+    curve_z: Curve | None = law_field("curve", "of the whole carriage along z", "_z")
+    stiffness_y: Stiffness = law_field("stiffness", "of the whole carriage along y", "_y")
+    stiffness_z: Stiffness = law_field("stiffness", "of the whole carriage along z", "_z")
+    preload_y: Preload = law_field("preload", "of the whole carriage along y", "_y")
+    preload_z: Preload = law_field("preload", "of the whole carriage along z", "_z")
+    clearance_y: Clearance = law_field("clearance", "along y")
+    clearance_z: Clearance = law_field("clearance", "along z")
+    compliance_y: Compliance = law_field("compliance", "along y")
+    compliance_z: Compliance = law_field("compliance", "along z")
     rolling: Rolling = None
     damping_y: Damping = Field(description=f"damping of the whole carriage along y{NO_CATALOGUE}")
     damping_z: Damping = Field(description=f"damping of the whole carriage along z{NO_CATALOGUE}")
@@ -269,12 +258,8 @@ class Carriage(ElasticModel):
         k: nominal stiffness of the carriage, whose damper is parallel to it; k_s: together with the structure. A
         vibration of amplitude a then moves the carriage by a k_s/k, and its damper dissipates (k_s/k)^2 of the energy.
         """
-        compliances = self.compliance_y, self.compliance_z
-        shares = [
-            (1.0 + law.stiffness * compliance) ** -2.0
-            for law, compliance in zip(self.own_laws, compliances, strict=True)
-        ]
-        return shares[0], shares[1]
+        y, z = (law.stiffness for law in self.own_laws)
+        return (1.0 + y * self.compliance_y) ** -2.0, (1.0 + z * self.compliance_z) ** -2.0
 
     @field_validator("length")
     @classmethod
@@ -349,10 +334,10 @@ class Link(ElasticModel):
     direction: Vector = Field(
         description="vector of any length along which it acts, e.g. [1, 0, 0]; it is scaled to a unit vector"
     )
-    curve: Curve | None = curve_field("along its direction")
-    stiffness: Stiffness = stiffness_field("along its direction")
-    preload: Preload = preload_field("along its direction")
-    clearance: Clearance = clearance_field("along its direction")
+    curve: Curve | None = law_field("curve", "along its direction")
+    stiffness: Stiffness = law_field("stiffness", "along its direction")
+    preload: Preload = law_field("preload", "along its direction")
+    clearance: Clearance = law_field("clearance", "along its direction")
     rolling: Rolling = None
     damping: Damping = Field(description='damping along its direction, e.g. "20 kN s/m"')
     damping_in_contact: DampingInContact = False

@@ -33,6 +33,7 @@ CurvePoint = Annotated[
     listed("speed", "torque"),
 ]
 OUTPUTS = ("pinion_diameter", "pulley_diameter", "screw_lead", "linear_motor")
+ROTARY = ("gear_ratio", "motor_inertia", "torque_curve", "rated_torque")  # of motors that turn
 
 
 class Drive(ConfigModel):
@@ -95,14 +96,9 @@ class Drive(ConfigModel):
         given = self.model_dump(exclude_unset=True)
         if sum(bool(getattr(self, key)) for key in OUTPUTS) != 1:
             raise ValueRefused(f"exactly one of {', '.join(OUTPUTS)}", given)
-        if self.linear_motor:
-            rotary = [
-                key for key in ("gear_ratio", "motor_inertia", "torque_curve", "rated_torque") if key in given
-            ]
-            if rotary:
-                raise ValueRefused(
-                    f"no {rotary[0]} beside linear_motor", given, "a linear motor does not turn"
-                )
+        rotary = [key for key in ROTARY if key in given]
+        if self.linear_motor and rotary:
+            raise ValueRefused(f"no {rotary[0]} beside linear_motor", given, "a linear motor does not turn")
         if self.critical_speed is not None and self.screw_lead is None:
             raise ValueRefused("screw_lead beside critical_speed", given, "only a screw has a critical speed")
         if (self.pressure_angle is None) != (self.push_direction is None):

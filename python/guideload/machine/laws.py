@@ -86,34 +86,24 @@ DampingInContact = Annotated[
 ]
 
 
-# ---- fields (where: direction in words, as "along z"; suffix: "_y" or "_z", none for an extra link)
+# ---- fields
+
+DESCRIPTIONS = {
+    "curve": "points [deflection, force] {where} instead of stiffness{suffix}, e.g. "
+    '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions',
+    "stiffness": 'stiffness {where}, e.g. "350 N/um" (or curve{suffix} instead)',
+    "preload": 'preload {where}, e.g. "2.09 kN", beside stiffness{suffix} at no load; leave it out if there is none',
+    "clearance": 'clearance {where} to either side, e.g. "5 um"',
+    "compliance": "compliance {where} of what is in series with the carriage, as bolted joint and table, "
+    'e.g. "2 um/kN"',
+}
 
 
-def curve_field(where: str, suffix: str = "") -> Any:
-    text = f"points [deflection, force] {where} instead of stiffness{suffix}, e.g. "
-    example = '[["0 um", "0 N"], ["20 um", "9 kN"]]; from [0, 0] on they hold for both directions'
-    return optional(text + example)
-
-
-def stiffness_field(where: str, suffix: str = "") -> Any:
-    text = f'stiffness {where}, e.g. "350 N/um" (or curve{suffix} instead)'
-    return optional(text, validate_default=True)
-
-
-def preload_field(where: str, suffix: str = "") -> Any:
-    text = (
-        f'preload {where}, e.g. "2.09 kN", beside stiffness{suffix} at no load; leave it out if there is none'
-    )
-    return optional(text)
-
-
-def compliance_field(where: str) -> Any:
-    text = f'compliance {where} of what is in series with the carriage, as bolted joint and table, e.g. "2 um/kN"'
-    return optional(text, 0.0)
-
-
-def clearance_field(where: str) -> Any:
-    return optional(f'clearance {where} to either side, e.g. "5 um"', 0.0)
+def law_field(key: str, where: str, suffix: str = "") -> Any:
+    """The field of a key. where: direction in words, as "along z"; suffix: "_y" or "_z", none for an extra link."""
+    default = 0.0 if key in ("clearance", "compliance") else None
+    text = DESCRIPTIONS[key].format(where=where, suffix=suffix)
+    return optional(text, default, validate_default=key == "stiffness")
 
 
 # ---- the model

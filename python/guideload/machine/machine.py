@@ -45,6 +45,7 @@ from guideload.machine.straightness import with_straightness
 
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = get_args(Dof)
+GIVING = (("product",), ("preload_class",), ("type",))  # keys of a carriage that give it others
 
 
 class Machine(FileModel):
@@ -187,19 +188,13 @@ class Machine(FileModel):
             InitErrorDetails(type="value_error", loc=path, input=refused.value, ctx={"error": refused})
             for path, refused in name_conflicts(values)
         ]
-        without_keys = {
-            item["loc"][:2]
-            for item in problems
-            if item["loc"][2:] in (("product",), ("preload_class",), ("type",))
-        }
+        lacking = {one["loc"][:2] for one in problems if one["loc"][2:] in GIVING}
         try:
             machine = handler(filled(values))
         except ValidationError as error:
             found = cast(list[InitErrorDetails], error.errors(include_url=False))
             # An unknown product or type would have given the keys that are missing.
-            problems += [
-                item for item in found if item["type"] != "missing" or item["loc"][:2] not in without_keys
-            ]
+            problems += [one for one in found if one["type"] != "missing" or one["loc"][:2] not in lacking]
         if problems:
             raise ValidationError.from_exception_data(cls.__name__, at_types(problems, given))
         return machine

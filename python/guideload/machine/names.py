@@ -33,14 +33,10 @@ def name_conflicts(values: Any) -> Iterator[tuple[KeyPath, ValueRefused]]:
         first: dict[str, int] = {}
         for i, name in named:
             if first.setdefault(name, i) < i:
-                yield (
-                    (key, i, "name"),
-                    ValueRefused("a unique name", name, f"{key}[{first[name]}] has it already"),
-                )
+                hint = f"{key}[{first[name]}] has it already"
+                yield (key, i, "name"), ValueRefused("a unique name", name, hint)
     taken = {f"{name}:{end}" for _, name in parts["carriages"] for end in NAMES}
     for i, name in parts["links"]:
         if name in taken:
-            yield (
-                ("links", i, "name"),
-                ValueRefused("a unique name", name, "a link of a carriage has it already"),
-            )
+            hint = "a link of a carriage has it already"
+            yield ("links", i, "name"), ValueRefused("a unique name", name, hint)

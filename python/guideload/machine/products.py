@@ -114,10 +114,8 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
         name, chosen = (find_value(table, key) for key in ("product", "preload_class"))
         if name is None:
             if chosen is not None:
-                yield (
-                    ("carriages", i, "preload_class"),
-                    ValueRefused("no preload_class without product", chosen),
-                )
+                refused = ValueRefused("no preload_class without product", chosen)
+                yield ("carriages", i, "preload_class"), refused
             continue
         try:
             product = _product(products, str(name), str(values.get("catalogue") or "[[products]]"))

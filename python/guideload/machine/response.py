@@ -101,9 +101,7 @@ def frequency_response(
     omega = 2.0 * np.pi * hertz[:, None, None]
     dynamic = stiffness[square] + 1j * omega * damping[square] - omega**2 * mass[square]
     motion = np.zeros((hertz.size, 6), dtype=np.complex128)
-    motion[:, free] = np.linalg.solve(
-        dynamic, np.broadcast_to(source[free], (hertz.size, len(free)))[..., None]
-    )[..., 0]
+    motion[:, free] = np.linalg.solve(dynamic, source[free][None, :, None])[..., 0]
     rest = np.zeros((1, 6), dtype=np.complex128)
     if np.linalg.matrix_rank(stiffness[square]) == len(free):
         rest[0, free] = np.linalg.solve(stiffness[square], source[free])

@@ -110,15 +110,11 @@ def _parse_points(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:
     if sorted(units) != sorted(COLUMNS) or len(heads) != len(COLUMNS):
         hint = f"the first row of {file} is {', '.join(rows[0]) if rows else 'missing'}"
         raise ValueRefused('the columns x, dy and dz, as in "x [mm],dy [um],dz [um]"', str(file), hint)
-    order = [list(units).index(name) for name in COLUMNS]
+    columns = [(list(units).index(name), units[name]) for name in COLUMNS]
     points = []
     for number, row in enumerate(rows[1:], 2):
         try:
-            points.append(
-                tuple(
-                    quantity(f"{row[i]} {units[name]}", "m") for i, name in zip(order, COLUMNS, strict=True)
-                )
-            )
+            points.append(tuple(quantity(f"{row[i]} {unit}", "m") for i, unit in columns))
         except (ValueRefused, IndexError) as error:
             raise ValueRefused(
                 "three numbers in each row", str(file), f"row {number} of {file}: {error}"
@@ -135,10 +131,9 @@ class Waviness(ConfigModel):
     rms: Annotated[tuple[Length, Length], listed("y", "z")] = Field(
         description='root mean squares of the displacement along y and z, e.g. ["10 um", "5 um"]'
     )
-    wavelengths: Annotated[
-        tuple[PositiveLength, PositiveLength],
-        listed("shortest", "longest"),
-    ] = Field(description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]')
+    wavelengths: Annotated[tuple[PositiveLength, PositiveLength], listed("shortest", "longest")] = Field(
+        description='the shortest and the longest wavelength, e.g. ["50 mm", "2 m"]'
+    )
     exponent: Annotated[float, in_range(POWER, least=0.0)] = optional(
         "of the fall of the power density with the wave number", 2.0
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -30,14 +29,6 @@ class Stretches:
         """The machine of each stretch, with its payloads as part of its body."""
         return tuple(map(self.machine.carrying, self.payloads))
 
-    @cached_property
-    def through_changes(self) -> tuple[Machine, ...]:
-        """The machine with the payloads that stay on it through each change."""
-        pairs = zip(self.payloads, self.payloads[1:], strict=False)
-        return tuple(
-            self.machine.carrying(name for name in before if name in after) for before, after in pairs
-        )
-
     def solve(
         self,
         time: Array,
@@ -62,8 +53,9 @@ class Stretches:
         assert travel is None
         return peaks_of_stretches(*self._scenes, self.first, time, acceleration, wrench, **settings)
 
-    @property
-    def _scenes(self) -> tuple[Sequence[Scene], Sequence[Scene]]:
-        return [machine.scene for machine in self.machines], [
-            machine.scene for machine in self.through_changes
-        ]
+    @cached_property
+    def _scenes(self) -> tuple[list[Scene], list[Scene]]:
+        """Of the stretches, and with the payloads that stay on the machine through each change."""
+        pairs = zip(self.payloads, self.payloads[1:], strict=False)
+        staying = [self.machine.carrying({*before} & {*after}) for before, after in pairs]
+        return [one.scene for one in self.machines], [one.scene for one in staying]

@@ -280,4 +280,4 @@ def save_identification(
     }
     if candidates:
         drawings["next_measurements.png"] = lambda: next_measurements(candidates, figure=figure)
-    return save_each(drawings, Path(folder))
+    return save_each(drawings, folder)

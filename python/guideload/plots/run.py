@@ -43,6 +43,4 @@ def save_all(result: Result, folder: str | Path) -> list[Path]:
 
     Raises PictureError if some cannot be drawn, after the others are saved.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     return save_each(drawings(result), folder)

@@ -58,12 +58,14 @@ def figure_of(ax: Axes) -> Figure:
     return figure
 
 
-def save_each(drawings: Mapping[str, Callable[[], Axes]], folder: Path) -> list[Path]:
-    """Draw and save pictures by file name in `folder`; returns their paths.
+def save_each(drawings: Mapping[str, Callable[[], Axes]], folder: str | Path) -> list[Path]:
+    """Draw and save pictures by file name in `folder`, which is made if missing; returns their paths.
 
     A picture that fails does not keep the others from being drawn: PictureError is raised at the end. What the disk
     refuses, an OSError, is raised at once.
     """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
     paths, failed = [], {}
     for name, draw in drawings.items():
         try:

@@ -239,8 +239,6 @@ def save_study(result: StudyResult, folder: str | Path) -> list[Path]:
     stored. Given cases have neither exceedance nor tornado nor failure. Raises PictureError if some cannot be drawn,
     after the others are saved.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     return save_each(study_drawings(result), folder)
 
 

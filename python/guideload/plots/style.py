@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib
@@ -14,51 +15,18 @@ from matplotlib.figure import Figure
 from guideload.base.number_text import counted
 
 if TYPE_CHECKING:
-    from matplotlib.typing import RcKeyType
-
     from guideload.base.arrays import Array
     from guideload.simulation.result import Result
 
-INK = "#222222"
-GREY = "#8a8f98"
+LOOK = matplotlib.rc_params_from_file(Path(__file__).with_name("look.mplstyle"), use_default_template=False)
+INK: str = LOOK["text.color"]
+GREY: str = LOOK["axes.edgecolor"]
 PALE = "#d5d8dd"
 
 # Okabe and Ito (2008): distinct with every common colour blindness. Their yellow is too faint on white.
 CARRIAGE_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DASHED: Any = (0, (5, 4))
 CARRIAGE_DASHES: tuple[Any, ...] = ("-", (0, (6, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1, 1.5)))
-
-LOOK: dict[RcKeyType, Any] = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": GREY,
-    "axes.formatter.useoffset": False,
-    "axes.grid": True,
-    "axes.labelcolor": INK,
-    "axes.labelsize": 9.5,
-    "axes.linewidth": 0.8,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 10.5,
-    "axes.titleweight": "bold",
-    "axes.xmargin": 0.0,
-    "axes.ymargin": 0.12,
-    "figure.titlesize": 12,
-    "figure.titleweight": "bold",
-    "font.size": 9.5,
-    "grid.color": "#e6e8eb",
-    "grid.linewidth": 0.7,
-    "legend.fontsize": 8.5,
-    "legend.frameon": False,
-    "lines.linewidth": 1.2,
-    "text.color": INK,
-    "xtick.color": GREY,
-    "xtick.labelcolor": INK,
-    "xtick.labelsize": 8.5,
-    "ytick.color": GREY,
-    "ytick.labelcolor": INK,
-    "ytick.labelsize": 8.5,
-}
 
 
 class CarriageLook(NamedTuple):

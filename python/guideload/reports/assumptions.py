@@ -70,12 +70,9 @@ def without_payloads(machine: Machine) -> list[str]:
 
 def no_roll(machine: Machine) -> str:
     """Why a table has no Mx for some carriages; empty if it has all."""
-    without = any(not one.distances.roll for one in machine.carriages)
-    return (
-        "Mx is not modelled (-) for carriages without width: in the model they do not resist roll."
-        if without
-        else ""
-    )
+    if all(one.distances.roll for one in machine.carriages):
+        return ""
+    return "Mx is not modelled (-) for carriages without width: in the model they do not resist roll."
 
 
 def moments_x(machine: Machine, moments: Array) -> list[Value]:

@@ -114,23 +114,21 @@ def differences(*machines: Machine) -> Iterator[tuple[str, tuple[Any, ...]]]:
 def product_differences(*machines: Machine) -> Iterator[tuple[str, tuple[str | None, ...]]]:
     """A row for each product whose records differ, with the values that do; None where a machine lacks it."""
     of_machines = [
-        {one.name: one.model_dump(mode="json") for one in machine.products} for machine in machines
+        {one.name: dict(_values(one.model_dump(mode="json"))) for one in machine.products}
+        for machine in machines
     ]
     for name in dict.fromkeys(name for products in of_machines for name in products):
         records = [products.get(name) for products in of_machines]
-        flat = [dict(_values(record)) for record in records if record is not None]
-        keys = dict.fromkeys(key for values in flat for key in values)
-        differing = [key for key in keys if any(values.get(key) != flat[0].get(key) for values in flat)]
+        known = [one for one in records if one is not None]
+        keys = dict.fromkeys(key for values in known for key in values)
+        differing = [key for key in keys if any(values.get(key) != known[0].get(key) for values in known)]
         if differing or None in records:
-            yield (
-                f"products[{name}]",
-                tuple(None if one is None else _short(one, differing) for one in records),
-            )
+            words = (None if one is None else _short(one, differing) for one in records)
+            yield f"products[{name}]", tuple(words)
 
 
-def _short(record: dict[str, Any], keys: list[str]) -> str:
+def _short(values: dict[str, Any], keys: list[str]) -> str:
     """The values of some keys of a product in one line: `static 60000.0, mass none`."""
-    values = dict(_values(record))
     words = (f"{key} {shown(values[key]) if key in values else 'none'}" for key in keys[:MOST_KEYS])
     more = [f"and {len(keys) - MOST_KEYS} more"] if len(keys) > MOST_KEYS else []
     return ", ".join([*words, *more]) or "has it"

@@ -19,12 +19,7 @@ from guideload.base.number_text import (
     signed,
 )
 from guideload.base.warnings import LIMITS, WarningText
-from guideload.drive.requirements import (
-    DriveRequirements,
-    Motor,
-    is_elastic,
-    share_of_push,
-)
+from guideload.drive.requirements import DriveRequirements, Motor, is_elastic, share_of_push
 from guideload.machine.machine import Machine
 from guideload.reports.report import Part, Table, Value
 from guideload.simulation.result import Result
@@ -123,10 +118,8 @@ def _motor_limits(motor: Motor, rms_torque: float) -> Iterator[str]:
         )
     if motor.use is not None:
         at = int(motor.use.argmax())
-        use, place = (
-            motor.use[at],
-            f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm",
-        )
+        use = motor.use[at]
+        place = f"at {seconds(motor.time[at])} s and {fixed(RPM * abs(motor.speed[at]))} rpm"
         if np.isinf(use):
             text = f"too slow: {place} its torque curve has no torque. Take a faster motor or gear."
             yield WarningText("motor", f"Warning: the motor is {text}")

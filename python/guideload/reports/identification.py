@@ -16,7 +16,7 @@ from guideload.identification.records import Record
 from guideload.identification.responses import Deflections
 from guideload.identification.result import Identification, UnknownEstimate
 from guideload.identification.unknowns import grouped_names, short_name, usual_unit
-from guideload.reports.report import Column, Definitions, Part, Report, Section, Table, Value
+from guideload.reports.report import Definitions, Part, Report, Section, Table, Value
 
 DEFINITION = (
     "From, to: interval with a probability of 95 %. Narrowed: how many times smaller the uncertainty is after the "
@@ -111,30 +111,24 @@ def _estimates_table(found: Identification) -> Table:
 
 def _modal_section(test: ModalTest, found: Identification) -> Section:
     """Measured and computed modes; measured ones without a computed one have a reason below."""
-    pairs = test.pairs(found.model)
-    modes = [test.modes[pair.measured] for pair in pairs]
-    differ = [
-        None if pair.frequency is None else 100.0 * (mode.frequency / pair.frequency - 1.0)
-        for pair, mode in zip(pairs, modes, strict=True)
+    headings = [("mode",), ("measured", "Hz", "4 digits"), ("computed", "Hz", "4 digits")]
+    headings += [
+        ("differ", "%", "signed factor"),
+        ("damping", "%", "3 digits"),
+        ("computed", "%", "3 digits"),
     ]
-    table = Table(
-        Column("mode", [str(pair.measured + 1) for pair in pairs]),
-        Column("measured", [mode.frequency for mode in modes], "Hz", "4 digits"),
-        Column("computed", [pair.frequency or "none" for pair in pairs], "Hz", "4 digits"),
-        Column("differ", differ, "%", "signed factor"),
-        Column("damping", [mode.damping and 100.0 * mode.damping for mode in modes], "%", "3 digits"),
-        Column("computed", [pair.damping and 100.0 * pair.damping for pair in pairs], "%", "3 digits"),
-        Column("MAC", [pair.mac for pair in pairs], kind="time"),
-        Column(
-            "computed mode",
-            [None if each.computed is None else each.computed + 1 for each in pairs],
-            kind="count",
-        ),
-    )
-    lost = (
-        f"Mode {each.measured + 1} was left out: {each.reason}." for each in pairs if each.computed is None
-    )
-    return Section(f"Modes: {test.name}", table, *lost)
+    headings += [("MAC", "", "time"), ("computed mode", "", "count")]
+    rows: list[tuple[Value, ...]] = []
+    lost: list[str] = []
+    for pair in test.pairs(found.model):
+        mode, name = test.modes[pair.measured], str(pair.measured + 1)
+        differ = pair.frequency and 100.0 * (mode.frequency / pair.frequency - 1.0)
+        dampings = (one and 100.0 * one for one in (mode.damping, pair.damping))
+        computed = None if pair.computed is None else pair.computed + 1
+        rows.append((name, mode.frequency, pair.frequency or "none", differ, *dampings, pair.mac, computed))
+        if computed is None:
+            lost.append(f"Mode {name} was left out: {pair.reason}.")
+    return Section(f"Modes: {test.name}", Table.by_rows(headings, rows), *lost)
 
 
 def _displacements_section(data: Deflections, found: Identification) -> Section:
@@ -191,21 +185,15 @@ def _record_differences(found: Identification, data: Record) -> list[str]:
 
 
 def _differences_table(found: Identification) -> Table:
+    headings = [("measured",), ("values", "", "count"), ("rms", "", "factor"), ("noise", "", "2 digits")]
+    rows: list[tuple[Value, ...]] = []
     in_time = [isinstance(each, Record) for each in found.data for _ in each.noise]
-    noises = [
-        "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
-        for test, is_record in zip(found.residuals, in_time, strict=True)
-    ]
-    rms = [
-        None if noise == "estimated" else test.rms
-        for test, noise in zip(found.residuals, noises, strict=True)
-    ]
-    return Table(
-        Column("measured", [test.name for test in found.residuals]),
-        Column("values", [test.count for test in found.residuals], kind="count"),
-        Column("rms", rms, kind="factor"),
-        Column("noise", noises, kind="2 digits"),
-    )
+    for test, is_record in zip(found.residuals, in_time, strict=True):
+        noise = (
+            "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
+        )
+        rows.append((test.name, test.count, None if noise == "estimated" else test.rms, noise))
+    return Table.by_rows(headings, rows)
 
 
 def _levels_table(levels: Sequence[ComparedModel]) -> Table:

@@ -74,10 +74,8 @@ class KeyFigures:
         if worst.level == "near":
             return "near", f"Holds with little margin. {worst.name}: {worst.reason}"
         if worst.level == "open":
-            return (
-                "open",
-                "Nothing is required yet: name a product of the carriages, and a life to be reached",
-            )
+            wanted = "name a product of the carriages, and a life to be reached"
+            return "open", f"Nothing is required yet: {wanted}"
         smallest = min(self.margins, key=lambda name: self.margins[name])
         open_life = "" if "life" in self.margins else ". No life to be reached is given"
         return "good", f"Holds. Smallest margin: {digits(self.margins[smallest])}, {smallest}{open_life}"
@@ -91,11 +89,12 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
     Raises ArgumentError if the result reports no instant, and for friction and a motion without velocity.
     """
     life, drive = _life(result), drive_requirements(result)
+    factor = fixed(float(np.nanmax(result.audit.simpler_models.dynamic_factor)), 2) if audited else "..."
     margins = margins_of(life, drive).ratios if isinstance(life, Life) else drive.margins
     figures = (
         _largest_load(result, audited),
         *_life_figures(life, margins, audited),
-        KeyFigure("Dynamic factor", _dynamic_factor(result) if audited else "...", DYNAMIC_FACTOR),
+        KeyFigure("Dynamic factor", factor, DYNAMIC_FACTOR),
         *_drive_figures(drive, margins),
         *_settling(result),
     )
@@ -108,9 +107,7 @@ def _not_judged(machine: Machine, life: Life | str, margins: dict[str, float]) -
         return life
     if not bare or not margins:
         return ""
-    return (
-        f"no product with ratings is named at {'carriage' if len(bare) == 1 else 'carriages'} {joined(bare)}"
-    )
+    return f"no product with ratings is named at carriage{'s' if len(bare) > 1 else ''} {joined(bare)}"
 
 
 def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level, str]:
@@ -134,16 +131,15 @@ def _life(result: Result) -> Life | str:
 def _largest_load(result: Result, audited: bool) -> KeyFigure:
     machine, time, loads = result.machine, result.history("time"), result.carriage_loads
     assert time is not None
-    kind, parts = ("carriage", machine.carriages) if machine.carriages else ("link", machine.links)
-    sizes = (
-        np.hypot(loads[:, :, 1], loads[:, :, 2])
-        if machine.carriages
-        else np.abs(result.quantities["link_load"])
-    )
+    if machine.carriages:
+        kind, sizes = "carriage", np.hypot(loads[:, :, 1], loads[:, :, 2])
+    else:
+        kind, sizes = "link", np.abs(result.quantities["link_load"])
     instant, place = np.unravel_index(int(sizes.argmax()), sizes.shape)
     between_samples = audited and bool(machine.carriages)
     largest = result.peak_columns["peak_resultant_N"].max() if between_samples else sizes[instant, place]
-    where = f"on {kind} {parts[int(place)].name} at {seconds(float(time[instant]))} s"
+    name = (machine.carriages or machine.links)[int(place)].name
+    where = f"on {kind} {name} at {seconds(float(time[instant]))} s"
     return KeyFigure("Largest load", f"{load_in_table(float(largest))} N", where)
 
 
@@ -163,10 +159,6 @@ def _life_figures(life: Life | str, margins: dict[str, float], audited: bool) ->
         at += f", {weakest.worst.phase}"
     judgement = _judged(margins, "static safety", f"the least of {number(least)}")
     yield KeyFigure("Static safety", fixed(weakest.static.safety, 2), at, *judgement)
-
-
-def _dynamic_factor(result: Result) -> str:
-    return fixed(float(np.nanmax(result.audit.simpler_models.dynamic_factor)), 2)
 
 
 def _drive_figures(drive: DriveRequirements, margins: dict[str, float]) -> Iterator[KeyFigure]:

@@ -45,7 +45,11 @@ LIFE_DEFINITION = (
 
 def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
-    found = life.band if band else None
+    found, time = life.band if band else None, life.record.travel.time
+    record = (
+        f"One record is {digits(time[-1] - time[0], 4)} s and {digits(life.distance, 4)} m of travel; it repeats every "
+        f"{digits(life.repetition.duration, 4)} s."
+    )
     phases = ", ".join(f"{phase} {fixed(100 * share, 1)} %" for phase, share in life.phases.items())
     return Report.of(
         life.record.result.machine,
@@ -57,7 +61,7 @@ def life_report(life: Life, band: bool = True) -> Report:
             _rows_section(life),
             Section("Share of the life by phase of the cycle", phases),
             _places_section(life),
-            Section("Formulas", *_formulas(life)),
+            Section("Formulas", *rating_formulas(life.carriages), record),
         ],
         failed=not life.holds,
     )
@@ -89,15 +93,10 @@ def _main_sections(life: Life, band: LifeBand | None) -> list[Section]:
 
 def _answer(life: Life, band: LifeBand | None) -> str:
     shortest, weakest, conditions = life.shortest, life.weakest, life.conditions
-    required = (
-        "wanted" if conditions.safety is not None else f'least for application "{conditions.application}"'
-    )
-    low, high = (0.0, 0.0) if band is None else band.machine
-    ends = (
-        f" (noise of the trace alone: {_ends(low, high)} km, 95 %)"
-        if _ends(low, high) != _ends(low, low)
-        else ""
-    )
+    required = f'least for application "{conditions.application}"' if conditions.safety is None else "wanted"
+    ends = ""
+    if band is not None and _ends(*band.machine) != _ends(band.machine[0], band.machine[0]):
+        ends = f" (noise of the trace alone: {_ends(*band.machine)} km, 95 %)"
     words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
     risk = life_risk(life.machine, life.wanted, conditions)
     verdict = life_verdict(life.machine, life.wanted, weakest.static.safety, conditions)
@@ -261,14 +260,6 @@ def _places_section(life: Life) -> Section:
         "x is counted from L at the start of the record. Damage at a place: from all carriages that pass it."
     )
     return Section("Life by place", lines, Definitions(note if lines else ""))
-
-
-def _formulas(life: Life) -> list[str]:
-    return [
-        *rating_formulas(life.carriages),
-        f"One record is {digits(life.record.travel.time[-1] - life.record.travel.time[0], 4)} s and "
-        f"{digits(life.distance, 4)} m of travel; it repeats every {digits(life.repetition.duration, 4)} s.",
-    ]
 
 
 def _preload_formula(carriages: Sequence[Criteria]) -> Iterator[str]:

@@ -61,33 +61,25 @@ def long_run_report(run: LongRun) -> Report:
 def _warnings(run: LongRun) -> list[str]:
     """Of the motion of all blocks, of the machine, and of the life."""
     of_motion = [text for block in run.blocks for text in block.warnings]
-    more = len(of_motion) - MOST_WARNINGS
-    hours = run.hours(run.machine_life) if run.criteria and run.distance > 0.0 else None
-    return [
-        *of_motion[:MOST_WARNINGS],
-        *([f"Warning: {counted(more, 'more warning')} of the motion, in later blocks."] if more > 0 else []),
-        *machine_warnings(run.machine),
-        *(
-            f"Warning: {note}."
-            for note in (cycles_notes(run.machine.life, run.duration) if run.criteria else ())
-        ),
-        *(() if hours is None else life_warnings(hours)),
-    ]
+    found = of_motion[:MOST_WARNINGS]
+    if (more := len(of_motion) - MOST_WARNINGS) > 0:
+        found.append(f"Warning: {counted(more, 'more warning')} of the motion, in later blocks.")
+    found += machine_warnings(run.machine)
+    if run.criteria:
+        found += [f"Warning: {note}." for note in cycles_notes(run.machine.life, run.duration)]
+        found += life_warnings(run.hours(run.machine_life)) if run.distance > 0.0 else ()
+    return found
 
 
 def _motion_lines(run: LongRun) -> list[str]:
     """Notes on the motion of the first block, and what was repaired in later ones."""
     first = run.blocks[0].notes
-    later = dict.fromkeys(
-        note for block in run.blocks[1:] for note in block.notes if note.startswith("repair")
-    )
-    repairs = [note for note in later if note not in first]
-    more = len(repairs) - MOST_REPAIRS
-    return [
-        *first,
-        *repairs[:MOST_REPAIRS],
-        *([f"{counted(more, 'more repair')} in later blocks"] if more > 0 else []),
-    ]
+    later = dict.fromkeys(note for block in run.blocks[1:] for note in block.notes)
+    repairs = [note for note in later if note.startswith("repair") and note not in first]
+    lines = [*first, *repairs[:MOST_REPAIRS]]
+    if (more := len(repairs) - MOST_REPAIRS) > 0:
+        lines.append(f"{counted(more, 'more repair')} in later blocks")
+    return lines
 
 
 def _answer(run: LongRun) -> str:

@@ -10,15 +10,7 @@ from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
 from guideload.base.arrays import Array
-from guideload.base.number_text import (
-    between,
-    counted,
-    digits,
-    joined,
-    load_in_table,
-    number,
-    vector,
-)
+from guideload.base.number_text import between, counted, digits, joined, load_in_table, number, vector
 from guideload.machine.components import Carriage, Link
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes, moving_dofs
@@ -45,20 +37,18 @@ def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
 
     motion: whose warnings it has too.
     """
-    modes = Modes.of(machine)
-    loose = free_at_rest(machine)
-    state = (
-        "At rest the body is free within its clearance"
-        if loose
-        else "At rest the carriages hold the body in every free direction"
-    )
+    modes, level = Modes.of(machine), machine.model_level
+    springs = "all springs are linear" if level == "linear" else f"its springs are {level}"
+    state = "the carriages hold the body in every free direction"
+    if free_at_rest(machine):
+        state = "the body is free within its clearance"
     at_rest = np.abs(machine.scene.static_link_loads())
     rows = open_row_warnings(machine.link_table(), at_rest, "at rest")
     return Report.of(
         machine,
         "machine",
         answer=[
-            f"{machine.name}: {_springs(machine)}. {state}. {_modes_range(modes)}",
+            f"{machine.name}: {springs}. At rest {state}. {_modes_range(modes)}",
             *without_payloads(machine),
         ],
         warnings=[*input_warnings(machine, motion), *rows],
@@ -138,14 +128,6 @@ def modes_section(machine: Machine, modes: Modes) -> Section:
         "Damping ratio and damped frequency: of the damped machine. Dampers couple modes of close frequencies.",
         *nominal_lines(machine, "frequencies"),
         *structure_lines(machine),
-    )
-
-
-def _springs(machine: Machine) -> str:
-    return (
-        "all springs are linear"
-        if machine.model_level == "linear"
-        else f"its springs are {machine.model_level}"
     )
 
 

@@ -9,7 +9,7 @@ from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.machine.response import DRIVE, FrequencyResponse
 from guideload.reports.assumptions import without_payloads
-from guideload.reports.report import Column, Definitions, Report, Section, Table
+from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 
 ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
@@ -24,27 +24,16 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
     magnitude, phase = response.magnitude.reshape(shape), response.phase.reshape(shape)
     at, each = magnitude.argmax(axis=0), np.arange(magnitude.shape[1])
     peak, static = magnitude[at, each], np.abs(response.static).ravel()
-    is_small = static <= ROUNDING * peak
-    still = [
-        "free" if np.isnan(s) else 0.0 if small else 1e6 * s
-        for s, small in zip(static, is_small, strict=True)
-    ]
-    ratio = [
-        None if small or np.isnan(s) else p / s for p, s, small in zip(peak, static, is_small, strict=True)
-    ]
+    static[static <= ROUNDING * peak] = 0.0
+    ratio = np.divide(peak, static, out=np.full_like(peak, np.nan), where=static != 0.0)
     table = Table(
         Column("point", [name if axis == "x" else "" for name in response.points for axis in "xyz"]),
         Column("along", [axis for _ in response.points for axis in "xyz"]),
-        Column("static", still, kind="3 digits"),
+        Column("static", ["free" if np.isnan(one) else one for one in 1e6 * static], kind="3 digits"),
         Column("peak", 1e6 * peak, kind="3 digits"),
         Column("at", response.frequency[at], "Hz", "4 digits"),
-        Column("ratio", ratio, kind="3 digits"),
-        Column(
-            "phase",
-            [p if m > 0.0 else None for p, m in zip(phase[at, each], peak, strict=True)],
-            "deg",
-            "count",
-        ),
+        Column("ratio", known_or_empty(ratio), kind="3 digits"),
+        Column("phase", known_or_empty(np.where(peak > 0.0, phase[at, each], np.nan)), "deg", "count"),
     )
     return Report.of(
         machine,

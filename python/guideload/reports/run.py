@@ -79,11 +79,6 @@ def comparison(results: Mapping[str, Result]) -> Report:
     )
 
 
-def motion_section(motion: Motion) -> Section:
-    """Source, duration, samples, largest values of a motion, notes from its trace."""
-    return Section("Motion", motion_lines(motion))
-
-
 def _largest_load(result: Result) -> str:
     """The largest load with place, time, credible band and dynamic share."""
     data, models, band = result.quantities, result.audit.simpler_models, ""

@@ -94,18 +94,15 @@ def _eigenvalues_table(stability: Stability) -> Table:
     rows: list[tuple[Value, ...]] = []
     for index in np.flatnonzero(stability.eigenvalues.imag >= 0.0).tolist():
         value = stability.eigenvalues[index]
+        shown = digits(value.real, 4)
         vibration: tuple[Value, Value] = "none", "over 100"
         if value.imag > 0.0:
+            shown += f" ±{digits(value.imag, 4)}i"
             vibration = _hertz(value), 100.0 * abs(value.real / abs(value))
         limit = "limit" if index == stability.limiting else ""
         stable = 1e3 * stability.longest_steps[index]
-        rows.append((limit, _complex(value), *vibration, stable, ", ".join(stability.moving(index))))
+        rows.append((limit, shown, *vibration, stable, ", ".join(stability.moving(index))))
     return Table.by_rows(headings, rows)
-
-
-def _complex(value: complex) -> str:
-    real = digits(value.real, 4)
-    return f"{real} ±{digits(value.imag, 4)}i" if value.imag > 0.0 else real
 
 
 def _cost(stability: Stability) -> str:

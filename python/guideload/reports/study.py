@@ -293,15 +293,11 @@ def _study_lines(result: StudyResult) -> Iterator[str]:
         yield f"{rows} rows of a Saltelli design, {metadata.runs} runs; the samples are its matrices A and B"
     else:
         yield "1 sample" if metadata.runs == 1 else f"{metadata.runs} samples"
-    scrambles = "a scrambled Sobol sequence", "a Latin hypercube"
-    if (count := metadata.replicates) > 1:
-        scrambles = (
-            f"{count} independent sets (scrambled Sobol sequence)",
-            f"{count} independent sets (Latin hypercube)",
-        )
-    words = {"sobol": f"in {scrambles[0]}", "latin hypercube": f"in {scrambles[1]}"}
-    drawn = f"drawn {words.get(metadata.sampling, 'at random')}, seed {metadata.seed}"
-    yield "given cases" if metadata.chosen else drawn
+    words, designs = "at random", {"sobol": "scrambled Sobol sequence", "latin hypercube": "Latin hypercube"}
+    if design := designs.get(metadata.sampling):
+        sets = metadata.replicates
+        words = f"in {sets} independent sets ({design})" if sets > 1 else f"in a {design}"
+    yield "given cases" if metadata.chosen else f"drawn {words}, seed {metadata.seed}"
     if not result.doubts:
         yield result.second_look_text
 

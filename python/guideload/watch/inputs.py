@@ -1,7 +1,7 @@
 """Where samples come from: standard input, or a file that grows.
 
-`read` waits at most `timeout` [s]. It returns bytes, b"" if nothing came; a `Break` where one stream ends and another
-may begin; None at the end.
+`read` waits at most `timeout` [s]. It returns bytes, b"" if nothing came; a text that says so where one stream ends and
+another may begin; None at the end.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import select
 import sys
 import time
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
@@ -22,19 +21,12 @@ PAUSE = 0.05  # s between two looks at a file that has not grown
 MARK = 256  # bytes before a place in a file, whose checksum shows that it is the same file
 
 
-@dataclass(frozen=True)
-class Break:
-    """The end of one stream of bytes, after which another one may begin."""
-
-    text: str
-
-
 class Input:
     """A source of bytes, by default a stream that cannot be read again."""
 
     name: str
 
-    def read(self, timeout: float) -> bytes | Break | None:
+    def read(self, timeout: float) -> bytes | str | None:
         """The next bytes."""
         raise NotImplementedError
 
@@ -63,7 +55,7 @@ class StandardInput(Input):
         except (OSError, ValueError):  # a file in memory, as in a notebook
             self.handle = -1
 
-    def read(self, timeout: float) -> bytes | Break | None:
+    def read(self, timeout: float) -> bytes | str | None:
         if self.handle < 0:
             return sys.stdin.buffer.read(PIECE) or None
         if sys.platform != "win32" and not select.select([self.handle], [], [], timeout)[0]:
@@ -78,7 +70,7 @@ class GrowingFile(Input):
         self.path, self.name = path, str(path)
         self.file: IO[bytes] = _opened(path)
 
-    def read(self, timeout: float) -> bytes | Break | None:
+    def read(self, timeout: float) -> bytes | str | None:
         until = time.monotonic() + timeout
         while True:
             # First ask whether the file was replaced, then read the old one: so its last bytes are not lost.
@@ -88,10 +80,10 @@ class GrowingFile(Input):
             if is_replaced:
                 self.file.close()
                 self.file = _opened(self.path)
-                return Break(f"{self.name} was replaced by a new file, which is read from its start")
+                return f"{self.name} was replaced by a new file, which is read from its start"
             if os.fstat(self.file.fileno()).st_size < self.file.tell():
                 self.file.seek(0)
-                return Break(f"{self.name} was cut, and is read from its start")
+                return f"{self.name} was cut, and is read from its start"
             if time.monotonic() >= until:
                 return b""
             time.sleep(PAUSE)

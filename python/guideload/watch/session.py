@@ -78,7 +78,7 @@ class Session:
         self.lines.skip = 0
         if self.store is not None:
             self._save()
-        self.say(found.text)
+        self.say(found)
         return True
 
     def _take(self, data: bytes) -> bool:

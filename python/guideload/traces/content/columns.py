@@ -193,9 +193,8 @@ def _find_partner(table: Table, name: str) -> str | None:
 
     def masked(column: str, words: set[str]) -> tuple[list[str], str | None]:
         """Words of the header with * for one of `words`, and the time column."""
-        return ["*" if word in words else word for word in table.header(column).words], table.clocks.get(
-            column
-        )
+        found = ["*" if word in words else word for word in table.header(column).words]
+        return found, table.clocks.get(column)
 
     for words, partner_words in ((POSITION_WORDS, VELOCITY_WORDS), (VELOCITY_WORDS, POSITION_WORDS)):
         wanted = masked(name, words)

@@ -64,6 +64,10 @@ class TraceDraft:
         self.time, self.value, self.place = self.time[samples], self.value[samples], self.place[samples]
         self.partner = None if self.partner is None else self.partner[samples]
 
+    def warn(self, key: str, text: str) -> None:
+        """Add a warning with the key of its limit, see `base.warnings`."""
+        self.warnings.append(WarningText(key, f"Warning: {text}"))
+
     def refusal(self, reason: str, column: str = "") -> TraceError:
         """The error that refuses the trace, or a column of it."""
         return TraceError(f"{f'column {column}: ' if column else ''}{reason}")
@@ -147,8 +151,7 @@ def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> N
         given, own = (float(np.median(np.diff(each[np.isfinite(each)]))) for each in (draft.time, stamps))
         if own > 0.0 and not LIMITS["other rate"].holds(own / given):
             text = f"column {column} has samples every {1e3 * own:.4g} ms, the given rate every {1e3 * given:.4g} ms"
-            way_out = "leave the rate out if the column is right"
-            draft.warnings.append(WarningText("other rate", f"Warning: {text}: {way_out}."))
+            draft.warn("other rate", f"{text}: leave the rate out if the column is right.")
 
 
 def rows_per_value(empty: NDArray[np.bool_]) -> int:

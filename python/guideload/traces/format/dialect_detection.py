@@ -165,7 +165,7 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     spare: tuple[str, ...] = ()  # units in a row of names
     notes: list[str] = []
     if head:
-        named = max(range(len(head)), key=lambda i: (_likeness_to_names(head[i]), -i))
+        named = max(range(len(head)), key=lambda i: (sum(map(_likeness_to_name, head[i].cells)), -i))
         names = head[named].cells
         for row in head[:named]:
             if (merged := _merged_names(names, row.cells)) != names:
@@ -198,16 +198,8 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
                 break
     if top:
         notes.append(f"{counted(top, 'row')} above the names {'is' if top == 1 else 'are'} not used")
-    width = max(width, Row(0, names).width)
-    return Dialect(
-        separator,
-        detect_decimal(rows[start:]),
-        width,
-        names[:width],
-        (units or spare)[:width],
-        first,
-        tuple(notes),
-    )
+    width, decimal = max(width, Row(0, names).width), detect_decimal(rows[start:])
+    return Dialect(separator, decimal, width, names[:width], (units or spare)[:width], first, tuple(notes))
 
 
 def _first_sample(rows: list[Row], width: int) -> int:
@@ -221,18 +213,14 @@ def _first_sample(rows: list[Row], width: int) -> int:
         i for i in range(width) if 2 * sum(any(map(is_value, cells[i : i + 1])) for cells in tail) > len(tail)
     ]
 
-    def is_sample(row: Row) -> bool:
-        cells = [row.cells[i] for i in numeric if i < len(row.cells)]
+    def is_sample(at: int) -> bool:
+        cells = [rows[at].cells[i] for i in numeric if i < len(rows[at].cells)]
         filled = [cell for cell in cells if cell.lower() not in EMPTY]
-        return bool(filled) and all(map(is_value, filled))
+        # A row of numbers above the names is followed by text.
+        in_header = any(below.is_text for below in rows[at + 1 : at + 3])
+        return bool(filled) and all(map(is_value, filled)) and not in_header
 
-    # A row of numbers above the names is followed by text.
-    samples = (
-        i
-        for i, row in enumerate(rows)
-        if is_sample(row) and not any(below.is_text for below in rows[i + 1 : i + 3])
-    )
-    start = next(samples, len(rows))
+    start = next(filter(is_sample, range(len(rows))), len(rows))
     named = next((i for i in range(start) if rows[i].width >= width and rows[i].is_text), start)
     while start - 1 > named and not rows[start - 1].is_text and rows[start - 1].width:
         start -= 1
@@ -252,12 +240,8 @@ def _top_of_header(rows: list[Row], start: int, width: int) -> int:
     return top
 
 
-def _likeness_to_names(row: Row) -> int:
-    """Score of a row as the row of names: 2 per time column, 1 per column with a unit or word of motion."""
-    return sum(map(_likeness_to_name, row.cells))
-
-
 def _likeness_to_name(cell: str) -> int:
+    """Score of a cell as the name of a column: 2 for a time, 1 for a unit or word of motion."""
     header = Header.of(cell)
     return 2 * header.is_time + bool(header.kind or header.word_kind) if header.words else 0
 

@@ -178,9 +178,8 @@ def _plain(series: Any, decimal: str) -> Any:
 
 def listed(names: Sequence[str], most: int = LISTED) -> str:
     """Names of columns for a message: the first ones, and their count."""
-    return ", ".join(map(shortened, names[:most])) + (
-        f", ... ({len(names)} in all)" if len(names) > most else ""
-    )
+    rest = f", ... ({len(names)} in all)" if len(names) > most else ""
+    return ", ".join(map(shortened, names[:most])) + rest
 
 
 def listed_rows(numbers: Sequence[int]) -> str:

@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from guideload.base.arrays import Array
 from guideload.base.number_text import counted
-from guideload.base.warnings import LIMITS, WarningText
+from guideload.base.warnings import LIMITS
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 from guideload.traces.quality.clocks import LONGEST_STEP, Clock
@@ -67,7 +67,7 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
             draft.columns.time or "time",
         )
     way_out = "cut the trace, or log again without lost rows"
-    draft.warnings.append(WarningText("gap", f"Warning: {text}; bridged by the smoothing: {way_out}."))
+    draft.warn("gap", f"{text}; bridged by the smoothing: {way_out}.")
 
 
 def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
@@ -85,11 +85,9 @@ def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
         reason = f"jumps that motion cannot make (the rest of the trace stays below {top:.4g} {unit})"
     at = int(samples[0])
     before, after = value[max(at - 1, 0)], value[min(at + 1, value.size - 1)]
-    first = (
-        f"from {before:.6g} to {value[at]:.6g} m in {time[at] - time[at - 1]:.4g} s"
-        if is_position
-        else f"{value[at]:.6g} {unit} between {before:.6g} and {after:.6g}"
-    )
+    first = f"{value[at]:.6g} {unit} between {before:.6g} and {after:.6g}"
+    if is_position:
+        first = f"from {before:.6g} to {value[at]:.6g} m in {time[at] - time[at - 1]:.4g} s"
     raise draft.refusal(
         f"{reason} in {draft.table.rows(samples)}: the first is {first}; cut the "
         "trace to a part without them, give the greatest speed of the axis with max_speed=... (--max-speed), or leave "
@@ -140,9 +138,7 @@ def check_partner(draft: TraceDraft) -> None:
         if not (np.isnan(speed) or LIMITS["other speed"].holds(speed)):
             names = (partner, column) if draft.is_position else (column, partner)
             text = f"column {names[0]} has {speed:.3g} times the speed by column {names[1]}"
-            draft.warnings.append(
-                WarningText("other speed", f"Warning: {text}: check unit, scale and sign of both.")
-            )
+            draft.warn("other speed", f"{text}: check unit, scale and sign of both.")
             return
     if not same_unit:
         reason = f"their speeds have the ratio {ratio:.3g}"

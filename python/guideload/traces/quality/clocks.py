@@ -51,11 +51,7 @@ class Clock:
 
 
 def detect_clock(
-    time: Array,
-    value: Array,
-    is_position: bool,
-    quantum: float,
-    left_out: NDArray[np.bool_] | None = None,
+    time: Array, value: Array, is_position: bool, quantum: float, left_out: NDArray[np.bool_] | None = None
 ) -> Clock:
     """Classify time stamps by their steps, and by the changes of value across long steps.
 

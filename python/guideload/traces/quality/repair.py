@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array, find_runs, median_step
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
-from guideload.base.warnings import WarningText
 from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
 from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, speed_jumps
@@ -73,12 +72,10 @@ def repair(draft: TraceDraft, kinds: frozenset[str], max_speed: float | None) ->
     if "stuck" in kinds:
         _leave_out(draft, stuck, "sample", " with a stuck value")
     elif stuck.size:
-        draft.warnings.append(
-            WarningText(
-                "suspect samples",
-                f"Warning: {stuck.size} samples repeat the value before while the axis moves, "
-                f"{draft.table.rows(stuck)}; leave them out with repair='stuck' (--repair stuck).",
-            )
+        draft.warn(
+            "suspect samples",
+            f"{stuck.size} samples repeat the value before while the axis moves, {draft.table.rows(stuck)}; leave "
+            "them out with repair='stuck' (--repair stuck).",
         )
     if draft.time.size < (1.0 - MOST_LEFT_OUT) * total:
         raise draft.refusal(
@@ -100,13 +97,11 @@ def _warn_of_stops(draft: TraceDraft) -> None:
     jumps = speed_jumps(draft.time, draft.value, False, draft.quantum, None)
     stops = np.flatnonzero(drop_outs(draft.value, draft.quantum) & ~jumps)
     if stops.size:
-        draft.warnings.append(
-            WarningText(
-                "suspect samples",
-                f"Warning: {stops.size} samples are 0 between rows of one speed, {draft.table.rows(stops)}: stops of "
-                "less than two rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells "
-                "and use repair='empty' (--repair empty).",
-            )
+        draft.warn(
+            "suspect samples",
+            f"{stops.size} samples are 0 between rows of one speed, {draft.table.rows(stops)}: stops of less than two "
+            "rows, as the axis turns as quickly elsewhere; if they are drop-outs, empty their cells and use "
+            "repair='empty' (--repair empty).",
         )
 
 
