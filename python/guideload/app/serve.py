@@ -22,11 +22,23 @@ LOOK = 1.0  # s between two looks at the files
 def serve(root: Path, machine_file: Path, motion_file: Path | None, port: int, browser: bool) -> None:
     """Serve the page until Ctrl-C.
 
-    root: the folder below which files are read and written. machine_file: need not exist yet. motion_file: a motion
-    file, which need not exist yet, or a trace; None: moves.toml beside the machine file. port: 0: a free one. browser:
-    whether the link is opened there; it is printed in any case.
+    Parameters
+    ----------
+    root
+        The folder below which files are read and written.
+    machine_file
+        The machine file, which need not exist yet.
+    motion_file
+        A motion file, which need not exist yet, or a trace; None: moves.toml beside the machine file.
+    port
+        Of the page; 0: a free one.
+    browser
+        Whether the link is opened in the browser; it is printed in any case.
 
-    Raises GuideloadError for a machine file outside the folder or that is no text, and for a port in use.
+    Raises
+    ------
+    GuideloadError
+        For a machine file outside the folder or that is no text, and for a port in use.
     """
     folder = Folder(root)
     machine_name = folder.name(machine_file)

@@ -59,8 +59,16 @@ def estimated_stiffness(
 ) -> StiffnessEstimate:
     """The stiffness of a carriage.
 
-    kind: "ball" or "roller"; static: load rating C0 [N]; length: of the loaded rows [m]; preload: least and largest of
-    its class [N].
+    Parameters
+    ----------
+    kind : str
+        "ball" or "roller".
+    static : float
+        Static load rating C0 [N].
+    length : float
+        Length of the loaded rows [m].
+    preload : (float, float)
+        Least and largest preload of its class [N].
     """
     share = max(0.5 * sum(preload) / static, LEAST_SHARE)
     stiffness = PER_LENGTH[kind] * length * share ** (1.0 - 1.0 / CONTACT_EXPONENT[kind])
