@@ -200,6 +200,11 @@ def test_changes_of_a_case_leave_the_rails_as_they_are(file: Path) -> None:
         ('machine = "machine.toml"\n', "", "cases[0]: expected a machine file"),
         ('mass = "1500 kg"', "mass = 0", "row 11: cases[1].change.body.mass: expected > 0 kg"),
         ('mass = "1500 kg"', 'weight = "1 kg"', "row 11: cases[1].change.body.weight: expected a known key"),
+        (
+            "manipulator.csv",
+            "moves.toml",
+            "row 12: cases[1].reading: expected no reading beside planned moves",
+        ),
         ("cycles = 400", "cycles = 0", "row 6: cases[0].cycles: expected > 0"),
         (
             'reading = { smoothing = "savitzky_golay", window = "50 ms" }',

@@ -144,6 +144,11 @@ def test_wrong_tables_name_their_place(folder: Path) -> None:
         ('per_unit = "25 N"', 'per_unit = "25e-320 N"', "a force that reaches 1e-09 N in the column"),
         ('per_unit = "25 N"', "", "column current [A]"),
         ('file = "log.csv"', 'file = "logs.csv"', "logs.csv"),
+        (
+            'trace = "trace.csv"\nreading',
+            'trace = "moves.toml"\nreading',
+            "sensor_logs[0].reading: expected no",
+        ),
     ):
         (folder / "wrong.toml").write_text(IDENTIFY.replace(before, after), encoding="utf-8")
         assert words in refused("identify", folder / "wrong.toml")

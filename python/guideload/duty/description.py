@@ -19,7 +19,7 @@ from guideload.catalogue.life_target import HOUR
 from guideload.machine.machine import Machine
 from guideload.machine.products import with_catalogue
 from guideload.machine.straightness import with_straightness
-from guideload.study.options import TraceOptions
+from guideload.study.options import Reading, TraceOptions
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
 
@@ -38,9 +38,7 @@ class CaseFile(ConfigModel):
     change: dict[str, Any] = optional(
         'keys of the machine file with other values, e.g. { body = { mass = "1400 kg" } }', {}
     )
-    reading: TraceOptions = optional(
-        "how the trace is read, as in the table [reading] of a study", TraceOptions()
-    )
+    reading: Reading = optional("how the trace is read, as in the table [reading] of a study", TraceOptions())
 
 
 class DutyFile(FileModel):

@@ -37,7 +37,7 @@ from guideload.identification.tables import (
 )
 from guideload.identification.unknowns import UnknownTable, resolve_unknowns
 from guideload.machine.machine import Machine
-from guideload.study.options import TraceOptions
+from guideload.study.options import Reading, TraceOptions
 from guideload.study.varied_parameters import NumberOrText
 
 # ---- measurements that could be made next, and what each would show of the fitted machine
@@ -77,7 +77,7 @@ class CandidateTable(ConfigModel):
     )
     load: Annotated[float, in_range(FORCE, above=0.0)] = optional("force of a deflection", 1000.0)
     motion: Text | None = optional('of a record: planned moves or a trace, e.g. "moves.toml"')
-    reading: TraceOptions = optional("how the trace is read, as in a study", TraceOptions())
+    reading: Reading = optional("how the trace is read, as in a study", TraceOptions())
     sensor: Kind = optional(
         'of a record: "acceleration", "velocity", "displacement" or "load"', "acceleration"
     )

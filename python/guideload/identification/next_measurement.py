@@ -32,7 +32,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.sensitivity.figures import UNITS, CarriageQuantities, most_critical
 from guideload.sensitivity.varied import VariedMachine
-from guideload.study.options import TraceOptions
+from guideload.study.options import Reading, TraceOptions
 
 # ---- the target quantity
 
@@ -68,7 +68,7 @@ class TargetTable(ConfigModel):
         "its name; by default the carriage with the largest load or the shortest life"
     )
     motion: Text | None = optional('trace or planned moves, e.g. "moves.toml"')
-    reading: TraceOptions = optional("how the trace is read, as in a study", TraceOptions())
+    reading: Reading = optional("how the trace is read, as in a study", TraceOptions())
     duty: Text | None = optional("a duty file, in place of a motion: all its load cases together")
 
     @model_validator(mode="after")

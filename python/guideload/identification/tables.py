@@ -33,7 +33,7 @@ from guideload.identification.responses import Deflection, Deflections, Frequenc
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
-from guideload.study.options import TraceOptions
+from guideload.study.options import Reading, TraceOptions
 from guideload.study.varied_parameters import PERCENT, NumberOrText
 from guideload.traces.channels import Channels, read_channels
 
@@ -221,7 +221,7 @@ class RecordTable(ConfigModel):
     """A record in time beside the trace of the motion that caused it."""
 
     trace: Text = Field(description=f'{MOTION}"trace.csv"')
-    reading: TraceOptions = optional("how the trace is read, as in a study", TraceOptions())
+    reading: Reading = optional("how the trace is read, as in a study", TraceOptions())
     file: Text | None = optional('table with the record, e.g. "log.csv"; by default that of the trace')
     time: Text | None = optional("column of the record's time stamps; else detected")
     rate: NumberOrText | None = optional("samples per second of the record, in place of a time column")

@@ -11,10 +11,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
-from pydantic import Field, PlainValidator, StrictBool, StrictStr, create_model
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainValidator,
+    StrictBool,
+    StrictStr,
+    ValidationInfo,
+    create_model,
+)
 
 from guideload.base.config import ConfigModel, in_range, optional
-from guideload.base.errors import ConfigError, KeyPath, ValueRefused, refused_at
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused
 from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
 from guideload.base.toml import Place, read_toml
@@ -76,15 +84,25 @@ class TraceOptions(Keys):
 
     def motion(self, trace: Path, machine: Machine) -> Motion:
         """The motion of the machine in a trace or a motion file (.toml). Raises TraceError, ConfigError."""
-        options = self.model_dump(exclude_none=True)
-        if trace.suffix.lower() == ".toml":
-            if options:
-                raise refused_at(
-                    ("reading",), "no [reading] beside planned moves", options, "they are known exactly"
-                )
+        if _is_planned(trace):
             return Moves.from_toml(trace).motion()
+        options = self.model_dump(exclude_none=True)
         smoothing = {key: options.pop(key) for key in SMOOTHING.keys() & options}
         return motion_from_trace(read_trace(trace, **options), drive=machine.drive, **smoothing)
+
+
+def _is_planned(motion: str | Path) -> bool:
+    return Path(motion).suffix.lower() == ".toml"
+
+
+def _of_a_trace(options: TraceOptions, info: ValidationInfo) -> TraceOptions:
+    motion, given = info.data.get("trace") or info.data.get("motion"), options.model_dump(exclude_none=True)
+    if given and isinstance(motion, str) and _is_planned(motion):
+        raise ValueRefused("no reading beside planned moves", given, "they are known exactly")
+    return options
+
+
+Reading = Annotated[TraceOptions, AfterValidator(_of_a_trace)]  # below the key trace or motion
 
 
 class ForcesOptions(ConfigModel):
@@ -160,7 +178,7 @@ class StudyFile(StudyOptions):
             description='a measured trace, e.g. "trace.csv", or planned moves, e.g. "moves.toml"',
         ),
     ]
-    reading: TraceOptions = optional("the table [reading]: how the trace is read", TraceOptions())
+    reading: Reading = optional("the table [reading]: how the trace is read", TraceOptions())
     forces: ForcesOptions | None = optional("the table [forces]: process forces beside the motion")
     motion: MotionOptions = optional("the table [motion]: how the motion scatters", MotionOptions())
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
