@@ -49,10 +49,16 @@ class Noise:
 
     name     in words: "frequencies of hammer test"
     known    whether its stated level is right; if not, it is only a start, and the fit estimates a factor on it
+    level    standard deviation of a value
+    unit     of the level, SI; "1": it is relative
+    floor    of frequency responses, relative to the largest value of a curve; added to that of the level by squares
     """
 
     name: str
     known: bool
+    level: float
+    unit: str = "1"
+    floor: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

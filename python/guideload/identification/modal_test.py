@@ -128,7 +128,9 @@ class ModalTest(Measured):
 
     @property
     def noise(self) -> tuple[Noise, ...]:
-        return tuple(Noise(f"{KINDS[kind]} of {self.name}", self.known[kind]) for kind in self._used)
+        return tuple(
+            Noise(f"{KINDS[kind]} of {self.name}", self.known[kind], self.levels[kind]) for kind in self._used
+        )
 
     @property
     def noise_index(self) -> NDArray[np.intp]:

@@ -119,7 +119,7 @@ class MotorForce(Record):
 
     @property
     def noise(self) -> tuple[Noise, ...]:
-        return (Noise(self.name, self.known),)
+        return (Noise(self.name, self.known, float(self.levels[0]), self.titles[0][1]),)
 
     @property
     def titles(self) -> tuple[tuple[str, str], ...]:

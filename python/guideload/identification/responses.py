@@ -81,7 +81,8 @@ class FrequencyResponses(Measured):
 
     @property
     def noise(self) -> tuple[Noise, ...]:
-        return (Noise(f"curves of {self.name}", self.level_known),)
+        floor = self.floor if self.ratio is None else self.ratio * self.level
+        return (Noise(f"curves of {self.name}", self.level_known, self.level, floor=floor),)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -183,7 +184,7 @@ class Deflections(Measured):
 
     @property
     def noise(self) -> tuple[Noise, ...]:
-        return (Noise(f"displacements of {self.name}", self.known),)
+        return (Noise(f"displacements of {self.name}", self.known, self.level, "m"),)
 
     @property
     def labels(self) -> tuple[str, ...]:

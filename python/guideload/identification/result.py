@@ -15,7 +15,7 @@ from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
 from guideload.base.notebook import as_html
 from guideload.identification.fit import STARTS, Fit, fit
-from guideload.identification.measured import Measured, NuisanceParameter
+from guideload.identification.measured import Measured, Noise, NuisanceParameter
 from guideload.identification.modal_test import ModalTest
 from guideload.identification.model import Model, ModelAt
 from guideload.identification.record_checks import RecordChannel, record_channels, record_doubts
@@ -52,13 +52,15 @@ class ResidualTest:
     name      the group
     count     its values
     rms       root mean square of the residuals, in standard deviations of the noise as stated
-    factor    estimated noise over stated noise; None where it is known
+    noise     its noise as stated, or where the estimate began
+    factor    estimated noise over `noise`; None where it is known
     doubts    in words
     """
 
     name: str
     count: int
     rms: float
+    noise: Noise
     factor: float | None
     doubts: tuple[str, ...]
 
@@ -84,7 +86,8 @@ def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:
             for k in np.flatnonzero(abs(values) > OUTLIER).tolist()[:3]
         ]
         rms = factor * float(np.sqrt(np.mean(values**2))) if here.size else 0.0
-        tests.append(ResidualTest(noise.name, here.size, rms, None if noise.known else factor, tuple(doubts)))
+        estimated = None if noise.known else factor
+        tests.append(ResidualTest(noise.name, here.size, rms, noise, estimated, tuple(doubts)))
     return tuple(tests)
 
 

@@ -204,7 +204,8 @@ class SensorLog(Record):
     def noise(self) -> tuple[Noise, ...]:
         known = not self.deviations  # the noise of the whitened residuals is estimated
         return tuple(
-            Noise(f"{one.name} in {self.name}", known and one.level is not None) for one in self.channels
+            Noise(f"{one.name} in {self.name}", known and one.level is not None, level, one.unit)
+            for one, level in zip(self.channels, self.levels.tolist(), strict=True)
         )
 
     @property

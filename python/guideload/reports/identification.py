@@ -14,7 +14,7 @@ from guideload.identification.next_measurement import RankedMeasurement, TargetQ
 from guideload.identification.record_checks import explained_share
 from guideload.identification.records import Record
 from guideload.identification.responses import Deflections
-from guideload.identification.result import Identification, UnknownEstimate
+from guideload.identification.result import Identification, ResidualTest, UnknownEstimate
 from guideload.identification.unknowns import grouped_names, short_name, usual_unit
 from guideload.reports.report import Definitions, Part, Report, Section, Table, Value
 
@@ -24,9 +24,9 @@ DEFINITION = (
     "because the fit is not linear enough there."
 )
 DIFFERENCES = (
-    "Differences are measured minus computed values, in standard deviations of the noise as stated; about 1 if model "
-    "and noise are right. Noise: known = as stated; x 2 = differences twice as large as stated, or as typical if none "
-    "was."
+    "Differences are measured minus computed values, in standard deviations of the noise; about 1 if model and noise "
+    "are right. Noise: standard deviation of a value, as stated or, where it was not, as estimated from the "
+    "differences; that of responses is relative to each value, and the floor to the largest one of a curve."
 )
 INTERVALS = (
     "These intervals, as those of the machine, contain the noise, the error of the acceleration of the trace, and what "
@@ -189,11 +189,19 @@ def _differences_table(found: Identification) -> Table:
     rows: list[tuple[Value, ...]] = []
     in_time = [isinstance(each, Record) for each in found.data for _ in each.noise]
     for test, is_record in zip(found.residuals, in_time, strict=True):
-        noise = (
-            "known" if test.factor is None else "estimated" if is_record else f"x {digits(test.factor, 2)}"
-        )
-        rows.append((test.name, test.count, None if noise == "estimated" else test.rms, noise))
+        # That of a record is of means over windows, and raised by serial errors.
+        noise = "estimated" if is_record and test.factor is not None else _noise(test)
+        rows.append((test.name, test.count, test.rms if test.factor is None else None, noise))
     return Table.by_rows(headings, rows)
+
+
+def _noise(test: ResidualTest) -> str:
+    """The noise of a value in words."""
+    noise, factor = test.noise, 1.0 if test.factor is None else test.factor
+    unit, scale = {"1": ("%", 100.0), "m": ("um", 1e6)}.get(noise.unit, (noise.unit, 1.0))
+    floor = f", floor {digits(100.0 * factor * noise.floor, 2)} %" if noise.floor else ""
+    how = "stated" if test.factor is None else "estimated"
+    return f"{digits(factor * noise.level * scale, 2)} {unit}{floor}, {how}"
 
 
 def _levels_table(levels: Sequence[ComparedModel]) -> Table:
