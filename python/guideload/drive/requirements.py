@@ -228,7 +228,9 @@ class _Histories(NamedTuple):
         new = ~np.isin(other.time, self.time)
         order = np.argsort(np.append(self.time, other.time[new]), kind="stable")
         pairs = zip(self, other, strict=True)
-        return _Histories._make(None if b is None else np.append(a, b[new])[order] for a, b in pairs)
+        return _Histories._make(
+            None if a is None or b is None else np.append(a, b[new])[order] for a, b in pairs
+        )
 
     def requirements(self, machine: Machine) -> DriveRequirements:
         """What they ask of the drive of the machine."""

@@ -149,7 +149,7 @@ class FrequencyResponses(Measured):
             return float((np.log(variance) + squares / variance).sum())
 
         logs = np.log(RATIOS)
-        best = min(range(1, logs.size - 1), key=lambda i: minus_log_likelihood(logs[i]))
+        best = min(range(1, logs.size - 1), key=lambda i: minus_log_likelihood(float(logs[i])))
         found = minimize_scalar(
             minus_log_likelihood, bounds=(logs[best - 1], logs[best + 1]), method="bounded"
         )
