@@ -55,10 +55,11 @@ class FrequencyResponses(Measured):
     Standard deviation of real and imaginary part: level times the size of the response, and floor times the largest
     one of a curve, as the root of the sum of their squares.
 
-    level_known, floor_known  whether each is known, or a start only
+    level_known  whether level and floor are known; else the level is a start only
+    floor_known  whether the floor is known beside a level that is not
     calibration  standard deviation of a factor on all values, from the calibration of hammer and sensors; 0: none
     sizes        of the responses, to which the noise is relative, for each curve; without: those measured
-    ratio        floor over level, where one of them is estimated; None before
+    ratio        floor over level, where they are estimated; None before
     """
 
     name: str
@@ -125,7 +126,7 @@ class FrequencyResponses(Measured):
         if max(distances) > NEAR:
             return self
         new = replace(self, sizes=tuple(np.asarray(abs(one), dtype=np.float64) for one in found))
-        if not (self.level_known and self.floor_known):
+        if not self.level_known:
             ratio = new._most_likely_ratio(np.concatenate(errors))
             # The machine follows the ratio: the mean of both logarithms keeps two of them from alternating.
             new = replace(new, ratio=ratio if self.ratio is None else float(np.sqrt(ratio * self.ratio)))
@@ -141,10 +142,7 @@ class FrequencyResponses(Measured):
         def minus_log_likelihood(log_ratio: float) -> float:
             ratio = np.exp(log_ratio)
             shape = size**2 + (ratio * largest) ** 2
-            if self.level_known:
-                level = self.level
-            else:
-                level = self.floor / ratio if self.floor_known else np.sqrt(np.mean(squares / shape))
+            level = self.floor / ratio if self.floor_known else np.sqrt(np.mean(squares / shape))
             variance = np.maximum(level**2 * shape, TINY)
             return float((np.log(variance) + squares / variance).sum())
 

@@ -151,7 +151,8 @@ class FrequencyResponsesTable(ConfigModel):
         'standard deviation of real and imaginary part over the size, e.g. "3 %"; estimated if left out'
     )
     floor: Share | None = optional(
-        'standard deviation of noise everywhere over the largest value of a curve, e.g. "0.5 %"; estimated if left out'
+        "standard deviation of noise everywhere over the largest value of a curve; if left out, estimated with the "
+        'noise, or "0.5 %" beside a stated one'
     )
     calibration: Share | None = optional(
         'standard deviation of a factor on all values, from hammer and sensors, e.g. "2 %"'
@@ -168,8 +169,10 @@ class FrequencyResponsesTable(ConfigModel):
             raise ValueRefused("no nodes beside a table, whose headers name points", self.nodes)
         curves = read_curves(folder / self.file, machine, self.force, self.nodes, low, high)
         level, floor = self.noise or self.TYPICAL[0], self.floor or self.TYPICAL[1]
-        known = self.noise is not None, self.floor is not None
-        return FrequencyResponses(self.name, curves, level, floor, *known, self.calibration or 0.0)
+        known = {"level_known": self.noise is not None, "floor_known": self.floor is not None}
+        return FrequencyResponses(
+            self.name, curves, level, floor, **known, calibration=self.calibration or 0.0
+        )
 
 
 class DeflectionTable(ConfigModel):
