@@ -26,7 +26,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let Self { method, memory, equations, recorder, budget, summary, .. } = self;
         let excitation = recorder.excitation;
         let (key, h) = (equations.equations().key(), excitation.interval(k));
-        let Output::Samples = recorder.output else { return k };
         let Some(steps) = method.exact_steps(memory, h, key) else { return k };
         let (first, last) = (k, usize::min(until, excitation.count() - 1));
         // The caller looks up the budget.

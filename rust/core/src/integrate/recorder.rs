@@ -35,11 +35,29 @@ impl Recorder<'_> {
         self.samples(k, core::slice::from_ref(state));
     }
 
-    /// Records the samples from sample `first` on, with these states.
+    /// Records the samples from sample `first` on, with these states, if samples are recorded.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn samples(&mut self, first: usize, states: &[State]) {
-        self.record.samples(self.excitation, first, states);
-        self.recorded += states.len();
+        if let Output::Samples = self.output {
+            self.record.samples(self.excitation, first, states);
+            self.recorded += states.len();
+        }
+    }
+
+    /// The last sample before the next output time, at least `k`; any sample if samples are recorded, or no further times.
+    pub(super) fn last_before_time(&self, k: usize) -> usize {
+        let Output::Times(times) = self.output else { return usize::MAX };
+        let Some(&next) = times.get(self.recorded) else { return usize::MAX };
+        let (mut last, mut after) = (k, self.excitation.count());
+        while after - last > 1 {
+            let middle = last.midpoint(after);
+            if self.excitation.time(middle) < next {
+                last = middle;
+            } else {
+                after = middle;
+            }
+        }
+        last
     }
 
     /// Records an output time.

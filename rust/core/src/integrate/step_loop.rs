@@ -53,7 +53,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                     continue;
                 }
                 let start = k;
-                k = self.glide(forcing, k, plan.next, [&mut state, &mut next], [&mut from, &mut to]);
+                let until = usize::min(plan.next, self.recorder.last_before_time(k));
+                k = self.glide(forcing, k, until, [&mut state, &mut next], [&mut from, &mut to]);
                 glided += k - start;
                 if k == plan.next {
                     continue;
