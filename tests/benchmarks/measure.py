@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from harness import installed, timed
-from peers.problem import Array, Call
+from peers.problem import Array, At
 from peers.roster import Peer, roster
 from scenes import Case
 
@@ -55,7 +55,7 @@ class Job:
 
     name: str
     setting: str
-    call: Call
+    call: Callable[[], Array]
     error: float  # of the load
     dynamic: float  # of its dynamic part
     times: list[float]  # s
@@ -125,13 +125,15 @@ def measure(cases: list[Case], pace: Pace) -> list[Measured]:
     return scenes
 
 
+def ours(case: Case, method: Method) -> At:
+    """guideload's public call."""
+    machine = case.machine()
+    return lambda rtol: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
+
+
 def our_jobs(case: Case, method: Method, pace: Pace) -> list[Job]:
-    """guideload's public call over its tolerances."""
-
-    def at(rtol: float) -> Call:
-        machine = case.machine()
-        return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
-
+    """guideload over its tolerances."""
+    at = ours(case, method)
     if method == "exact":
         return series(case, "guideload exact", at, (1e-6,), lambda _: "", pace)
     return series(case, f"guideload {method}", at, pace.taken(TOLERANCES), "rtol {:.0e}".format, pace)
@@ -151,7 +153,7 @@ def peer_jobs(case: Case, peer: Peer, pace: Pace) -> list[Job]:
 def series(
     case: Case,
     name: str,
-    at: Callable[[float], Call],
+    at: At,
     settings: tuple[float, ...],
     label: Callable[[float], str],
     pace: Pace,
@@ -164,7 +166,7 @@ def series(
             break
         try:
             with quiet(), limited(pace.limit):
-                call = at(value)
+                call = partial(at, value)
                 start = time.perf_counter()
                 loads = call()
                 seconds = time.perf_counter() - start
@@ -238,24 +240,21 @@ PULSE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
 def pulse_errors(case: Case) -> dict[str, list[float]]:
     """Error of the dynamic part of every method left to its tolerance, at each of PULSE_TOLERANCES."""
     table: dict[str, list[float]] = {}
-    machine = case.machine()
 
-    def put(name: str, at: Callable[[float], Call], settings: tuple[float, ...]) -> None:
+    def put(name: str, at: At, settings: tuple[float, ...]) -> None:
         table[name] = []
         for value in settings:
             try:
                 with quiet():
-                    error = case.truth.errors(forces(at(value)()))[1]
+                    error = case.truth.errors(forces(at(value)))[1]
             except (RuntimeError, GuideloadError):
                 error = np.inf
             table[name].append(error)
 
-    def ours(method: Method, rtol: float) -> Call:
-        return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
-
     for method in (method for method in OURS if method != "exponential"):  # there it is exact
-        put(f"guideload {method}", partial(ours, method), (1e-6,) if method == "exact" else PULSE_TOLERANCES)
-    for peer in roster(machine):
+        settings = (1e-6,) if method == "exact" else PULSE_TOLERANCES
+        put(f"guideload {method}", ours(case, method), settings)
+    for peer in roster(case.machine()):
         if peer.from_rest and installed(peer.package):
             alone = peer.fixed or peer.only_linear
             put(peer.name, peer.prepare(case.problem), peer.settings[:1] if alone else PULSE_TOLERANCES)

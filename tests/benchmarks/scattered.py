@@ -87,7 +87,7 @@ class Case:
 
     def _between_events(self) -> Truth:
         peaks = self._peaks(lambda given: between_events(given)[0])
-        fine = _largest(rk4(self.scatter.problem_of(0))(1 / 256)())
+        fine = _largest(rk4(self.scatter.problem_of(0))(1 / 256))
         gap = Truth(peaks[:1], "").error(fine[None])
         return Truth(
             peaks, f"matrix exponentials between contact changes; RK4 of 1/256 ms differs by {gap:.0e}"

@@ -25,17 +25,17 @@ def each(loads: Callable[[Problem], Array]) -> Run:
     return run
 
 
-lsim = each(lambda given: linear.lsim(given)())
+lsim = each(lambda given: linear.lsim(given)(0.0))
 
 
 def rk4(step: float) -> Run:
     """Classical RK4 in Numba with a fixed step in ms."""
-    return each(lambda given: compiled.rk4(given)(step)())
+    return each(lambda given: compiled.rk4(given)(step))
 
 
 def solve_ivp(method: str, rtol: float) -> Run:
     """solve_ivp with its right-hand side in plain NumPy."""
-    return each(lambda given: ivp.solve_ivp(method, limited=False, compiled=False)(given)(rtol)())
+    return each(lambda given: ivp.solve_ivp(given, method=method, limited=False, compiled=False)(rtol))
 
 
 def diffsol(solver: str, rtol: float) -> Run:
@@ -88,7 +88,7 @@ def exudyn(solver: str, step: float) -> Run:
     def run(of: Scatter) -> Peaks:
         peaks = []
         for scene, machine in enumerate(_machines(of)):
-            loads = multibody.exudyn(solver, machine)(_problems(of)[scene])(step)()
+            loads = multibody.exudyn(_problems(of)[scene], solver=solver, machine=machine)(step)
             peaks.append(np.abs(loads).max(axis=0).ravel())
         return np.array(peaks)
 

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from peers.laws import Law, force
-from peers.problem import Array, At, Call, Problem
+from peers.problem import Array, At, Problem
 
 Matrices = tuple[Array, ...]
 
@@ -41,19 +41,19 @@ def _propagate(n: int, m: int) -> Callable[..., None]:
     return kernel
 
 
-def propagator(given: Problem) -> Call:
+def propagator(given: Problem) -> At:
     """The exact propagator of a linear scene: all six components of each carriage, as guideload gives them."""
     n = given.b.size
     by_columns, rest = np.ascontiguousarray(given.c.reshape(-1, n).T), given.rest.ravel()
     kernel = _propagate(n, rest.size)
 
-    def call() -> Array:
+    def at(_: float) -> Array:
         p, g0, g1 = given.exponential()
         loads = np.empty((given.time.size, rest.size))
         kernel(np.ascontiguousarray(p.T), g0, g1, by_columns, rest, given.u, loads)
         return loads.reshape(given.time.size, -1, 6)
 
-    return call
+    return at
 
 
 @cache
@@ -141,15 +141,11 @@ def rk4(given: Problem) -> At:
     n, loads, matrices = given.b.size // 2, loads_of(given), _matrices(given)
     kernel = _rk4(n, given.at_rest.size, given.law)
 
-    def at(step: float) -> Call:
+    def at(step: float) -> Array:
         parts = round(given.step / (step * 1e-3))
-
-        def call() -> Array:
-            states = np.empty((given.time.size, 2 * n))
-            kernel(matrices, given.u, given.step / parts, parts, states)
-            return loads(states)
-
-        return call
+        states = np.empty((given.time.size, 2 * n))
+        kernel(matrices, given.u, given.step / parts, parts, states)
+        return loads(states)
 
     return at
 
