@@ -11,8 +11,8 @@ guideload also that at any time, whose error is against `peak_loads`.
 
 guideload runs them by the plan of a `Study`, from a new `Batch` on; the package peers says how each peer does
 (those called batch_*), and what they get: the draws. All that is to be done for a scene, its matrices, position
-at rest, exponential and peaks, is inside the time; what is done once, as drawing and compiling, is not. Packages
-that are not installed are left out and named: `pip install .[bench]`.
+at rest, exponential and peaks, is inside the time (but for RK4); what is done once, as drawing and compiling, is
+not. Packages that are not installed are left out and named: `pip install .[bench]`.
 
 All is in one process held on one core, where the system can do that, by turns; times are medians. A call runs as
 many scenes as give a stable figure. An error is the largest difference of a peak from the truth, as a part of the
@@ -118,13 +118,13 @@ def measure(case: Case, peers: list[BatchPeer], quick: bool) -> list[Job]:
 
 
 def peer_job(case: Case, peer: BatchPeer) -> Job:
-    """A peer, run once on the scenes whose truth is known."""
+    """A peer, run once for its error and to compile."""
     count = peer.rough if case.rough and peer.rough else peer.scenes
     part = case.scatter.first(count)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            error = case.truth.error(peer.run(part.first(CHECKED)))
+            error = case.truth.error(peer.run(part))
         return Job(peer.name, partial(peer.run, part), count, error)
     except (RuntimeError, ArithmeticError, ValueError, OSError, subprocess.CalledProcessError) as failed:
         return Job(peer.name, list, count, failure=str(failed).partition("\n")[0][:100])
