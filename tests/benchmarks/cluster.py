@@ -1,9 +1,5 @@
 """A study on a Dask cluster of this machine: `python tests/benchmarks/cluster.py [--samples 1e6] [--workers 1 2]`
 
-    --chunk SAMPLES    of a file and a task; by default that of run_study
-    --folder FOLDER    of the samples, 160 bytes each; by default a temporary one
-    --keep             do not remove the samples
-
 A scheduler and workers, each a process of its own with one thread and at most 1 GiB, run the packaged study with the
 peak resultant of each carriage; workers write the samples. The table gives samples per second, the efficiency against
 one worker, processor time (which other programs on this machine disturb less) of workers per sample and of scheduler
@@ -14,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -105,25 +100,24 @@ def processor_time(pids: Iterable[int]) -> float:
 
 @dataclass
 class Measured:
-    """rate: samples/s; rows of `Memory`; processor time [s] of scheduler, all workers, this process; tasks."""
+    """rate: samples/s; rows of `Memory`; processor time [s] of scheduler, all workers, this process; tasks, bytes."""
 
     rate: float
     rows: np.ndarray
-    processor: tuple[float, float, float]
+    processor: np.ndarray
     tasks: int
+    bytes: int
 
 
-def measured(samples: int, workers: int, folder: Path, chunk: int | None) -> Measured:
+def measured(samples: int, workers: int, folder: Path) -> Measured:
     keys = {"quantities": ("resultant",), "statistics": ("max",), "histories": 0}
     study = Study.from_toml(EXAMPLES / "study.toml", samples=samples).model_copy(update=keys)
     with cluster(workers) as (address, scheduler, pids), Client(address) as client:
         client.wait_for_workers(workers, timeout=60)
         memory = Memory(scheduler, pids)
         watcher = threading.Thread(target=memory.watch)
-        begun, groups = (
-            [0.0, 0.0],
-            ([scheduler], [one for pid in pids for one in family(pid)], [psutil.Process().pid]),
-        )
+        begun = [0.0, 0.0]
+        groups = [scheduler], [one for pid in pids for one in family(pid)], [psutil.Process().pid]
         before = [processor_time(group) for group in groups]
 
         def progress(done: int, runs: int) -> None:
@@ -133,47 +127,39 @@ def measured(samples: int, workers: int, folder: Path, chunk: int | None) -> Mea
 
         watcher.start()
         try:
-            run_study(study, folder, cluster=client, chunk=chunk, progress=progress)
+            run_study(study, folder, cluster=client, progress=progress)
         finally:
             memory.stop = True
             watcher.join()
         after = [processor_time(group) for group in groups]
-    scheduler_time, worker_time, own_time = np.subtract(after, before).tolist()
-    tasks = len(list((folder / "samples").glob("*.parquet")))
-    rate = samples / (begun[1] - begun[0])
-    return Measured(rate, np.array(memory.rows), (scheduler_time, worker_time, own_time), tasks)
+    sizes = [file.stat().st_size for file in (folder / "samples").glob("*.parquet")]
+    rate, taken = samples / (begun[1] - begun[0]), np.subtract(after, before)
+    return Measured(rate, np.array(memory.rows), taken, len(sizes), sum(sizes))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="A study on a Dask cluster of this machine.")
     parser.add_argument("--samples", type=float, default=1e6)
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--chunk", type=int)
-    parser.add_argument("--folder", type=Path)
-    parser.add_argument("--keep", action="store_true")
     options = parser.parse_args()
     samples, runs = int(options.samples), {}
     print("| workers | samples/s | efficiency | CPU of workers, us/sample | of scheduler, ms/task ", end="")
     print("| of starter, ms/task | scheduler, MiB | its growth | worker, MiB | starter, MiB | bytes/sample |")
     print("|" + 11 * "---:|")
-    home = options.folder or Path(tempfile.mkdtemp())
     for count in options.workers:
-        folder = home / f"workers-{count}"
-        found = runs[count] = measured(samples, count, folder, options.chunk)
+        with tempfile.TemporaryDirectory() as folder:
+            found = runs[count] = measured(samples, count, Path(folder))
         first, rows = options.workers[0], found.rows
         efficiency = found.rate / runs[first].rate * first / count
         scheduler, workers, own = found.processor
         late = rows[rows[:, 0] >= 0.5, 1]
-        size = sum(file.stat().st_size for file in (folder / "samples").glob("*.parquet")) / samples
         largest = " | ".join(f"{value:.0f}" for value in rows[:, 2:].max(axis=0))
         print(
             f"| {count} | {found.rate:.0f} | {100 * efficiency:.0f} % | {1e6 * workers / samples:.0f} "
             f"| {1e3 * scheduler / found.tasks:.1f} | {1e3 * own / found.tasks:.1f} | {rows[:, 1].max():.0f} "
-            f"| {late.max() - late.min():.1f} | {largest} | {size:.0f} |",
+            f"| {late.max() - late.min():.1f} | {largest} | {found.bytes / samples:.0f} |",
             flush=True,
         )
-    if not options.keep:
-        shutil.rmtree(home)
 
 
 if __name__ == "__main__":

@@ -47,11 +47,6 @@ def by_turns(
     return times
 
 
-def cores() -> int:
-    """How many this process may use."""
-    return len(_ALLOWED) or os.cpu_count() or 1
-
-
 def on_cores(count: int) -> None:
     """Hold this thread, and those that it starts, on so many cores, where the system can do that."""
     if _ALLOWED:

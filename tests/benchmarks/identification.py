@@ -16,23 +16,23 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 
 import harness
 import numpy as np
-from hammer_tests import hammer_test, unknown, with_corners
-from motor_records import OFFSET, SEAL, VISCOUS, axis, moves, soft_axis
+from hammer_tests import deflections, hammer_test, unknown, with_corners
+from motor_records import OFFSET, SEAL, VISCOUS, axis, from_standstill, moves, seen, soft_axis
 from reference import cart, preloaded
 from scipy.signal import lfilter
 
-from guideload import Machine, Motion
+from guideload import Machine
 from guideload.identification.measured import Measured
 from guideload.identification.model import Excitation, Model, parse_load_place, parse_place
 from guideload.identification.motor_force import MotorForce, X
-from guideload.identification.responses import Deflection, Deflections, FrequencyResponses, ResponseCurve
+from guideload.identification.responses import FrequencyResponses, ResponseCurve
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.identification.unknowns import UnknownTable
-from guideload.smoothing import smooth
 
 DAMPING = UnknownTable(path=("carriages.*.damping_y", "carriages.*.damping_z"), name="damping")
 BY_CARRIAGE = (
@@ -99,33 +99,15 @@ def responses(
     return FrequencyResponses("responses", tuple(curves), *stated, known, known), {}
 
 
-def deflections(model: Model, truth: Array, rng: np.random.Generator, seed: int) -> tuple[Measured, Truths]:
+def at_rest(model: Model, truth: Array, rng: np.random.Generator, seed: int) -> tuple[Measured, Truths]:
     forces, places = ("p0 y", "p3 y", "p2 z"), ("p0 y", "p1 y", "p2 y", "p3 y", "p2 z", "p3 z")
-    pairs = [(parse_place(a, model.machine), parse_place(b, model.machine)) for a in forces for b in places]
-    still = Deflections("static", tuple(Deflection(a, 1e3, b, 0.0) for a, b in pairs), 1e-7, True)
-    moved = still.computed(model.at(truth))[0]
-    level = 0.02 * float(abs(moved).max())
-    noisy = moved + level * rng.standard_normal(moved.size)
-    made = tuple(Deflection(a, 1e3, b, float(x)) for (a, b), x in zip(pairs, noisy, strict=True))
-    return Deflections("static", made, level, True), {}
+    return deflections(model, truth, list(product(forces, places)), 0.02, rng), {}
 
 
 # ---- records in time
 
-QUANTUM = 1e-6  # m, of the encoder
-STILL = 300  # milliseconds at rest before the moves of a log
 DELAY = 4.2  # s, between the clocks of two loggers
 MEMORY = 0.99  # of a disturbance from one millisecond to the next: 0.1 s
-
-
-def seen(motion: Motion) -> Motion:
-    """The motion as estimated from the counts of an encoder."""
-    velocity = motion.velocity[:, 0]
-    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * 0.5 * (velocity[1:] + velocity[:-1]))])
-    found = smooth(motion.time, QUANTUM * np.round(position / QUANTUM), "position", quantum=QUANTUM)
-    return Motion.along_x(
-        motion.time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
-    )
 
 
 def motor_force(
@@ -148,13 +130,6 @@ def motor_force(
     data = MotorForce.of(machine, seen(motion) if measured else motion, motion.time, force)
     truths = {"friction.seal in motor force": SEAL, "friction.viscous in motor force": VISCOUS}
     return data, truths | {"offset of motor force": OFFSET}
-
-
-def from_standstill(motion: Motion) -> Motion:
-    """The motion after a third of a second at rest: a log that begins in vibration has a start that nobody knows."""
-    still = np.zeros(STILL)
-    acceleration, velocity = (np.append(still, one[:, 0]) for one in (motion.acceleration, motion.velocity))
-    return Motion.along_x(1e-3 * np.arange(acceleration.size), acceleration, velocity=velocity)
 
 
 def sensors(
@@ -192,7 +167,7 @@ CASES = {
     "modal test, play": Case(with_corners(cart(clearance_y=5e-6)), BY_AXIS, modal, 0.3),
     "frequency responses": Case(CART, BY_CARRIAGE, responses, 0.3),
     "frequency responses, noise estimated": Case(CART, BY_CARRIAGE, partial(responses, known=False), 0.3),
-    "static deflections": Case(CART, BY_CARRIAGE[:2], deflections, 0.3),
+    "static deflections": Case(CART, BY_CARRIAGE[:2], at_rest, 0.3),
     "motor force": Case(axis(), MASS, motor_force, 0.2),
     "motor force, correlated": Case(axis(), MASS, partial(motor_force, seconds=12.0, correlated=True), 0.2),
     "motor force, measured trace": Case(axis(), MASS, partial(motor_force, measured=True), 0.2),

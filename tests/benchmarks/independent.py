@@ -13,7 +13,6 @@ extrapolated from two lengths, and the difference of the two is given too.
 from __future__ import annotations
 
 import argparse
-import json
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -623,11 +622,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help="the table of docs/validation.md")
     parser.add_argument("--only", default="", metavar="WORD", help="features whose name has this word")
-    parser.add_argument(
-        "--results", type=Path, metavar="FILE", help="JSON to keep rows in, which are not run again"
-    )
     asked = parser.parse_args()
-    known = json.loads(asked.results.read_text()) if asked.results and asked.results.exists() else {}
     warnings.simplefilter("ignore", DeprecationWarning)
     lines = [row("feature", *(f"scale {scale:g}" for scale in SCALES), "Exudyn's two steps")]
     lines.append(row("---", *["---:"] * (len(SCALES) + 1)))
@@ -635,15 +630,11 @@ def main() -> None:
     for feature in FEATURES:
         if asked.only not in feature.name:
             continue
-        if feature.name not in known:
-            try:
-                known[feature.name] = differences(feature)
-            except Exception as error:  # Exudyn's solver gave up
-                print(f"{feature.name}: {str(error).splitlines()[0]}", flush=True)
-                continue
-            if asked.results:
-                asked.results.write_text(json.dumps(known))
-        found, gap = known[feature.name]
+        try:
+            found, gap = differences(feature)
+        except Exception as error:  # Exudyn's solver gave up
+            print(f"{feature.name}: {str(error).splitlines()[0]}", flush=True)
+            continue
         lines.append(row(feature.name, *(f"{one:.1e}" for one in found), f"{gap:.0e}"))
         print(lines[-1], flush=True)
     if asked.write:

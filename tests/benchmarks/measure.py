@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 from harness import installed, timed
-from peers.problem import Array, Call
-from peers.roster import Peer, roster
+from peers.problem import Array, At
+from peers.roster import roster
 from scenes import Case
 
 from guideload import GuideloadError, simulate
@@ -54,12 +54,10 @@ class Job:
     """One method with one setting on one scene."""
 
     name: str
-    setting: str
-    call: Call
+    call: Callable[[], Array]
     error: float  # of the load
     dynamic: float  # of its dynamic part
     times: list[float]  # s
-    failure: str = ""
     pareto_optimal: bool = False
 
     @property
@@ -78,20 +76,19 @@ class Job:
 
 @dataclass(eq=False)
 class Measured:
-    """A scene and its jobs."""
+    """A scene and its jobs, those with a result that is a number."""
 
     case: Case
     jobs: list[Job] = field(default_factory=list)
 
     @property
-    def done(self) -> list[Job]:
-        """Those with a result that is a number."""
-        return [job for job in self.jobs if np.isfinite(job.error)]
-
-    @property
     def valid(self) -> list[Job]:
         """Those that have seen the motion."""
-        return [job for job in self.done if job.dynamic < MISSED]
+        return [job for job in self.jobs if job.dynamic < MISSED]
+
+    def of(self, name: str) -> list[Job]:
+        """Those of one method that have seen the motion."""
+        return [job for job in self.valid if job.name == name]
 
     def mark_front(self) -> None:
         """Pareto: no other job is at least as fast and as accurate, and better in one."""
@@ -105,78 +102,55 @@ class Measured:
 
 
 def measure(cases: list[Case], pace: Pace) -> list[Measured]:
-    """All jobs of all scenes; errors are told to stderr as they come."""
+    """All jobs of all scenes; failures are told to stderr as they come."""
     scenes = []
     for case in cases:
         print(f"{case.title}: {case.truth.how}", file=sys.stderr)
         scene = Measured(case)
         for method in OURS:
-            if (
-                method != "exponential" or case.machine().model_level == "smooth nonlinear"
-            ):  # else it is exact
-                scene.jobs += our_jobs(case, method, pace)
+            settings = (1e-6,) if method == "exact" else pace.taken(TOLERANCES)
+            # Where nothing is preloaded, exponential is exact.
+            if method != "exponential" or case.machine().model_level == "smooth nonlinear":
+                scene.jobs += series(case, f"guideload {method}", ours(case, method), settings, pace)
         for peer in roster(case.linear()):
             if peer.charted and installed(peer.package) and not (peer.only_linear and case.law):
-                scene.jobs += peer_jobs(case, peer, pace)
+                with quiet():
+                    at = peer.prepare(case.problem)
+                scene.jobs += series(case, peer.name, at, pace.taken(peer.settings), pace)
         scenes.append(scene)
-    time_again([job for scene in scenes for job in scene.done], pace)
+    time_again([job for scene in scenes for job in scene.jobs], pace)
     for scene in scenes:
         scene.mark_front()
     return scenes
 
 
-def our_jobs(case: Case, method: Method, pace: Pace) -> list[Job]:
-    """guideload's public call over its tolerances."""
-
-    def at(rtol: float) -> Call:
-        machine = case.machine()
-        return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
-
-    if method == "exact":
-        return series(case, "guideload exact", at, (1e-6,), lambda _: "", pace)
-    return series(case, f"guideload {method}", at, pace.taken(TOLERANCES), "rtol {:.0e}".format, pace)
+def ours(case: Case, method: Method) -> At:
+    """guideload's public call."""
+    machine = case.machine()
+    return lambda rtol: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
 
 
-def peer_jobs(case: Case, peer: Peer, pace: Pace) -> list[Job]:
-    """A peer over its settings."""
-
-    def label(value: float) -> str:
-        return f"step {value:g} ms" if peer.fixed else f"rtol {value:.0e}" if value else ""
-
-    with quiet():
-        at = peer.prepare(case.problem)
-    return series(case, peer.name, at, pace.taken(peer.settings), label, pace)
-
-
-def series(
-    case: Case,
-    name: str,
-    at: Callable[[float], Call],
-    settings: tuple[float, ...],
-    label: Callable[[float], str],
-    pace: Pace,
-) -> list[Job]:
+def series(case: Case, name: str, at: At, settings: tuple[float, ...], pace: Pace) -> list[Job]:
     """From loose to tight, each called for its error, and again for its time where it is quick or was compiled."""
     jobs: list[Job] = []
     begun = time.perf_counter()
     for value in settings:
-        if jobs and time.perf_counter() - begun > pace.patience:
+        if time.perf_counter() - begun > pace.patience:
             break
+        call = partial(at, value)
         try:
             with quiet(), limited(pace.limit):
-                call = at(value)
                 start = time.perf_counter()
                 loads = call()
                 seconds = time.perf_counter() - start
                 if seconds < SLOW or not jobs:
                     seconds = timed(call)
         except (RuntimeError, ArithmeticError, ValueError, TimeoutError, GuideloadError) as error:
-            failure = str(error).splitlines()[0][:110] if str(error) else type(error).__name__
-            jobs.append(Job(name, label(value), list, np.inf, np.inf, [np.inf], failure))
+            print(f"{name} at {value:g}: {error}", file=sys.stderr)
             continue
         error, dynamic = case.truth.errors(forces(loads))
-        failure = "" if np.isfinite(error) else "no number"
-        jobs.append(Job(name, label(value), call, error, dynamic, [seconds], failure))
+        if np.isfinite(error):
+            jobs.append(Job(name, call, error, dynamic, [seconds]))
     return jobs
 
 
@@ -238,24 +212,21 @@ PULSE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
 def pulse_errors(case: Case) -> dict[str, list[float]]:
     """Error of the dynamic part of every method left to its tolerance, at each of PULSE_TOLERANCES."""
     table: dict[str, list[float]] = {}
-    machine = case.machine()
 
-    def put(name: str, at: Callable[[float], Call], settings: tuple[float, ...]) -> None:
+    def put(name: str, at: At, settings: tuple[float, ...]) -> None:
         table[name] = []
         for value in settings:
             try:
                 with quiet():
-                    error = case.truth.errors(forces(at(value)()))[1]
+                    error = case.truth.errors(forces(at(value)))[1]
             except (RuntimeError, GuideloadError):
                 error = np.inf
             table[name].append(error)
 
-    def ours(method: Method, rtol: float) -> Call:
-        return lambda: simulate(machine, case.motion, method=method, rtol=rtol).carriage_loads
-
     for method in (method for method in OURS if method != "exponential"):  # there it is exact
-        put(f"guideload {method}", partial(ours, method), (1e-6,) if method == "exact" else PULSE_TOLERANCES)
-    for peer in roster(machine):
+        settings = (1e-6,) if method == "exact" else PULSE_TOLERANCES
+        put(f"guideload {method}", ours(case, method), settings)
+    for peer in roster(case.machine()):
         if peer.from_rest and installed(peer.package):
             alone = peer.fixed or peer.only_linear
             put(peer.name, peer.prepare(case.problem), peer.settings[:1] if alone else PULSE_TOLERANCES)

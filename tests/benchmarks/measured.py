@@ -12,20 +12,17 @@ from __future__ import annotations
 import argparse
 import re
 import shutil
-import sys
 import tempfile
 import urllib.request
 from collections.abc import Callable
 from operator import attrgetter
 from pathlib import Path
 
+import harness
+import measured_cases as cases
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
-
-import measured_cases as cases
 from measured_cases import Predicted
 
 from guideload.plots.saving import save
@@ -276,7 +273,8 @@ def run() -> None:
     parser.add_argument("--pictures", action="store_true", help="write docs/images/measured-NAME.png")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"cases: {', '.join(CASES)}")
     asked = parser.parse_args()
-    print("| case | identified | predicted | difference | inside 95 % |\n|---|---|---|---|---|")
+    print(harness.row("case", "identified", "predicted", "difference", "inside 95 %"))
+    print(harness.row(*["---"] * 5))
     for name in asked.names or CASES:
         case, files = CASES[name]
         with tempfile.TemporaryDirectory() as folder, look():
@@ -284,10 +282,10 @@ def run() -> None:
                 for file in files:
                     shutil.copy(file_in(asked.files, file), Path(folder) / file)
             except OSError as error:
-                print(f"| {name} | skipped: {error} | | | |")
+                print(harness.row(name, f"skipped: {error}", "", "", ""))
                 continue
             row, ax = case(Path(folder))
-            print(f"| {name} | {' | '.join(row)} |", flush=True)
+            print(harness.row(name, *row), flush=True)
             if asked.pictures:
                 save(ax, ROOT / "docs" / "images" / f"measured-{name}.png")
 

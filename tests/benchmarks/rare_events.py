@@ -1,9 +1,8 @@
-"""Small probabilities against closed forms: `python tests/benchmarks/rare_events.py [--estimates 100] [--study]`
+"""Small probabilities against closed forms: `python tests/benchmarks/rare_events.py [--estimates 100]`
 
 Each estimate is one of `exceedance_probability`, with its own seed, until its coefficient of variation is 10 %. The
 table gives the mean over the truth, the scatter of the estimates (which should be what they tell), how many of the
-95 % intervals hold the truth, and the runs of one. --study adds a limit of the packaged study, whose truth is counted
-in a million samples.
+95 % intervals hold the truth, and the runs of one.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from scipy import integrate
 from scipy.special import ndtr
 from scipy.stats import chi2, norm
 
-from guideload import Machine, Motion, Study, run_study
+from guideload import Machine, Motion, Study
 from guideload.cli.inputs import EXAMPLES
 from guideload.study import rare as module
 from guideload.study.rare import LimitState
@@ -70,7 +69,6 @@ def line(name: str, truth: float, found: list[module.RareProbability]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Small probabilities against closed forms.")
     parser.add_argument("--estimates", type=int, default=100)
-    parser.add_argument("--study", action="store_true")
     options = parser.parse_args()
     print("| limit state | truth | mean over truth | scatter | told | intervals that hold it | runs |")
     print("|---|---:|---:|---:|---:|---:|---:|")
@@ -89,18 +87,6 @@ def main() -> None:
                     module.exceedance_probability(replace(base, metadata=metadata), "peak_resultant_N", 1.0)
                 )
         line(name, truth, found)
-    if options.study:
-        study = Study.from_toml(EXAMPLES / "study.toml", samples=2**20, seed=99)
-        keys = {"quantities": ("resultant",), "statistics": ("max",), "histories": 0}
-        study = study.model_copy(update=keys)
-        count = run_study(study).probability_above("peak_resultant_N", "7.5 kN")
-        print(f"counted: {count.value:.3e} ({count.low:.3e} to {count.high:.3e})")
-        seeds = [study.model_copy(update={"seed": seed}) for seed in range(10)]
-        line(
-            "packaged study, 7.5 kN",
-            count.value,
-            [module.exceedance_probability(one, "peak_resultant_N", "7.5 kN") for one in seeds],
-        )
 
 
 if __name__ == "__main__":

@@ -66,11 +66,11 @@ class Case:
     scatter: Scatter  # the same for the peers
     rough: bool  # whether every sample is a kink
 
-    def run(self, threads: int, at_any_time: bool = False) -> Peaks:
+    def run(self, at_any_time: bool = False) -> Peaks:
         """By guideload, in a batch that is made anew; the peers have the peaks at the samples."""
         plan = replace(self.plan)
         batch = plan.batch() if at_any_time else plan.batch_at_stamps()
-        table, failures = batch.run(self.values, threads)
+        table, failures = batch.run(self.values, 1)
         if failures:
             raise RuntimeError(f"scene {failures[0][0]}: {failures[0][1]}")
         return np.maximum(-table[:, 0::2], table[:, 1::2])  # min and max by turns
@@ -87,7 +87,7 @@ class Case:
 
     def _between_events(self) -> Truth:
         peaks = self._peaks(lambda given: between_events(given)[0])
-        fine = _largest(rk4(self.scatter.problem_of(0))(1 / 256)())
+        fine = _largest(rk4(self.scatter.problem_of(0))(1 / 256))
         gap = Truth(peaks[:1], "").error(fine[None])
         return Truth(
             peaks, f"matrix exponentials between contact changes; RK4 of 1/256 ms differs by {gap:.0e}"

@@ -59,12 +59,12 @@ class Case:
             return Truth(loads, f"matrix exponential in {DIGITS} digits")
         if isinstance(self.law, Sided):
             loads, changes = between_events(self.problem)
-            gap = difference(rk4(self.problem)(1 / 256)(), loads)
+            gap = difference(rk4(self.problem)(1 / 256), loads)
             how = (
                 f"matrix exponentials between {changes} contact changes; RK4 of 1/256 ms differs by {gap:.0e}"
             )
             return Truth(loads, how)
-        coarse, fine = (rk4(self.problem)(step)() for step in (1 / 64, 1 / 128))
+        coarse, fine = map(rk4(self.problem), (1 / 64, 1 / 128))
         loads = fine + (fine - coarse) / 15.0
         gap = difference(tight_dop853(self.problem), loads)
         return Truth(loads, f"RK4 of 1/64 and 1/128 ms, extrapolated; DOP853 of 1/8 ms differs by {gap:.0e}")

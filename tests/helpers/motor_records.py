@@ -12,8 +12,11 @@ from guideload.identification.motor_force import X
 from guideload.identification.sensor_log import Channel
 from guideload.identification.unknowns import UnknownTable
 from guideload.sensitivity import RunDerivatives, VariedMachine
+from guideload.smoothing import smooth
 
 MASS, SEAL, VISCOUS, OFFSET = 95.0, 10.0, 200.0, -3.0
+QUANTUM = 1e-6  # m, of an encoder
+STILL = 300  # milliseconds at rest before the moves of a log
 
 
 def moves(seconds: float = 6.0, step: float = 1e-3, seed: int = 0) -> Motion:
@@ -29,6 +32,23 @@ def moves(seconds: float = 6.0, step: float = 1e-3, seed: int = 0) -> Motion:
     acceleration = acceleration - np.gradient(drift, time)
     velocity = np.concatenate([[0.0], np.cumsum(0.5 * step * (acceleration[1:] + acceleration[:-1]))])
     return Motion.along_x(time, acceleration, velocity=velocity)
+
+
+def from_standstill(motion: Motion) -> Motion:
+    """The motion after a third of a second at rest: a log that begins in vibration has a start that nobody knows."""
+    still = np.zeros(STILL)
+    acceleration, velocity = (np.append(still, one[:, 0]) for one in (motion.acceleration, motion.velocity))
+    return Motion.along_x(1e-3 * np.arange(acceleration.size), acceleration, velocity=velocity)
+
+
+def seen(motion: Motion) -> Motion:
+    """The motion as estimated from the counts of an encoder."""
+    velocity = motion.velocity[:, 0]
+    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * 0.5 * (velocity[1:] + velocity[:-1]))])
+    found = smooth(motion.time, QUANTUM * np.round(position / QUANTUM), "position", quantum=QUANTUM)
+    return Motion.along_x(
+        motion.time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
+    )
 
 
 def axis(**others: object) -> Machine:

@@ -6,8 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PPoly
 
 Array = NDArray[np.float64]
+
+
+def integrals(time: Array, acceleration: Array) -> tuple[PPoly, PPoly, PPoly]:
+    """Position, velocity and acceleration at any time, from rest at 0, of an acceleration that is linear in between."""
+    line = PPoly([np.diff(acceleration) / np.diff(time), acceleration[:-1]], time)
+    return line.antiderivative(2), line.antiderivative(), line
 
 
 @dataclass(frozen=True)
@@ -34,23 +41,9 @@ class Move:
 
     def motion(self, time: Array) -> tuple[Array, Array, Array]:
         """Position [m], velocity [m/s] and acceleration [m/s2] at the times [s], exactly."""
-        knots, height = self.corners()
-        lengths = np.diff(knots)
-        slope = np.diff(height) / lengths
-        gain = height[:-1] * lengths + slope * lengths**2 / 2.0
-        speed = np.concatenate([[0.0], np.cumsum(gain)])
-        step = speed[:-1] * lengths + height[:-1] * lengths**2 / 2.0 + slope * lengths**3 / 6.0
-        place = np.concatenate([[0.0], np.cumsum(step)])
-        piece = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, lengths.size - 1)
-        since = np.minimum(time, knots[-1]) - knots[piece]
-        acceleration = height[piece] + slope[piece] * since
-        velocity = speed[piece] + height[piece] * since + slope[piece] * since**2 / 2.0
-        position = (
-            place[piece]
-            + speed[piece] * since
-            + height[piece] * since**2 / 2.0
-            + slope[piece] * since**3 / 6.0
-        )
+        knots, heights = self.corners()
+        until_end = np.minimum(time, knots[-1])
+        position, velocity, acceleration = (of(until_end) for of in integrals(knots, heights))
         return position, velocity, acceleration
 
     def times(self, rate: float) -> Array:

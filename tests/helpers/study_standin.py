@@ -8,7 +8,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, fields
@@ -140,6 +140,16 @@ def run_in_child(
             run_study(slow, out, chunk=50, resume=True, executor=executor)
     except GuideloadError as error:
         said.send(f"{type(error).__name__}: {error}")
+
+
+def stops_at(samples: int) -> Callable[[int, int], None]:
+    """Progress of a study that somebody interrupts when so many samples are done."""
+
+    def progress(done: int, _: int) -> None:
+        if done >= samples:
+            raise KeyboardInterrupt
+
+    return progress
 
 
 def contents(store: SampleStore) -> dict[str, bytes]:

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hammer_tests import derivative_errors, unknown
-from motor_records import SOFT_TABLES, moves, shown_by, soft_axis
+from motor_records import SOFT_TABLES, from_standstill, moves, seen, shown_by, soft_axis
 from scipy.signal import lfilter
 
-from guideload import Motion
 from guideload.base.arrays import Array
 from guideload.identification import identify, parse_place
 from guideload.identification.model import Model
@@ -23,7 +22,6 @@ from guideload.identification.records import (
     long_run_root,
 )
 from guideload.identification.sensor_log import Channel, SensorLog
-from guideload.smoothing import smooth
 
 # ---- serial errors
 
@@ -58,9 +56,6 @@ def test_directions_without_information_do_not_count() -> None:
 
 
 # ---- errors that come from the trace
-
-
-QUANTUM = 1e-6  # m, of the encoder
 
 
 def ringing(rng: np.random.Generator, count: int, m: int = 1500) -> Array:
@@ -111,22 +106,14 @@ def test_the_larger_covariance_counts_in_every_direction() -> None:
 def test_a_log_beside_an_encoder() -> None:
     """Derivatives of whitened residuals are exact; the true values lie within 4 standard deviations."""
     machine, rng = soft_axis(), np.random.default_rng(0)
-    plain = moves(2.0)
-    still = np.zeros(300)
-    acceleration, velocity = (np.append(still, one[:, 0]) for one in (plain.acceleration, plain.velocity))
-    time = 1e-3 * np.arange(acceleration.size)
-    position = np.append(0.0, np.cumsum(5e-4 * (velocity[1:] + velocity[:-1])))
-    found = smooth(time, QUANTUM * np.round(position / QUANTUM), "position", quantum=QUANTUM)
-    seen = Motion.along_x(
-        time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
-    )
+    motion = from_standstill(moves(2.0))
     truth = np.array([0.1, -0.2])
     true = soft_axis(*np.exp(truth))
     channels = [Channel(parse_place(text, machine)) for text in ("tool x", "tool y")]
     stamps = np.arange(0.1, 2.2, 1.0 / 870.0)
-    exact = shown_by(true, Motion.along_x(time, acceleration, velocity=velocity), channels, stamps)
+    exact = shown_by(true, motion, channels, stamps)
     noisy = exact + 0.05 * exact.std(axis=0) * rng.standard_normal(exact.shape)
-    data = SensorLog.of(machine, seen, channels, stamps, noisy, one_clock=True)
+    data = SensorLog.of(machine, seen(motion), channels, stamps, noisy, one_clock=True)
     assert replace(data, deviations=()).settled(None, np.zeros(2)).whitening is None
     result = identify(machine, SOFT_TABLES, [data], starts=1)
     sigma = np.sqrt(np.diag(result.covariance))[:2]

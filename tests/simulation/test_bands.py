@@ -397,12 +397,9 @@ def filled(ax: Axes) -> list[np.ndarray]:
 def test_pictures_show_the_bands() -> None:
     result = example()
     data = result.data
-    for ax, load, spread in (
-        (plots.load_y(result, "1a"), data["force"], data["force_sd"]),
-        (plots.load_z(result, "2b"), data["force"], data["force_sd"]),
-    ):
-        name, axis = ("1a", "y") if "1a" in ax.get_title(loc="left") else ("2b", "z")
-        one, sd = (part.sel(carriage=name, axis=axis).values for part in (load, spread))
+    for plot, name, axis in ((plots.load_y, "1a", "y"), (plots.load_z, "2b", "z")):
+        ax = plot(result, name)
+        one, sd = (data[part].sel(carriage=name, axis=axis).values for part in ("force", "force_sd"))
         (band,) = filled(ax)
         assert band[:, 1].max() == pytest.approx((one + 1.96 * sd).max(), rel=1e-12)
         assert band[:, 1].min() == pytest.approx((one - 1.96 * sd).min(), rel=1e-12)

@@ -9,6 +9,7 @@ import lives
 import numpy as np
 import pytest
 import reference as ref
+from moves import integrals
 
 from guideload import LongRun, Machine, Motion, Study, life_of, peak_loads, run_study, simulate
 from guideload.drive import drive_requirements
@@ -25,13 +26,9 @@ END = 2.0  # s
 def sampled(rate: int, size: float = 1.0) -> Motion:
     """A move; velocity and position are the integrals of the acceleration."""
     time = np.arange(int(END * rate) + 1) / rate
-    acceleration, steps = size * np.interp(time, CORNERS, ACCELERATION), np.diff(time)
-    start, end = acceleration[:-1], acceleration[1:]
-    velocity = np.append(0.0, np.cumsum(0.5 * steps * (start + end)))
-    moved = steps * velocity[:-1] + steps**2 * (2.0 * start + end) / 6.0
-    return Motion.along_x(
-        time, acceleration, velocity=velocity, position=np.append(0.0, np.cumsum(moved)), exact=True
-    )
+    acceleration = size * np.interp(time, CORNERS, ACCELERATION)
+    position, velocity, _ = (of(time) for of in integrals(time, acceleration))
+    return Motion.along_x(time, acceleration, velocity=velocity, position=position, exact=True)
 
 
 MACHINES = [ref.cart, ref.preloaded, lives.cart]

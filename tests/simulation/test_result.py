@@ -240,20 +240,13 @@ def test_files_read_back_bit_by_bit(make: Callable[[], Result], ending: str, tmp
     path = str(tmp_path / f"loads.{ending}")
     WRITERS[ending](result, path)
     again = Result.load(path)
-    assert set(again.data.variables) == set(result.data.variables)
+    assert again.data.identical(result.data)
     for name, quantity in result.data.variables.items():
-        other = again.data.variables[name]
-        assert other.dims == quantity.dims, name
-        assert other.attrs == quantity.attrs, name
         if quantity.dtype.kind == "f":
+            other = again.data.variables[name]
             assert other.dtype == np.float64, name
             assert other.values.tobytes() == np.ascontiguousarray(quantity.values).tobytes(), name
-        else:
-            assert other.values.tolist() == quantity.values.tolist(), name
-    assert again.data.attrs == result.data.attrs
-    assert again.data.identical(result.data)
     assert again.machine == result.machine
-    assert again.carriage_loads.tobytes() == result.carriage_loads.tobytes()
     assert again.modes.frequency.tolist() == result.modes.frequency.tolist()
     if result.machine.carriages:
         pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
@@ -284,22 +277,6 @@ def test_csv_and_json_hold_every_number(make: Callable[[], Result], tmp_path: Pa
     assert columns == len(table.columns)
     np.testing.assert_array_equal(table["time"], result.quantities["time"])
     assert rest["attributes"] == result.quantities.attrs
-
-
-def junk(path: Path) -> None:
-    path.write_bytes(b"\x00\xff\xfejunk\n" * 20)
-
-
-def empty(path: Path) -> None:
-    path.touch()
-
-
-def nothing(path: Path) -> None:
-    del path
-
-
-def folder(path: Path) -> None:
-    path.mkdir()
 
 
 def foreign(path: Path) -> None:
@@ -353,15 +330,21 @@ def test_a_netcdf_file_is_byte_for_byte_what_xarray_writes(
     xr.testing.assert_identical(Result.load(tmp_path / "again.nc").data, again.data)
 
 
+# Files of a kind, and what may stand in place of any of them.
+OF_A_KIND = (foreign, halved, without_columns, another_machine)
+NO_RESULTS: dict[str, Callable[[Path], object]] = {one.__name__: one for one in OF_A_KIND} | {
+    "junk": lambda path: path.write_bytes(b"\x00\xff\xfejunk\n" * 20),
+    "empty": Path.touch,
+    "nothing": lambda path: None,
+    "folder": Path.mkdir,
+}
+
+
 @pytest.mark.parametrize("ending", [*WRITERS, "csv"])
-@pytest.mark.parametrize(
-    "write", [junk, empty, nothing, folder, foreign, halved, without_columns, another_machine]
-)
-def test_what_is_no_result_is_refused_by_name(
-    write: Callable[[Path], None], ending: str, tmp_path: Path
-) -> None:
-    path = tmp_path / f"loads.{ending}"
-    if ending not in WRITERS and write in (foreign, halved, without_columns, another_machine):
+@pytest.mark.parametrize("name", NO_RESULTS)
+def test_what_is_no_result_is_refused_by_name(name: str, ending: str, tmp_path: Path) -> None:
+    path, write = tmp_path / f"loads.{ending}", NO_RESULTS[name]
+    if ending not in WRITERS and write in OF_A_KIND:
         write(path.with_suffix(".nc"))
         path.with_suffix(".nc").rename(path)
     else:

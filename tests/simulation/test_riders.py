@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from moves import integrals
 from reference import cart, cart_clear, cart_stiff
 from rider_reference import Riding
 from scipy.integrate import solve_ivp
@@ -40,25 +41,14 @@ def swing(size: float, rate: float, start: float = 0.0, count: int = 601) -> Mot
     """A motion whose acceleration is linear between its stamps."""
     time = np.arange(count) / 1000.0
     acceleration = size * rate**2 * np.sin(rate * time)
-    step = 1e-3
-    gains = 0.5 * step * (acceleration[1:] + acceleration[:-1])
-    speed = np.append(0.0, np.cumsum(gains))
-    place = np.cumsum(step * speed[:-1] + step**2 * (2.0 * acceleration[:-1] + acceleration[1:]) / 6.0)
-    return Motion.along_x(time, acceleration, velocity=speed, position=start + np.append(0.0, place))
+    place, speed, _ = (of(time) for of in integrals(time, acceleration))
+    return Motion.along_x(time, acceleration, velocity=speed, position=start + place)
 
 
 def exactly(motion: Motion):
-    """Travel, speed and acceleration of a motion at any time, by the cubic of each interval."""
-
-    def at(t: float) -> tuple[float, float, float]:
-        k = int(np.clip(np.searchsorted(motion.time, t, "right") - 1, 0, motion.time.size - 2))
-        tau = t - motion.time[k]
-        a, b = motion.acceleration[k : k + 2, 0]
-        jerk = (b - a) / (motion.time[k + 1] - motion.time[k])
-        s, v = motion.position[k, 0], motion.velocity[k, 0]
-        return s + tau * (v + tau * (a / 2 + tau * jerk / 6)), v + tau * (a + tau * jerk / 2), a + tau * jerk
-
-    return at
+    """Travel, speed and acceleration of a motion from rest at any time, by the cubic of each interval."""
+    place, *rates = integrals(motion.time, motion.acceleration[:, 0])
+    return lambda t: (motion.position[0, 0] + float(place(t)), *(float(of(t)) for of in rates))
 
 
 def reference(

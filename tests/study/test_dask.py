@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from study_standin import contents, plan, study
+from study_standin import contents, plan, stops_at, study
 
 from guideload.base.errors import ArgumentError, RunError
 from guideload.study.execution import StudyInterrupted, run_study
@@ -75,12 +75,8 @@ def test_workers_write_the_same_bits_into_the_shared_folder(client: Any, tmp_pat
 
 
 def test_an_interrupted_study_is_resumed_on_a_cluster(client: Any, tmp_path: Path) -> None:
-    def stops(done: int, runs: int) -> None:
-        if done >= 200:
-            raise KeyboardInterrupt
-
     with pytest.raises(StudyInterrupted, match="of 500 samples are done"):
-        run_study(plan(500, pause=1e-3), tmp_path, cluster=client, chunk=20, progress=stops)
+        run_study(plan(500, pause=1e-3), tmp_path, cluster=client, chunk=20, progress=stops_at(200))
     result = run_study(plan(500), tmp_path, cluster=client.scheduler.address, chunk=20, resume=True)
     assert contents(result.store) == contents(run_study(plan(500)).store)
 

@@ -18,7 +18,7 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import xarray as xr
-from study_standin import EXAMPLES, HashedBatch, StandIn, contents, plan, run_in_child, study
+from study_standin import EXAMPLES, HashedBatch, StandIn, contents, plan, run_in_child, stops_at, study
 
 from guideload.base.errors import ArgumentError, RunError, SceneError
 from guideload.study import execution
@@ -254,14 +254,6 @@ def test_resuming_keeps_histories_that_are_whole(tmp_path: Path, monkeypatch: py
 
 
 # ---- what ends a run
-
-
-def stops_at(samples: int, error: type[BaseException] = KeyboardInterrupt) -> Any:
-    def progress(done: int, _: int) -> None:
-        if done >= samples:
-            raise error
-
-    return progress
 
 
 @pytest.mark.parametrize("output", [True, False])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.special import ndtri
+from scipy.stats import kstest
 
 from guideload.study.sampling import Copula, Design, LatinHypercube, Random, Sampling, Sobol, cholesky
 
@@ -28,10 +29,7 @@ def same(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
 
 def deviation(numbers: NDArray[np.float64]) -> float:
     """Kolmogorov-Smirnov's statistic times sqrt(n) against the uniform distribution."""
-    n = numbers.size
-    places = np.arange(n + 1) / n
-    ordered = np.sort(numbers)
-    return float(max((ordered - places[:-1]).max(), (places[1:] - ordered).max())) * math.sqrt(n)
+    return float(kstest(numbers, "uniform", method="asymp").statistic) * math.sqrt(numbers.size)
 
 
 # ---- by index

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 import reference as ref
 from samples import sample_machine
+from study_standin import stops_at
 
 from guideload import (
     DoubtfulResult,
@@ -128,7 +129,7 @@ def test_the_same_samples_are_judged_however_the_study_runs(tmp_path: Path) -> N
     whole = study(ref.cart_clear(), 200)
     run_study(whole, tmp_path / "whole", threads=1)
     with pytest.raises(StudyInterrupted) as stopped:
-        run_study(whole, tmp_path / "resumed", chunk=64, progress=_interrupts_at(128))
+        run_study(whole, tmp_path / "resumed", chunk=64, progress=stops_at(128))
     unfinished = stopped.value.result
     assert unfinished.second_look is None and "not judged" in repr(unfinished)
     assert "not judged" in study_report(unfinished).text().replace("\n", " ")
@@ -146,11 +147,3 @@ def test_the_worst_sample_is_always_among_those_solved_again() -> None:
     cases = Study(machine=ref.cart(), motion=MOTION, cases=pd.DataFrame({"body.mass": masses}))
     chosen = samples_solved_again(cases.plan(), run_study(cases))
     assert 501 in chosen and chosen.size == 21 and np.unique(chosen).size == 21
-
-
-def _interrupts_at(samples: int) -> Any:
-    def progress(done: int, runs: int) -> None:
-        if done >= samples:
-            raise KeyboardInterrupt
-
-    return progress

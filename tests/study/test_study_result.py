@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 import studies
 from command_line import EXAMPLES
-from texts import one_line
+from texts import one_line, row
 
 from guideload import Machine, Motion, Study, run_study
 from guideload.base.errors import ArgumentError, ValueRefused
@@ -213,8 +213,7 @@ def test_every_quantity_has_its_unit() -> None:
 
 def cells(text: str, first: str, after: str) -> list[str]:
     """Cells of the first row that starts with this cell, below the heading `after`."""
-    lines = text[text.index(after) :].splitlines()
-    return next(line.split() for line in lines if line.split()[:1] == [first])
+    return row(text[text.index(after) :], first)
 
 
 def test_the_report_has_the_figures_of_the_summary() -> None:
@@ -276,9 +275,9 @@ def test_a_study_without_peaks_is_about_what_it_recorded(
     words = f"{title[0].lower()}{title[1:].partition(' [')[0]} of {owner.removesuffix(']') or 'the machine'}"
     assert title in text and f"What drives the {words}" in text
     rows = result.summary().loc[stem]
-    for carriage, row in rows.iterrows():
+    for carriage, figures in rows.iterrows():
         column = result.column(f"{stem}[{carriage}]" if carriage else stem)
-        assert row["mean"] == pytest.approx(column.mean(), rel=1e-12)
+        assert figures["mean"] == pytest.approx(column.mean(), rel=1e-12)
     if stem in result.store.data or f"{stem}[1a]" in result.store.data:  # recorded as it is
         assert ("" in rows.index) == (not stem.startswith("time"))  # no time is worse than another
         of_all = [column for key, column in result.store.data.items() if key.partition("[")[0] == stem]

@@ -10,7 +10,9 @@ import numba
 import numpy as np
 
 from peers.laws import Law, force
-from peers.problem import Array, At, Call, Problem
+from peers.problem import Array, At, Problem
+
+Matrices = tuple[Array, ...]
 
 
 @cache
@@ -39,70 +41,30 @@ def _propagate(n: int, m: int) -> Callable[..., None]:
     return kernel
 
 
-def propagator(given: Problem) -> Call:
+def propagator(given: Problem) -> At:
     """The exact propagator of a linear scene: all six components of each carriage, as guideload gives them."""
     n = given.b.size
     by_columns, rest = np.ascontiguousarray(given.c.reshape(-1, n).T), given.rest.ravel()
     kernel = _propagate(n, rest.size)
 
-    def call() -> Array:
+    def at(_: float) -> Array:
         p, g0, g1 = given.exponential()
         loads = np.empty((given.time.size, rest.size))
         kernel(np.ascontiguousarray(p.T), g0, g1, by_columns, rest, given.u, loads)
         return loads.reshape(given.time.size, -1, 6)
 
-    return call
+    return at
 
 
 @cache
-def _linear_rk4(n: int) -> Callable[..., None]:
-    """Classical RK4 of x' = a x + b u, `parts` steps per sample; states at the samples."""
+def _rate(n: int, links: int, law: Law | None) -> Callable[..., None]:
+    """Accelerations of the free dofs, with the links' law written in; no branch, all links in step with each other."""
+    is_linear = law is None  # known to the compiler
+    pull = numba.njit(fastmath=True, inline="always")(force(law) if law else lambda d: d)
 
     @numba.njit(fastmath=True)
-    def rate(a: Array, b: Array, x: Array, u: float, out: Array) -> None:
-        for i in range(n):
-            out[i] = b[i] * u
-        for j in range(n):
-            for i in range(n):
-                out[i] += a[j, i] * x[j]
-
-    @numba.njit(fastmath=True)
-    def kernel(a: Array, b: Array, u: Array, h: float, parts: int, states: Array) -> None:
-        x, y = np.zeros(n), np.empty(n)
-        k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-        states[0] = 0.0
-        for k in range(u.size - 1):
-            rise = (u[k + 1] - u[k]) / parts
-            for part in range(parts):
-                begin = u[k] + part * rise
-                rate(a, b, x, begin, k1)
-                for i in range(n):
-                    y[i] = x[i] + 0.5 * h * k1[i]
-                rate(a, b, y, begin + 0.5 * rise, k2)
-                for i in range(n):
-                    y[i] = x[i] + 0.5 * h * k2[i]
-                rate(a, b, y, begin + 0.5 * rise, k3)
-                for i in range(n):
-                    y[i] = x[i] + h * k3[i]
-                rate(a, b, y, begin + rise, k4)
-                for i in range(n):
-                    x[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
-            for i in range(n):
-                states[k + 1, i] = x[i]
-
-    return kernel
-
-
-@cache
-def _link_rk4(n: int, links: int, law: Law) -> Callable[..., None]:
-    """Classical RK4 with the links' law written in; no branch within a step, all links in step with each other."""
-    pull = numba.njit(fastmath=True, inline="always")(force(law))
-
-    @numba.njit(fastmath=True)
-    def rate(
-        rows: Array, at_rest: Array, by: Array, damping: Array, drive: Array, q: Array, v: Array, u: float,
-        d: Array, out: Array,
-    ) -> None:  # fmt: skip
+    def rate(matrices: Matrices, q: Array, v: Array, u: float, d: Array, out: Array) -> None:
+        rows, at_rest, by, stiffness, damping, drive = matrices
         for i in range(links):
             d[i] = at_rest[i]
         for j in range(n):
@@ -115,17 +77,35 @@ def _link_rk4(n: int, links: int, law: Law) -> Callable[..., None]:
         for j in range(n):
             for i in range(n):
                 out[i] += damping[j, i] * v[j]
+                if is_linear:
+                    out[i] += stiffness[j, i] * q[j]
         for i in range(n):
             total = 0.0
             for link in range(links):
                 total += by[i, link] * d[link]
             out[i] -= total
 
+    return rate
+
+
+def _matrices(given: Problem) -> Matrices:
+    """Those of `_rate`, by columns where it runs along them."""
+    n = given.b.size // 2
+    drive = np.column_stack([given.constant[n:], given.b[n:]])
+    a, rows = given.a[n:], given.rows[:, :n]
+    return tuple(
+        np.ascontiguousarray(part)
+        for part in (rows.T, given.at_rest, given.by[n:], a[:, :n].T, a[:, n:].T, drive)
+    )
+
+
+@cache
+def _rk4(n: int, links: int, law: Law | None) -> Callable[..., None]:
+    """Classical RK4, `parts` steps per sample; states at the samples."""
+    rate = _rate(n, links, law)
+
     @numba.njit(fastmath=True)
-    def kernel(
-        rows: Array, at_rest: Array, by: Array, damping: Array, drive: Array, u: Array, h: float, parts: int,
-        states: Array,
-    ) -> None:  # fmt: skip
+    def kernel(matrices: Matrices, u: Array, h: float, parts: int, states: Array) -> None:
         q, v, q2, v2, v3, v4 = np.zeros(n), np.zeros(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
         a1, a2, a3, a4, d = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(links)
         states[0] = 0.0
@@ -133,19 +113,19 @@ def _link_rk4(n: int, links: int, law: Law) -> Callable[..., None]:
             rise = (u[k + 1] - u[k]) / parts
             for part in range(parts):
                 begin = u[k] + part * rise
-                rate(rows, at_rest, by, damping, drive, q, v, begin, d, a1)
+                rate(matrices, q, v, begin, d, a1)
                 for i in range(n):
                     q2[i] = q[i] + 0.5 * h * v[i]
                     v2[i] = v[i] + 0.5 * h * a1[i]
-                rate(rows, at_rest, by, damping, drive, q2, v2, begin + 0.5 * rise, d, a2)
+                rate(matrices, q2, v2, begin + 0.5 * rise, d, a2)
                 for i in range(n):
                     q2[i] = q[i] + 0.5 * h * v2[i]
                     v3[i] = v[i] + 0.5 * h * a2[i]
-                rate(rows, at_rest, by, damping, drive, q2, v3, begin + 0.5 * rise, d, a3)
+                rate(matrices, q2, v3, begin + 0.5 * rise, d, a3)
                 for i in range(n):
                     q2[i] = q[i] + h * v3[i]
                     v4[i] = v[i] + h * a3[i]
-                rate(rows, at_rest, by, damping, drive, q2, v4, begin + rise, d, a4)
+                rate(matrices, q2, v4, begin + rise, d, a4)
                 for i in range(n):
                     q[i] += h / 6.0 * (v[i] + 2.0 * (v2[i] + v3[i]) + v4[i])
                     v[i] += h / 6.0 * (a1[i] + 2.0 * (a2[i] + a3[i]) + a4[i])
@@ -158,34 +138,14 @@ def _link_rk4(n: int, links: int, law: Law) -> Callable[..., None]:
 
 def rk4(given: Problem) -> At:
     """Classical RK4 with a fixed step in ms, a whole part of the sample interval."""
-    n, links, loads = given.b.size // 2, given.at_rest.size, loads_of(given)
+    n, loads, matrices = given.b.size // 2, loads_of(given), _matrices(given)
+    kernel = _rk4(n, given.at_rest.size, given.law)
 
-    def at(step: float) -> Call:
+    def at(step: float) -> Array:
         parts = round(given.step / (step * 1e-3))
-        h = given.step / parts
-
-        def linear() -> Array:
-            states = np.empty((given.time.size, 2 * n))
-            _linear_rk4(2 * n)(np.ascontiguousarray(given.a.T), given.b, given.u, h, parts, states)
-            return loads(states)
-
-        def nonlinear() -> Array:
-            assert given.law is not None
-            states = np.empty((given.time.size, 2 * n))
-            _link_rk4(n, links, given.law)(
-                np.ascontiguousarray(given.rows[:, :n].T),
-                given.at_rest,
-                np.ascontiguousarray(given.by[n:]),
-                np.ascontiguousarray(given.a[n:, n:].T),
-                np.column_stack([given.constant[n:], given.b[n:]]),
-                given.u,
-                h,
-                parts,
-                states,
-            )
-            return loads(states)
-
-        return linear if given.law is None else nonlinear
+        states = np.empty((given.time.size, 2 * n))
+        kernel(matrices, given.u, given.step / parts, parts, states)
+        return loads(states)
 
     return at
 
@@ -238,46 +198,21 @@ def loads_of(given: Problem) -> Callable[[Array], Array]:
 @cache
 def fill(given: Problem) -> Callable[[float, Array, Array], None]:
     """Writes x' at (t, x): the right-hand side for solvers that call back, matrices and motion compiled in."""
-    n, links, last = given.b.size, given.at_rest.size, given.u.size - 2
-    a, b, constant = np.ascontiguousarray(given.a.T), given.b, given.constant
-    rows, at_rest = np.ascontiguousarray(given.rows.T), given.at_rest
-    by = np.ascontiguousarray(given.by)
+    n, links, last = given.b.size // 2, given.at_rest.size, given.u.size - 2
+    accelerations, matrices = _rate(n, links, given.law), _matrices(given)
     start, per_second, u = float(given.time[0]), 1.0 / given.step, given.u
-    if given.law is not None:
-        pull = numba.njit(fastmath=True, inline="always")(force(given.law))
+    speeds = np.ascontiguousarray(np.diag(given.a[:n, n:]))  # 1, or in the units of scaled states
 
     @numba.njit(fastmath=True)
-    def linear(t: float, x: Any, out: Any) -> None:
+    def right(t: float, x: Any, out: Any) -> None:
         at = (t - start) * per_second
         k = min(max(int(at), 0), last)
         now = u[k] + (u[k + 1] - u[k]) * (at - k)
         for i in range(n):
-            out[i] = constant[i] + b[i] * now
-        for j in range(n):
-            for i in range(n):
-                out[i] += a[j, i] * x[j]
+            out[i] = speeds[i] * x[n + i]
+        accelerations(matrices, x[:n], x[n:], now, np.empty(links), out[n:])
 
-    if given.law is None:
-        return linear
-
-    @numba.njit(fastmath=True)
-    def nonlinear(t: float, x: Any, out: Any) -> None:
-        linear(t, x, out)
-        d = np.empty(links)
-        for i in range(links):
-            d[i] = at_rest[i]
-        for j in range(n // 2):
-            for i in range(links):
-                d[i] += rows[j, i] * x[j]
-        for i in range(links):
-            d[i] = pull(d[i])
-        for i in range(n // 2, n):
-            total = 0.0
-            for link in range(links):
-                total += by[i, link] * d[link]
-            out[i] -= total
-
-    return nonlinear
+    return right
 
 
 @cache

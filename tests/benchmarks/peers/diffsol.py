@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -10,34 +10,27 @@ import numpy as np
 
 from peers.compiled import loads_of
 from peers.laws import diffsl
-from peers.problem import Array, At, Call, Problem
+from peers.problem import Array, At, Problem
 
 
-def diffsol(solver: str) -> Callable[[Problem], At]:
+def diffsol(given: Problem, *, solver: str) -> At:
     """A solver of pydiffsol: tsit45, bdf, tr_bdf2 or esdirk34. It has no largest step to set.
 
     Compiled once per motion because its table is part of the equations. Its one absolute tolerance needs
     states in units of their size. A sum over j takes in all terms of its line, hence `Au` and the others on
     lines of their own.
     """
+    import pydiffsol
 
-    def prepare(given: Problem) -> At:
-        import pydiffsol
+    given = given.scaled
+    ode, loads, nothing = _equations(given), loads_of(given), np.empty(0)
 
-        given = given.scaled
-        ode, loads, nothing = _equations(given), loads_of(given), np.empty(0)
+    def at(rtol: float) -> Array:
+        ode.ode_solver = getattr(pydiffsol, solver)
+        ode.rtol = ode.atol = rtol
+        return loads(ode.solve_dense(nothing, given.time).ys.T)
 
-        def at(rtol: float) -> Call:
-            def call() -> Array:
-                ode.ode_solver = getattr(pydiffsol, solver)
-                ode.rtol = ode.atol = rtol
-                return loads(ode.solve_dense(nothing, given.time).ys.T)
-
-            return call
-
-        return at
-
-    return prepare
+    return at
 
 
 @cache

@@ -10,7 +10,7 @@ import scipy
 
 from peers import compiled as by_numba
 from peers.compiled import loads_of
-from peers.problem import Array, At, Call, Problem
+from peers.problem import Array, At, Problem
 
 WITH_JACOBIAN = ("Radau", "BDF", "LSODA")
 
@@ -21,7 +21,7 @@ def rate(given: Problem) -> Callable[[float, Array], Array]:
     return lambda t, x: a @ x + b * np.interp(t, time, u)
 
 
-def solve_ivp(method: str, *, limited: bool, compiled: bool) -> Callable[[Problem], At]:
+def solve_ivp(given: Problem, *, method: str, limited: bool, compiled: bool) -> At:
     """solve_ivp on (t, x), loads from its dense output at the samples; the Jacobian is given to methods that
     take one.
 
@@ -29,33 +29,26 @@ def solve_ivp(method: str, *, limited: bool, compiled: bool) -> Callable[[Proble
     holds its steps to about 3 ms; the others take longer ones, whose dense output is poor and which pass over
     whole samples. compiled: a right-hand side compiled by Numba.
     """
+    right = by_numba.rate(given) if compiled else rate(given)
+    loads = loads_of(given)
+    options: dict[str, Any] = {"method": method, "t_eval": given.time}
+    if limited:
+        options["max_step"] = given.step
+    if method in WITH_JACOBIAN:
+        constant = given.law is None and method != "LSODA"
+        options["jac"] = given.a if constant else lambda t, x: given.jacobian(x)
 
-    def prepare(given: Problem) -> At:
-        right = by_numba.rate(given) if compiled else rate(given)
-        loads = loads_of(given)
-        options: dict[str, Any] = {"method": method, "t_eval": given.time}
-        if limited:
-            options["max_step"] = given.step
-        if method in WITH_JACOBIAN:
-            constant = given.law is None and method != "LSODA"
-            options["jac"] = given.a if constant else lambda t, x: given.jacobian(x)
+    def at(rtol: float) -> Array:
+        solution = scipy.integrate.solve_ivp(
+            right,
+            (given.time[0], given.time[-1]),
+            np.zeros(given.b.size),
+            rtol=rtol,
+            atol=rtol * given.size,
+            **options,
+        )
+        if not solution.success:
+            raise RuntimeError(f"{method}: {solution.message}")
+        return loads(np.ascontiguousarray(solution.y.T))
 
-        def at(rtol: float) -> Call:
-            def call() -> Array:
-                solution = scipy.integrate.solve_ivp(
-                    right,
-                    (given.time[0], given.time[-1]),
-                    np.zeros(given.b.size),
-                    rtol=rtol,
-                    atol=rtol * given.size,
-                    **options,
-                )
-                if not solution.success:
-                    raise RuntimeError(f"{method}: {solution.message}")
-                return loads(np.ascontiguousarray(solution.y.T))
-
-            return call
-
-        return at
-
-    return prepare
+    return at

@@ -5,25 +5,25 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from peers.problem import Array, Call, Problem
+from peers.problem import Array, At, Problem
 
 
-def lsim(given: Problem) -> Call:
+def lsim(given: Problem) -> At:
     """scipy.signal.lsim, first-order hold."""
     through = np.zeros((len(given.c_yz), 1))
     system = scipy.signal.StateSpace(given.a, given.b[:, None], given.c_yz, through)
 
-    def call() -> Array:
+    def at(_: float) -> Array:
         _, loads, _ = scipy.signal.lsim(system, given.u, given.time)
         return (given.rest_yz + loads).reshape(given.time.size, -1, 2)
 
-    return call
+    return at
 
 
-def lfilter(given: Problem) -> Call:
+def lfilter(given: Problem) -> At:
     """A complex first-order scipy.signal.lfilter for each mode; for u[0] = 0 and a that is diagonalisable."""
 
-    def call() -> Array:
+    def at(_: float) -> Array:
         h = given.step
         values, vectors = np.linalg.eig(given.a)
         once = values.imag >= 0.0  # of a conjugate pair, one
@@ -41,4 +41,4 @@ def lfilter(given: Problem) -> Call:
         loads = modes.real.T @ weights.real.T - modes.imag.T @ weights.imag.T
         return (given.rest_yz + loads).reshape(given.time.size, -1, 2)
 
-    return call
+    return at

@@ -7,17 +7,16 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from guideload import Machine
 from peers.laws import Law, Sided
-from peers.problem import Array, At, Call, Problem, rest_position
+from peers.problem import Array, At, Problem, rest_position
 
 
-def exudyn(solver: str, machine: Machine) -> Callable[[Problem], At]:
+def exudyn(given: Problem, *, solver: str, machine: Machine) -> At:
     """An implicit solver of Exudyn with a fixed step in ms; the explicit ones cannot hold x against a coupled
     mass matrix.
 
@@ -25,36 +24,28 @@ def exudyn(solver: str, machine: Machine) -> Callable[[Problem], At]:
     coordinate constraints. Each end of a carriage is a CartesianSpringDamper; a law that is not linear is a
     symbolic user function.
     """
+    import exudyn as exu
 
-    def prepare(given: Problem) -> At:
-        import exudyn as exu
+    def at(step: float) -> Array:
+        kept, system, sensors = _model(exu, machine, given)
+        settings = exu.SimulationSettings()
+        integration, solution = settings.timeIntegration, settings.solution
+        integration.endTime = float(given.time[-1] - given.time[0])
+        integration.numberOfSteps = round(integration.endTime / (step * 1e-3))
+        integration.newton.residualMode = 1  # the default, of forces, fails or takes 50 times as long
+        integration.newton.relativeTolerance = 1e-10
+        integration.newton.absoluteTolerance = 1e-8
+        solution.file.write = False
+        solution.sensors.writePeriod = given.step
+        kind = getattr(exu.DynamicSolverType, solver)
+        system.SolveDynamic(settings, solverType=kind, showHints=False)
+        loads = np.zeros((given.time.size, len(machine.carriages), 2))
+        for i, sensor in sensors:
+            rows = np.array(system.GetSensorStoredData(sensor))
+            loads[:, i] += rows[: given.time.size, 2:4]
+        return loads
 
-        def at(step: float) -> Call:
-            def call() -> Array:
-                kept, system, sensors = _model(exu, machine, given)
-                settings = exu.SimulationSettings()
-                integration, solution = settings.timeIntegration, settings.solution
-                integration.endTime = float(given.time[-1] - given.time[0])
-                integration.numberOfSteps = round(integration.endTime / (step * 1e-3))
-                integration.newton.residualMode = 1  # the default, of forces, fails or takes 50 times as long
-                integration.newton.relativeTolerance = 1e-10
-                integration.newton.absoluteTolerance = 1e-8
-                solution.file.write = False
-                solution.sensors.writePeriod = given.step
-                system.SolveDynamic(
-                    settings, solverType=getattr(exu.DynamicSolverType, solver), showHints=False
-                )
-                loads = np.zeros((given.time.size, len(machine.carriages), 2))
-                for i, sensor in sensors:
-                    rows = np.array(system.GetSensorStoredData(sensor))
-                    loads[:, i] += rows[: given.time.size, 2:4]
-                return loads
-
-            return call
-
-        return at
-
-    return prepare
+    return at
 
 
 def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[tuple[int, int]]]:

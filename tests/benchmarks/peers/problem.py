@@ -15,8 +15,7 @@ from guideload import Machine, Motion
 from peers.laws import Law, force, tangent
 
 Array = NDArray[np.float64]
-Call = Callable[[], Array]
-At = Callable[[float], Call]  # the call with this tolerance, or this step in ms
+At = Callable[[float], Array]  # the loads with this tolerance, or this step in ms; some have neither
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from guideload import Machine
 from peers import compiled, cvode, diffsol, ivp, linear, lsoda, multibody, xla
-from peers.problem import At, Call, Problem
+from peers.problem import At, Problem
 
 Prepare = Callable[[Problem], At]
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
@@ -36,53 +37,41 @@ def roster(machine: Machine) -> list[Peer]:
     has no such limit, or its user does well without, they are in both.
     """
     peers = [
-        Peer("scipy lsim", "scipy", _exact(linear.lsim), (0.0,), only_linear=True),
-        Peer("scipy lfilter per mode", "scipy", _exact(linear.lfilter), (0.0,), only_linear=True),
-        Peer("Numba exact propagator", "numba", _exact(compiled.propagator), (0.0,), only_linear=True),
+        Peer("scipy lsim", "scipy", linear.lsim, (0.0,), only_linear=True),
+        Peer("scipy lfilter per mode", "scipy", linear.lfilter, (0.0,), only_linear=True),
+        Peer("Numba exact propagator", "numba", compiled.propagator, (0.0,), only_linear=True),
         Peer("Numba RK4", "numba", compiled.rk4, STEPS, fixed=True),
-        Peer("solve_ivp RK45", "numba", _ivp("RK45", False), EVERY_OTHER),
-        Peer("solve_ivp RK45, max_step", "numba", _ivp("RK45", True), EVERY_OTHER, from_rest=False),
     ]
-    for method in ("DOP853", "Radau", "BDF", "LSODA"):
-        limited, free = _ivp(method, True), _ivp(method, False)
+    for method in ("RK45", "DOP853", "Radau", "BDF", "LSODA"):
+        free, limited = (
+            partial(ivp.solve_ivp, method=method, limited=each, compiled=True) for each in (False, True)
+        )
         ends = EVERY_OTHER[:3] if method == "BDF" else EVERY_OTHER  # at 1e-10 BDF never ends beside a kink
         peers += [
+            Peer(f"solve_ivp {method}", "numba", free, EVERY_OTHER, charted=method == "RK45"),
             Peer(f"solve_ivp {method}, max_step", "numba", limited, ends, from_rest=False),
-            Peer(f"solve_ivp {method}", "numba", free, EVERY_OTHER, charted=False),
         ]
     for solver in ("tsit45", "bdf", "tr_bdf2", "esdirk34"):
-        peers.append(Peer(f"pydiffsol {solver}", "pydiffsol", diffsol.diffsol(solver), TOLERANCES))
+        prepare = partial(diffsol.diffsol, solver=solver)
+        peers.append(Peer(f"pydiffsol {solver}", "pydiffsol", prepare, TOLERANCES))
     for solver in ("lsoda", "dop853"):
-        peers.append(Peer(f"numbalsoda {solver}", "numbalsoda", lsoda.numbalsoda(solver), TOLERANCES))
+        prepare = partial(lsoda.numbalsoda, solver=solver)
+        peers.append(Peer(f"numbalsoda {solver}", "numbalsoda", prepare, TOLERANCES))
     for method in ("Adams", "BDF"):
-        limited, free = cvode.cvode(method, limited=True), cvode.cvode(method, limited=False)
+        free, limited = (partial(cvode.cvode, method=method, limited=each) for each in (False, True))
         peers += [
             Peer(f"CVODE {method}, max_step", "sksundae", limited, EVERY_OTHER, from_rest=False),
             Peer(f"CVODE {method}", "sksundae", free, EVERY_OTHER, charted=False),
         ]
     for solver in ("Tsit5", "Dopri8", "Kvaerno5"):
-        by_samples, free = xla.diffrax(solver, limit="samples"), xla.diffrax(solver, limit="none")
+        free, by_samples = (partial(xla.diffrax, solver=solver, limit=each) for each in ("none", "samples"))
         peers += [
             Peer(f"diffrax {solver}, step_ts", "diffrax", by_samples, EVERY_OTHER, from_rest=False),
             Peer(f"diffrax {solver}", "diffrax", free, EVERY_OTHER, charted=False),
         ]
-    by_interval = xla.diffrax("Tsit5", limit="interval")
+    by_interval = partial(xla.diffrax, solver="Tsit5", limit="interval")
     peers.append(Peer("diffrax Tsit5, dtmax", "diffrax", by_interval, EVERY_OTHER, from_rest=False))
     for solver in ("GeneralizedAlpha", "TrapezoidalIndex2"):
-        prepare = multibody.exudyn(solver, machine)
+        prepare = partial(multibody.exudyn, solver=solver, machine=machine)
         peers.append(Peer(f"Exudyn {solver}", "exudyn", prepare, STEPS[:3], fixed=True))
     return peers
-
-
-def _exact(peer: Callable[[Problem], Call]) -> Prepare:
-    """A peer that has no setting."""
-
-    def prepare(given: Problem) -> At:
-        call = peer(given)
-        return lambda _: call
-
-    return prepare
-
-
-def _ivp(method: str, limited: bool) -> Prepare:
-    return ivp.solve_ivp(method, limited=limited, compiled=True)

@@ -10,17 +10,11 @@ import numpy as np
 import scipy
 
 from guideload import Machine, Motion
-from peers.laws import Sided, force, tangent
+from peers.laws import Sided
 from peers.problem import Array, Problem, free_rows, problem
 
 Peaks = Array  # (scene, 2 carriages) N: of each carriage the largest |Fy| and |Fz| at the samples
 Run = Callable[["Scatter"], Peaks]
-REGULARISED = (
-    1e-2,
-    1e-4,
-    1e-6,
-    1e-8,
-)  # springs that tell where a body rests that is free within its clearance
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +39,6 @@ class Scatter:
         names = ("mass", "center", "stiffness", "damping")
         return replace(self, **{name: getattr(self, name)[:count].copy() for name in names})
 
-    @property
-    def law(self) -> Sided | None:
-        """Of a link of 1 N/m."""
-        return Sided(1.0, 1.0, self.clearance) if self.clearance else None
-
     def machine_of(self, scene: int) -> Machine:
         """One scene, as a description of its own."""
         body = self.machine.body.model_dump() | {
@@ -68,14 +57,15 @@ class Scatter:
         return Machine(body=body, rails=rails, carriages=carriages, free=free, gravity=gravity)
 
     def problem_of(self, scene: int) -> Problem:
-        """One scene as `problem` assembles it, sharing nothing with `systems`; for the truth."""
-        if self.law is None:
+        """One scene as `problem` assembles it, sharing nothing with `systems`; for the truth, and for clearance."""
+        if not self.clearance:
             return problem(self.machine_of(scene), self.motion)
         machine = replace(self, clearance=0.0).machine_of(scene)
         k = machine.link_table().stiffness
         given = problem(machine, self.motion, Sided(k, k, self.clearance))
         # The same with links of 1 N/m, whose stiffness stands in what their forces are multiplied with.
-        return replace(given, law=self.law, by=given.by * k, onto=given.onto * k)
+        law = Sided(1.0, 1.0, self.clearance)
+        return replace(given, law=law, by=given.by * k, onto=given.onto * k)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,13 +73,9 @@ class Geometry:
     """What no draw changes."""
 
     free: list[int]
-    rows: Array  # (link, n) deflections of the links over the free dofs
-    carriage: Array  # (link,) whose link it is
-    stiffness: Array  # (link,) N/m
     inertia: Array  # (3, 3) kg m2 about the centre of mass
     gravity: Array  # (3,) m/s2
-    sides: Array  # (2 carriages, link) 1 where a link is part of the carriage's y or z force
-    elastic: Array  # (2 carriages, n) these forces over the free dofs
+    elastic: Array  # (2 carriages, n) the carriages' y and z forces over the free dofs
     damped: Array
     stiff: Array  # (carriage, n, n) the stiffness matrix of each carriage's links
     damp: Array
@@ -120,12 +106,8 @@ def _geometry(machine: Machine) -> Geometry:
 
     return Geometry(
         free=free,
-        rows=rows,
-        carriage=links.carriage,
-        stiffness=links.stiffness,
         inertia=machine.body.central_inertia(),
         gravity=np.array(machine.gravity),
-        sides=sides,
         elastic=sides * links.stiffness @ rows,
         damped=sides * links.damping @ rows,
         stiff=grids(links.stiffness),
@@ -135,19 +117,16 @@ def _geometry(machine: Machine) -> Geometry:
 
 @dataclass(frozen=True, eq=False)
 class Systems:
-    """x' = a x + b u - by [F(at_rest + rows x) - F(at_rest)], as in `Problem`, of each scene."""
+    """x' = a x + b u, as in `Problem`, of each scene, whose links are linear."""
 
     scatter: Scatter
     a: Array  # (scene, 2n, 2n)
     b: Array  # (scene, 2n)
     c: Array  # (scene, 2 carriages, 2n)
     rest: Array  # (scene, 2 carriages) N
-    at_rest: Array  # (scene, link) m
-    by: Array  # (scene, 2n, link)
-    onto: Array  # (scene, 2 carriages, link)
 
     def propagators(self) -> tuple[Array, Array, Array]:
-        """p, g0, g1 of `Problem.exponential`, with an axis over scenes; of linear links."""
+        """p, g0, g1 of `Problem.exponential`, with an axis over scenes."""
         count, n = self.b.shape
         step = self.scatter.nominal.step
         m = np.zeros((count, n + 2, n + 2))
@@ -157,22 +136,11 @@ class Systems:
 
     def problem(self, scene: int) -> Problem:
         """One of them for the peers that run one at a time; of the loads only those along y and z."""
-        nominal, law = self.scatter.nominal, self.scatter.law
+        nominal = self.scatter.nominal
         c, rest = np.zeros_like(nominal.c), np.zeros_like(nominal.rest)
         c[:, 1:3] = self.c[scene].reshape(len(c), 2, -1)
         rest[:, 1:3] = self.rest[scene].reshape(-1, 2)
-        given = replace(nominal, a=self.a[scene], b=self.b[scene], c=c, rest=rest)
-        if law is None:
-            return given
-        rows = self.scatter.geometry.rows
-        return replace(
-            given,
-            law=law,
-            rows=np.hstack([rows, np.zeros_like(rows)]),
-            at_rest=self.at_rest[scene],
-            by=self.by[scene],
-            onto=self.onto[scene],
-        )
+        return replace(nominal, a=self.a[scene], b=self.b[scene], c=c, rest=rest)
 
 
 def systems(of: Scatter) -> Systems:
@@ -192,37 +160,11 @@ def systems(of: Scatter) -> Systems:
         for factors, grids in ((of.stiffness, known.stiff), (of.damping, known.damp))
     )
     a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n))
-    a[:, :n, n:], a[:, n:, n:] = np.eye(n), -inverse @ damping
+    a[:, :n, n:], a[:, n:, :n], a[:, n:, n:] = np.eye(n), -inverse @ stiffness, -inverse @ damping
     b[:, n:] = -(inverse @ inertia[:, free, :1])[:, :, 0]
     elastic, damped = (
         factors.repeat(2, axis=1)[:, :, None] * forces
         for factors, forces in ((of.stiffness, known.elastic), (of.damping, known.damped))
     )
-    c = np.concatenate([np.zeros_like(elastic), damped], axis=2)
-    none = np.zeros((count, 0))
-    if of.law is None:
-        sag = np.linalg.solve(stiffness, weight)
-        a[:, n:, :n], c[:, :, :n] = -inverse @ stiffness, elastic
-        return Systems(of, a, b, c, (elastic @ sag)[:, :, 0], none, none, none)
-    k = of.stiffness[:, known.carriage] * known.stiffness  # (scene, link)
-    at_rest = _at_rest(known.rows, k, of.law, weight[:, :, 0])
-    by = np.concatenate([np.zeros((count, n, k.shape[1])), inverse @ (known.rows.T * k[:, None])], axis=1)
-    rest = np.zeros(c.shape[:2])  # is in onto F(at_rest)
-    return Systems(of, a, b, c, rest, at_rest, by, known.sides * k[:, None])
-
-
-def _at_rest(rows: Array, stiffness: Array, law: Sided, weight: Array) -> Array:
-    """(scene, link) deflections of static equilibrium; Newton for all scenes in step, as `rest_position` for one."""
-    pull, slope = force(law), tangent(law)
-    q = np.linalg.solve(rows.T * stiffness[:, None] @ rows, weight[:, :, None])[:, :, 0]
-    for eps in REGULARISED:
-        for _ in range(100):
-            d = q @ rows.T
-            residual = (stiffness * (pull(d) + eps * d)) @ rows - weight
-            strain = rows.T * (stiffness * (slope(d) + eps))[:, None] @ rows
-            change = np.linalg.solve(strain, residual[:, :, None])[:, :, 0]
-            moved = np.abs(change @ rows.T).max(axis=1)
-            q = q - change * np.minimum(1.0, 1e-4 / moved)[:, None]  # at most 0.1 mm
-            if (moved < 1e-14 * np.abs(d).max(axis=1)).all():
-                break
-    return q @ rows.T
+    rest = (elastic @ np.linalg.solve(stiffness, weight))[:, :, 0]
+    return Systems(of, a, b, np.concatenate([elastic, damped], axis=2), rest)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from peers.laws import Law, force
-from peers.problem import Array, At, Call, Problem
+from peers.problem import Array, At, Problem
 
 STEPS = 200_000
 Limit = Literal["none", "interval", "samples"]
@@ -63,28 +63,21 @@ def _compiled(solver: str, limit: Limit, law: Law | None) -> Callable[..., Any]:
     return compiled
 
 
-def diffrax(solver: str, *, limit: Limit) -> Callable[[Problem], At]:
+def diffrax(given: Problem, *, solver: str, limit: Limit) -> At:
     """A solver of diffrax, compiled once for all tolerances.
 
     limit: "samples" ends a step on each sample (ClipStepSizeController), as its documentation advises where
     the input has kinks; "interval" limits steps to the sample interval (dtmax); "none" leaves all to the
     tolerance.
     """
+    given = given.scaled
+    compiled = _compiled(solver, limit, given.law)
+    arrays = {name: np.asarray(getattr(given, name)) for name in ARRAYS}
 
-    def prepare(given: Problem) -> At:
-        given = given.scaled
-        compiled = _compiled(solver, limit, given.law)
-        arrays = {name: np.asarray(getattr(given, name)) for name in ARRAYS}
+    def at(rtol: float) -> Array:
+        loads, success = compiled(rtol, arrays)
+        if not success:
+            raise RuntimeError(f"diffrax {solver}: no success within {STEPS} steps")
+        return np.asarray(loads).reshape(given.time.size, -1, 2)
 
-        def at(rtol: float) -> Call:
-            def call() -> Array:
-                loads, success = compiled(rtol, arrays)
-                if not success:
-                    raise RuntimeError(f"diffrax {solver}: no success within {STEPS} steps")
-                return np.asarray(loads).reshape(given.time.size, -1, 2)
-
-            return call
-
-        return at
-
-    return prepare
+    return at

@@ -55,7 +55,7 @@ def propagator(of: Scatter) -> Peaks:
         *(_pointer(getattr(geometry, name)) for name, _ in Known._fields_[1:-1]),
         of.nominal.step,
     )
-    peaks = np.empty((len(of), len(geometry.sides)))
+    peaks = np.empty((len(of), len(geometry.elastic)))
     _library(free.size, len(geometry.stiff)).peaks(
         ctypes.byref(known),
         ctypes.c_long(len(of)),
