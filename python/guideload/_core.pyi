@@ -487,6 +487,12 @@ class Solution:
     def position(self) -> Array:
         """Position (time, 6) of L in the travelling frame, sag included [m, rad]."""
 
+    def some_positions(self, every: int) -> Array:
+        """Position (instants, 6) at the first of each `every` instants, from the start of each stretch."""
+
+    def largest_acceleration(self) -> Array:
+        """Largest magnitude (6,) of each component of `acceleration`, of a run without moving riders."""
+
     def velocity(self) -> Array:
         """Velocity (time, 6) of L in the travelling frame [m/s, rad/s]."""
 

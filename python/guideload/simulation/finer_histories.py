@@ -32,7 +32,6 @@ PASSES = 6  # where an interval lasts for many periods, one pass does not show t
 PLACE = 0.382
 SHARE = 4.0 * PLACE * (1.0 - PLACE)
 SOME = 200  # instants, whose largest dynamic load is a lower bound of that of all
-TOGETHER = 128  # instants in a row of `_largest_sizes`
 AT_A_TIME = 1000  # instants: larger arrays take longer to get than to fill
 SUSPECT = 0.8  # of the bow: with four instants per period, second differences say 0.85 of it
 # Intervals on both sides whose bow counts too: a vibration may cross the line just where it is compared.
@@ -113,19 +112,10 @@ def _bows_little(run: Run) -> bool:
     table = machine.link_table()
     rows = table.rows * table.stiffness[:, None]
     # Bounds, from the extremes of the dofs and from some instants: much quicker than all links at all samples.
-    some = run.solution.position()[:: 1 + run.motion.time.size // SOME]
+    some = run.solution.some_positions(1 + run.motion.time.size // SOME)
     largest = np.abs((some - run.machine_at_start.scene.static_position()) @ rows.T).max()
-    curvature = (np.abs(rows) @ _largest_sizes(run.solution.acceleration())).max()
+    curvature = (np.abs(rows) @ run.solution.largest_acceleration()).max()
     return bool(longest**2 / 8.0 * curvature <= max(MOST_BOW * largest, _accuracy(run)))
-
-
-def _largest_sizes(values: Array) -> Array:
-    """The largest magnitudes in the columns of (n, m) values; of few columns quicker in rows of many instants."""
-    count, width = values.shape
-    many = count // TOGETHER * TOGETHER
-    rows = values[:many].reshape(-1, TOGETHER * width)
-    ends = [each(rows, axis=0, initial=0.0).reshape(-1, width) for each in (np.max, np.min)]
-    return np.asarray(np.abs(np.concatenate([*ends, values[many:]])).max(axis=0))
 
 
 def _accuracy(run: Run) -> float:

@@ -6,7 +6,7 @@ use guideload::input_from;
 use guideload::{Input, RiddenInstant, RunError, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
 use numpy::ndarray::Dimension;
-use numpy::{PyArray, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::convert::{self, CoreError, List, filled};
@@ -91,6 +91,45 @@ impl PySolution {
         self.of_reference(py, position)
     }
 
+    /// The position at some instants, (instants, 6): the first of each `every` ones, from the start of each stretch.
+    fn some_positions<'py>(&self, py: Python<'py>, every: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let some =
+            |(_, states): &(_, &[State])| states.iter().copied().step_by(every.max(1)).collect::<Vec<_>>();
+        let count = self.each_stretch().map(|stretch| some(&stretch).len()).sum();
+        filled(py, &[count, 6], |mut rest| {
+            for stretch in self.each_stretch() {
+                let states = some(&stretch);
+                let (out, after) = rest.split_at_mut(6 * states.len());
+                rest = after;
+                evaluate(&[position(stretch.0)], &states, |_| [0.0; 9], out);
+            }
+            Ok(())
+        })
+    }
+
+    /// Largest magnitude of each component of the acceleration of L in the travelling frame, (6,).
+    fn largest_acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (mut largest, mut first) = ([0.0_f64; 6], 0);
+        let mut some = [0.0; 6 * AT_A_TIME];
+        for (system, states) in self.each_stretch() {
+            let quantities = [acceleration(system)];
+            for states in states.chunks(AT_A_TIME) {
+                let some = &mut some[..6 * states.len()];
+                if !evaluate(&quantities, states, |k| self.inputs.at(first + k), some) {
+                    return Err(CoreError::Run(RunError::OutOfRange).into());
+                }
+                for one in some.as_chunks::<6>().0 {
+                    for i in 0..6 {
+                        let size = one[i].abs();
+                        largest[i] = if size > largest[i] { size } else { largest[i] };
+                    }
+                }
+                first += states.len();
+            }
+        }
+        Ok(PyArray1::from_slice(py, &largest))
+    }
+
     /// Velocity of L in the travelling frame, (time, 6).
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.of_reference(py, velocity)
@@ -152,6 +191,12 @@ impl PySolution {
 }
 
 impl PySolution {
+    /// The systems one after the other, with their states.
+    fn each_stretch(&self) -> impl Iterator<Item = (&System, &[State])> {
+        let ends = self.stretches[1..].iter().map(|(_, first)| *first).chain([self.states.len()]);
+        self.stretches.iter().zip(ends).map(|((system, first), end)| (&**system, &self.states[*first..end]))
+    }
+
     /// Quantities that depend on the riders, (time, width).
     fn of_riders<'py>(
         &self,
@@ -184,13 +229,12 @@ impl PySolution {
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
         filled(py, shape, |mut rest| {
-            for (index, (system, first)) in self.stretches.iter().enumerate() {
+            let mut first = 0;
+            for (system, states) in self.each_stretch() {
                 let quantities = quantities(system)?;
                 let width = usize::max(quantities.len() * ROWS, 1);
-                let end = self.stretches.get(index + 1).map_or(self.states.len(), |(_, next)| *next);
-                let (out, after) = rest.split_at_mut(usize::min((end - first) * width, rest.len()));
+                let (out, after) = rest.split_at_mut(usize::min(states.len() * width, rest.len()));
                 rest = after;
-                let states = &self.states[*first..end];
                 let finite = compute(py, |watch| {
                     let mut finite = true;
                     let parts = states.chunks(AT_A_TIME).zip(out.chunks_mut(AT_A_TIME * width)).enumerate();
@@ -203,6 +247,7 @@ impl PySolution {
                 if !finite {
                     return Err(CoreError::Run(RunError::OutOfRange).into());
                 }
+                first += states.len();
             }
             Ok(())
         })
