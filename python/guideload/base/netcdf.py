@@ -10,13 +10,14 @@ from __future__ import annotations
 import io
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from guideload.base.quantities import Quantities
 
 if TYPE_CHECKING:
+    import h5py
     import xarray as xr
 
 MARK = b"\nguideload crc32 "
@@ -64,10 +65,30 @@ def _content(data: Quantities) -> io.BytesIO:
 
 def read_netcdf(path: Path) -> xr.Dataset:
     """The content of a netCDF 4 file. Raises ValueError if it is damaged, and the errors of xarray and HDF5."""
+    import h5netcdf
     import xarray as xr
+    from xarray.backends import H5NetCDFStore
 
     _check(path)
-    return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
+    options = {"phony_dims": "access", "decode_vlen_strings": True}  # as xarray opens a file itself
+    with _opened(path) as hdf5, h5netcdf.File(hdf5, "r", **options) as file:
+        return xr.load_dataset(H5NetCDFStore(file))
+
+
+def _opened(path: Path) -> h5py.File:
+    """An HDF5 file to read, which looks up each object once: h5netcdf asks for the same few a thousand times."""
+    import h5py
+
+    class Opened(h5py.File):  # type: ignore[misc]
+        def __getitem__(self, name: Any) -> Any:
+            if not isinstance(name, str):
+                return super().__getitem__(name)
+            if name not in known:
+                known[name] = super().__getitem__(name)
+            return known[name]
+
+    known: dict[str, Any] = {}
+    return Opened(path, "r")
 
 
 def _check(path: Path) -> None:
