@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,16 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     cache = getattr(session.config, "cache", None)  # none with `-p no:cacheprovider`
     if cache and not hasattr(session.config, "workerinput"):
         cache.set(KNOWN, cache.get(KNOWN, {}) | seconds)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def once() -> Iterator[None]:
+    """Many tests read the same few traces: in a process the same trace is smoothed once."""
+    from smoothed_once import smooth_once
+
+    with pytest.MonkeyPatch.context() as patched:
+        smooth_once(patched)
+        yield
 
 
 @pytest.fixture

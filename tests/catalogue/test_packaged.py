@@ -162,6 +162,7 @@ def test_a_name_reads_its_own_record_only(monkeypatch: pytest.MonkeyPatch) -> No
 
     loads = tomllib.loads
     monkeypatch.setattr(packaged.tomllib, "loads", counted)
+    packaged.product_of.cache_clear()
     assert packaged_product("HGH25CA").static == 52820.0
     assert len(read) == 1 and read[0].count("[[products]]") == 1
 

@@ -48,6 +48,11 @@ def test_step_by_step_from_an_empty_folder_to_a_life(folder: Path) -> None:
     text, commands = told()
     assert text.startswith("Here: machine.toml (machine).")
     run_all(commands)  # it writes the moves
+    moves = Path("moves.toml").read_text(encoding="utf-8")
+    for long, short in (("repeat = 2", "repeat = 1"), ("1.2 m", "0.2 m"), ('dwell = "0.5 s"', "")):
+        assert long in moves
+        moves = moves.replace(long, short)  # `size` runs them 181 times
+    Path("moves.toml").write_text(moves, encoding="utf-8")
     text, commands = told()
     assert "machine.toml (machine), moves.toml (moves)" in text and "No life yet" in text
     run_all(commands, "run")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import MACHINE, TRACE, write_trace
+from command_line import MACHINE, write_trace
 from interrupts import run_process, signalled
 
 from guideload.cli.inputs import EXAMPLES
@@ -57,8 +57,8 @@ START = np.linspace(0.0, 0.3, 6)  # s: the imports of the command line
 COMMANDS = {
     "version": (["--version"], START),
     "check": (["check", MACHINE], START),
-    "run": (["run", MACHINE, TRACE, "-o", "out", "--report", "r.html"], np.linspace(0.2, 4.0, 6)),
-    "study": (["study", STUDY, "--samples", "4000", "-o", "out"], np.linspace(0.2, 4.0, 4)),
+    "run": (["run", MACHINE, "trace.csv", "-o", "out", "--report", "r.html"], np.linspace(0.2, 3.0, 6)),
+    "study": (["study", STUDY, "--samples", "1000", "-o", "out"], np.linspace(0.2, 3.0, 4)),
 }
 
 
@@ -68,6 +68,7 @@ def test_a_signal_at_any_time_ends_a_command_in_order(tmp_path: Path, command: s
     for i, after in enumerate(times):
         number, folder = NUMBERS[i % len(NUMBERS)], tmp_path / str(i)
         folder.mkdir()
+        write_trace(folder / "trace.csv", 800, 0.1)
         ended = signalled(words, number, after, folder)
         assert ended.returncode in (0, 128 + number), (number, after, ended.stderr)
         assert "Traceback" not in ended.stderr and "ignored" not in ended.stderr, (

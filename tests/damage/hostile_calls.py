@@ -104,7 +104,7 @@ def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
     life = simulate(rated, motion)
     trace = read_trace({"t_s": TIME, "v_m_s": np.round(0.1 * np.sin(6 * TIME), 4)})
     vary = [{"path": "body.mass", "distribution": "uniform", "plus_minus": "10 %"}]
-    brief = Motion.along_x(TIME[:20], PUSH[:20], velocity=0.1 + 0 * TIME[:20])
+    brief = Motion.along_x(TIME[:5], PUSH[:5], velocity=0.1 + 0 * TIME[:5])
     study = Study(machine=machine, motion=brief, samples=8, seed=1, vary=vary)
     done = run_study(study, folder / "study", threads=1)
     varied = VariedMachine(gantry, ["body.mass"])
@@ -133,7 +133,7 @@ def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "Life.hours": (life_of(life).hours, dict(life=1e6)),
         "duty_cycle": (duty_cycle, dict(cases=[LoadCase("a", rated, motion, 10.0)], period=3600.0)),
         "stability": (stability, dict(machine=machine, motion=motion, rtol=1e-4)),
-        "work_precision": (work_precision, dict(machine=machine, motion=motion, budget=0.01)),
+        "work_precision": (work_precision, dict(machine=machine, motion=brief, budget=0.01)),
         "largest": (
             largest,
             dict(

@@ -15,7 +15,6 @@ import pytest
 from click.testing import CliRunner
 from finite_outputs import faults, faults_of_text
 from small_project import COMMANDS, words_of, write_project
-from smoothed_once import smooth_once
 from unrendered import leave_unrendered
 
 from guideload.cli.main import main
@@ -35,7 +34,6 @@ def test_hostile_files_and_options_end_in_finite_numbers_or_a_typed_error() -> N
 def test_every_command_succeeds_with_undamaged_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else the cases would damage files that no command reads to the end."""
     leave_unrendered(monkeypatch)
-    smooth_once(monkeypatch)
     monkeypatch.chdir(tmp_path)
     write_project(tmp_path)
     for line in COMMANDS:

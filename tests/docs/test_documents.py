@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from smoothed_once import smooth_once
 from unrendered import leave_unrendered
 
 from guideload import Machine, Moves, Study
@@ -56,7 +55,6 @@ def with_code(*languages: str) -> list[str]:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the packaged examples, as working directory. Pictures are drawn there, but not rendered."""
     leave_unrendered(monkeypatch)
-    smooth_once(monkeypatch)
     monkeypatch.chdir(tmp_path)
     for file in EXAMPLES.glob("*.*"):
         Path(file.name).write_bytes(file.read_bytes())

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ FILES = {
 }
 
 
+@cache
 def schema(kind: str) -> Draft202012Validator:
     printed = CliRunner().invoke(main, ["schema", kind], catch_exceptions=False)
     Draft202012Validator.check_schema(json.loads(printed.stdout))

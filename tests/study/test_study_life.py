@@ -54,9 +54,9 @@ def with_carriages(machine: Machine, changes: Callable[[Carriage], dict[str, Any
 
 
 def lives_of(study: Study, sample: int) -> tuple[Life, Life]:
-    """The life of a single run with the instants of a study, and with 16 in each of their intervals."""
+    """The life of a single run with the instants of a study, and with 8 in each of their intervals."""
     motion = with_enough_instants(study.machine, MOTION)[0]
-    dense, machine = refined(motion, np.full(motion.time.size - 1, 16)), sample_machine(study, sample)
+    dense, machine = refined(motion, np.full(motion.time.size - 1, 8)), sample_machine(study, sample)
     one, other = (life_of(simulate(machine, each, study.method, rtol=study.rtol)) for each in (motion, dense))
     return one, other
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 import io
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from guideload.base.quantities import Quantities
 
 if TYPE_CHECKING:
+    import h5py
     import xarray as xr
 
 MARK = b"\nguideload crc32 "
@@ -44,7 +45,7 @@ def _content(data: Quantities) -> io.BytesIO:
     import h5py
 
     content = io.BytesIO()
-    with h5netcdf.File(content, "w") as file:
+    with _opened(content, "w") as hdf5, h5netcdf.File(hdf5, "w") as file:
         # All memory at once, because HDF5 may crash as well if memory ends while it writes; it cuts off the rest.
         content.seek(sum(values.nbytes for _, values, _ in data.variables.values()) + MARGIN)
         content.write(b"\0")
@@ -64,10 +65,41 @@ def _content(data: Quantities) -> io.BytesIO:
 
 def read_netcdf(path: Path) -> xr.Dataset:
     """The content of a netCDF 4 file. Raises ValueError if it is damaged, and the errors of xarray and HDF5."""
+    import h5netcdf
     import xarray as xr
+    from xarray.backends import H5NetCDFStore
 
     _check(path)
-    return xr.load_dataset(path, engine="h5netcdf", phony_dims="access")
+    options = {"phony_dims": "access", "decode_vlen_strings": True}  # as xarray opens a file itself
+    with _opened(path, "r") as hdf5, h5netcdf.File(hdf5, "r", **options) as file:
+        return xr.load_dataset(H5NetCDFStore(file))
+
+
+def _opened(target: Path | io.BytesIO, mode: str) -> h5py.File:
+    """An HDF5 file that looks up each of its objects once: h5netcdf asks for the same few a thousand times."""
+    import h5py
+
+    known: dict[str, Any] = {}
+
+    class Root(h5py.Group):  # type: ignore[misc]
+        def __delitem__(self, name: str) -> None:
+            known.pop(f"/{name}", None)
+            super().__delitem__(name)
+
+    class Opened(h5py.File):  # type: ignore[misc]
+        def __getitem__(self, name: Any) -> Any:
+            if not isinstance(name, str):  # a reference
+                return super().__getitem__(name)
+            if name not in known:
+                found = super().__getitem__(name)
+                known[name] = Root(found.id) if name == "/" else found
+            return known[name]
+
+        def close(self) -> None:
+            known.clear()
+            super().close()
+
+    return Opened(target, mode, track_order=True)
 
 
 def _check(path: Path) -> None:

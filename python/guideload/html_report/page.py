@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache
-from importlib.metadata import version
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
@@ -14,6 +13,7 @@ from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from guideload.base.atomic import atomic_write
+from guideload.base.versions import version
 from guideload.html_report.figures import Figure
 from guideload.reports.key_figures import KeyFigures
 from guideload.reports.report import Report, Section

@@ -6,7 +6,6 @@ import csv
 import platform
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from importlib.metadata import version
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
+from guideload.base.versions import version
 from guideload.html_report.figures import Chart, Figure, Line, Listing, chart, picture
 from guideload.html_report.page import package_file, report_page, save_page
 from guideload.plots.long_records import is_long, worst_cycle

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib.metadata import version
 
 import numpy as np
 
 from guideload.base.arrays import Array, median_step
 from guideload.base.finite import finite_json
 from guideload.base.quantities import Quantities, Quantity, quantities
+from guideload.base.versions import version
 from guideload.machine.machine import DOFS
 from guideload.motion.consistency import motion_texts
 from guideload.simulation.peaks import peak_rows, resultants

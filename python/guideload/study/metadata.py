@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from guideload.base.errors import ArgumentError, GuideloadError, ReadError, shor
 from guideload.base.finite import finite_json
 from guideload.base.methods import Method
 from guideload.base.number_text import counted, percent, scientific
+from guideload.base.versions import version
 from guideload.catalogue.life_target import Repetition
 from guideload.life.criteria import Criteria, criteria_of
 from guideload.machine.machine import Machine
