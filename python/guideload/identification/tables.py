@@ -169,10 +169,9 @@ class FrequencyResponsesTable(ConfigModel):
             raise ValueRefused("no nodes beside a table, whose headers name points", self.nodes)
         curves = read_curves(folder / self.file, machine, self.force, self.nodes, low, high)
         level, floor = self.noise or self.TYPICAL[0], self.floor or self.TYPICAL[1]
-        known = {"level_known": self.noise is not None, "floor_known": self.floor is not None}
-        return FrequencyResponses(
-            self.name, curves, level, floor, **known, calibration=self.calibration or 0.0
-        )
+        known, floor_known = self.noise is not None, self.floor is not None
+        calibration = self.calibration or 0.0
+        return FrequencyResponses(self.name, curves, level, floor, known, floor_known, calibration)
 
 
 class DeflectionTable(ConfigModel):
