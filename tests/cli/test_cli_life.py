@@ -7,6 +7,7 @@ from typing import get_args
 
 import pytest
 from command_line import TRACE, guideload
+from unrendered import leave_unrendered
 
 from guideload.base.number_text import kilometres, rounded
 from guideload.catalogue.conditions import RuleName
@@ -59,7 +60,11 @@ def test_life_tells_the_answer_with_its_band_and_draws_the_rails(machine_file: P
     assert "NOT REACHED: life." in words and "HIWIN" in words
 
 
-def test_a_run_tells_life_if_its_carriages_name_products(machine_file: Path, tmp_path: Path) -> None:
+def test_a_run_tells_life_if_its_carriages_name_products(
+    machine_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave_unrendered(monkeypatch)
+
     def run(machine: Path, name: str) -> tuple[str, str]:
         """The text of a run in one row, and the first box of its HTML report."""
         page = tmp_path / f"{name}.html"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 import pytest
-from command_line import MACHINE, TRACE, guideload, names, refused
+from command_line import MACHINE, TRACE, guideload, names, refused, write_trace
 from faults import each
 
 from guideload.base.atomic import atomic_folder, atomic_write, draft_path
@@ -175,12 +175,14 @@ AT_ONCE = {
 @pytest.mark.parametrize("words", AT_ONCE.values(), ids=AT_ONCE)
 def test_of_two_commands_at_once_one_writes(tmp_path: Path, words: list[str]) -> None:
     """Both find the place free when they begin; the later one must not replace what the earlier one has written."""
+    place = tmp_path / "place"
+    place.mkdir()
     names = {
         "machine": MACHINE,
-        "trace": TRACE,
+        "trace": write_trace(tmp_path / "trace.csv", 800, 0.1),
         "gantry": EXAMPLES / "gantry.toml",
         "study": EXAMPLES / "study.toml",
-        "out": tmp_path / "z",
+        "out": place / "z",
     }
     command = [sys.executable, "-m", "guideload", *(word.format(**names) for word in words)]
     both = [
@@ -194,8 +196,8 @@ def test_of_two_commands_at_once_one_writes(tmp_path: Path, words: list[str]) ->
     assert any(word in refusal for word in ("is writing here", "exists", "is not empty", "holds a study")), (
         refusal
     )
-    assert len([path for path in tmp_path.iterdir() if not path.name.startswith(".")]) == 1
-    assert not hidden(tmp_path) - {".lock"}  # of the study's samples
+    assert len([path for path in place.iterdir() if not path.name.startswith(".")]) == 1
+    assert not hidden(place) - {".lock"}  # of the study's samples
 
 
 SECOND = """

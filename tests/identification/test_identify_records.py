@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from command_line import guideload, refused
 from motor_records import MASS, OFFSET, axis, force_of, moves, shown_by
+from unrendered import leave_unrendered
 
 from guideload import PointOfInterest
 from guideload.base.arrays import Array
@@ -80,7 +81,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shown = shown_by(true, motion, [Channel(parse_place("tool y", true))], time)[:, 0]
     shown = shown + 0.1 * shown.std() * rng.standard_normal(time.size)
     written(folder / "log.csv", "t [s],ay [m/s^2]", time + 7.5, shown)
-    guideload("identify", folder / "identify.toml", "-o", folder / "out")
+    with pytest.MonkeyPatch.context() as patched:
+        leave_unrendered(patched)
+        guideload("identify", folder / "identify.toml", "-o", folder / "out")
     return folder
 
 

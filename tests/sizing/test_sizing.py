@@ -326,6 +326,10 @@ def test_a_place_is_three_finite_numbers_of_its_quantity(given: Any) -> None:
         expected = "(three finite numbers up to 1e\\+09|a list or None|an array of real numbers)"
         with pytest.raises(ArgumentError, match=f"^{name}: expected {expected}, got"):
             largest(machine, MOTION, quantity, **{name: given})
+
+
+def test_a_place_belongs_to_its_quantity_and_of_a_direction_the_length_does_not_matter() -> None:
+    machine = with_product(cart(), CATALOGUE["small"], "Z0")
     with pytest.raises(ArgumentError, match='at: belongs to the quantity "payload" alone'):
         largest(machine, MOTION, "pace", at=(0, 0, 0))
     with pytest.raises(ArgumentError, match='direction: belongs to the quantity "overhang" alone'):
