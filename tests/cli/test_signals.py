@@ -147,6 +147,36 @@ except KeyboardInterrupt:
     )  # print may be cut off
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_within_the_set_up_of_a_sobol_sequence_comes_after_it(number: int) -> None:
+    """SciPy's C code would print the exception, lose it, and go on without its tables."""
+    source = f"""
+import os, time
+import numpy as np
+from scipy.stats import qmc
+from guideload.cli.signals import ended_in_order
+
+load = np.load
+def interrupted(*arguments, **options):
+    os.kill(os.getpid(), {int(number)})
+    return load(*arguments, **options)
+np.load = interrupted
+
+def command():
+    qmc.Sobol(2)
+    print("set up", flush=True)
+    time.sleep(60)
+
+print()
+try:
+    ended_in_order(command)
+except (KeyboardInterrupt, SystemExit):
+    print("ended")
+"""
+    ended = run_process(source)
+    assert ended.stdout.split() in (["set", "up", "ended"], ["ended"]) and not ended.stderr
+
+
 def test_a_command_that_ends_before_it_can_be_interrupted_has_succeeded(slow: Path) -> None:
     """The timer of the next attempt must not outlive the command: its signal would end the process."""
     source = f"""

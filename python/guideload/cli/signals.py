@@ -23,8 +23,13 @@ if TYPE_CHECKING:
 
 NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 RETRY = 0.005  # s, between attempts to raise an exception at a place where it is not lost
-# Files whose functions an exception must not leave: an import would be lost or half done, a move of files half done.
-WHOLE = ("<frozen importlib._bootstrap>", os.path.join("guideload", "base", "atomic.py"))
+# Files whose functions an exception must not leave: an import would be lost or half done, a move of files half done;
+# the C code of Sobol sequences prints an exception and goes on without its tables.
+WHOLE = (
+    "<frozen importlib._bootstrap>",
+    os.path.join("guideload", "base", "atomic.py"),
+    os.path.join("scipy", "stats", "_qmc.py"),
+)
 _has_begun = False  # whether a command of this process has begun, or ended
 
 
@@ -136,7 +141,7 @@ def _follows(error: BaseException | None, first: BaseException) -> bool:
 
 
 def _is_whole(frame: FrameType | None) -> bool:
-    """Whether the command is within an import, or within a move of files."""
+    """Whether the command is within a function of one of the files `WHOLE`."""
     while frame is not None and frame.f_code is not ended_in_order.__code__:
         if frame.f_code.co_filename.endswith(WHOLE):
             return True
