@@ -4,9 +4,11 @@ Makes a virtual environment in .venv, builds and installs the package there, and
 build without std and allocator, type checks, Python tests, and the documentation. What the Python tests do not wait for
 runs beside them. Ends at the first failure.
 
---quick: for the developer's loop, after one whole run. The compiled module is built without optimisation across crates
-into the source tree, which the tests import; unit tests of the core, and Python tests that took less than 0.5 s in
-their last run.
+The compiled module, the Rust tests and the lints share one build of the core, by the profile `tests` of Cargo.toml:
+without optimisation across crates, and with checks for overflow. tests/wheels.py builds and tries what is released.
+
+--quick: for the developer's loop, after one whole run. The compiled module is built into the source tree, which the
+tests import; unit tests of the core, and Python tests that took less than 0.5 s in their last run.
 """
 
 from __future__ import annotations
@@ -23,10 +25,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "rust" / "py"))
+from build_backend import lacks_avx2, without_paths  # noqa: E402
+
 ENVIRONMENT = ROOT / ".venv"
 SCRIPTS = ENVIRONMENT / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 EMBEDDED = ROOT / "rust" / "embedded"
+# The same profile and features wherever the core is built, or cargo would build it anew.
+PROFILE = ("--profile", "tests")
+PLAIN = "guideload-monitor/plain"
 PRINTING = threading.Lock()
 FAILED = threading.Event()
 
@@ -55,7 +63,9 @@ def main() -> None:
             # Most modules of the packages are never imported: to compile all takes longer than those that are.
             os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
             install = ("-m", "pip", "install", "--quiet", "--no-compile", ".[test,docs]")
-            run("build and install", str(PYTHON), *install)
+            features = f"{PLAIN},any-processor" if lacks_avx2() else PLAIN
+            options = " ".join((*PROFILE, "--features", features))
+            run("build and install", str(PYTHON), *install, MATURIN_PEP517_ARGS=options)
         python_lints()
         others.append(beside.submit(types_controllers_and_documentation, quick))
         if quick:
@@ -79,17 +89,19 @@ def rust_lints_and_tests(quick: bool) -> None:
         for folder in (EMBEDDED, ROOT / "rust" / "firmware", ROOT / "rust" / "monitor-c"):
             run(f"Rust formatting, {folder.name}", "cargo", "fmt", "--check", cwd=folder)
     if component("clippy"):
-        deny = ("--", "-D", "warnings")
-        run("Rust lints", "cargo", "clippy", "--workspace", "--all-targets", *deny)
+        all_targets = ("--workspace", "--all-targets", *PROFILE)
+        run("Rust lints", "cargo", "clippy", *all_targets, "--", "-D", "warnings", **without_paths())
     # No code for processors without AVX2, which this one would not run.
     without_fallback = ("--no-default-features", "--features")
     if quick:
         some = ("-p", "guideload", "--lib", "--test", "layers")
         run("Rust unit tests and layers", "cargo", "test", *some, *without_fallback, "std")
         return
-    crates = ("-p", "guideload", "-p", "guideload-life", "-p", "guideload-monitor")
-    features = "guideload/std,guideload-monitor/prepare,guideload-monitor/plain"
-    run("Rust tests", "cargo", "test", *crates, *without_fallback, features)
+    # The binding has no tests: it is there for the features that it asks of what the core depends on.
+    names = ("guideload", "guideload-life", "guideload-monitor", "guideload-py")
+    crates = (word for name in names for word in ("-p", name))
+    features = f"guideload/std,guideload-monitor/prepare,{PLAIN}"
+    run("Rust tests", "cargo", "test", *PROFILE, *crates, *without_fallback, features, **without_paths())
     if sys.platform == "linux":
         build = ("cargo", "build", "--release", "--quiet")
         run("no std, no allocator: build", *build, cwd=EMBEDDED, RUSTFLAGS="-D warnings")
@@ -115,12 +127,11 @@ def types_controllers_and_documentation(quick: bool) -> None:
 def build_module() -> None:
     """The compiled module of the package in the source tree, where Python finds it by PYTHONPATH."""
     folder = ROOT / "target" / "quick"
-    settings = {"LTO": "off", "CODEGEN_UNITS": "16", "INCREMENTAL": "true"}
     run(
         "compiled module",
-        *("cargo", "build", "--release", "--quiet", "-p", "guideload-py", "--target-dir", str(folder)),
+        *("cargo", "build", *PROFILE, "--quiet", "-p", "guideload-py", "--target-dir", str(folder)),
         PYO3_PYTHON=str(PYTHON),
-        **{f"CARGO_PROFILE_RELEASE_{name}": value for name, value in settings.items()},
+        CARGO_INCREMENTAL="1",
         **(
             {"RUSTFLAGS": "-C link-arg=-undefined -C link-arg=dynamic_lookup"}
             if sys.platform == "darwin"
@@ -132,7 +143,7 @@ def build_module() -> None:
         "darwin": ("lib_core.dylib", "_core.abi3.so"),
     }.get(sys.platform, ("lib_core.so", "_core.abi3.so"))
     place = ROOT / "python" / "guideload" / name
-    shutil.copy(folder / "release" / made, place.with_suffix(".new"))
+    shutil.copy(folder / "tests" / made, place.with_suffix(".new"))
     place.with_suffix(".new").replace(place)  # whole at any moment: another process may have it loaded
 
 
