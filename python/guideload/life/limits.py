@@ -88,7 +88,9 @@ def unverified_notes(products: Iterable[Product]) -> Iterator[str]:
     unverified = {one.name: one for one in products if one.unverified}
     if unverified:
         keys = dict.fromkeys(key for one in unverified.values() for key in one.unverified)
-        some = joined(keys) if len(keys) <= MOST_KEYS else f"{len(keys)} values"
+        most = max(len(one.unverified) for one in unverified.values())
+        many = f"{most} values" if len(unverified) == 1 else f"up to {most} values of each"
+        some = joined(keys) if len(keys) <= MOST_KEYS else many
         pages = {one.page for one in unverified.values()}
         page = f" ({pages.pop()})" if len(pages) == 1 and "" not in pages else ""
         checked = f"not checked by a person: {some}; compare at least C and C0 with the catalogue{page}"
