@@ -490,7 +490,7 @@ class Solution:
     def some_positions(self, every: int) -> Array:
         """Position (instants, 6) at the first of each `every` instants, from the start of each stretch."""
 
-    def largest_acceleration(self) -> Array:
+    def largest_velocity_change(self) -> Array:
         """Largest magnitude (6,) of each component of `acceleration`, of a run without moving riders."""
 
     def velocity(self) -> Array:

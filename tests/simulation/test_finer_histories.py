@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import lives
@@ -15,7 +16,7 @@ from guideload import LongRun, Machine, Motion, Study, life_of, peak_loads, run_
 from guideload.drive import drive_requirements
 from guideload.life.mean_load import load_bows
 from guideload.plots import load_density
-from guideload.simulation.finer_histories import MOST_BOW
+from guideload.simulation.finer_histories import MOST_BOW, _bows_little
 from guideload.simulation.result import Result
 
 CORNERS = np.array([0.1, 0.12, 0.5, 0.52, 1.0, 1.02, 1.4, 1.42])  # s, samples at 100 Hz and its multiples
@@ -101,6 +102,29 @@ def test_bows_are_those_of_the_loads_between_the_instants(machine: Callable[[], 
         assert error.sum() < 0.05 * np.abs(bows).sum()
     else:
         assert error.max() < 0.01 * np.abs(bows).max()
+
+
+@pytest.mark.parametrize("size", [0.3, 0.1, 0.02, 1e-6])
+@pytest.mark.parametrize("rate", [500, 700, 1000, 1500])
+def test_changes_of_velocity_overlook_no_bow(rate: int, size: float) -> None:
+    """Where they say that samples are enough, the elastic loads between the samples say so too, under any noise."""
+    machine, motion = ref.cart(), sampled(rate)
+    rng = np.random.default_rng(5)
+    shaken = motion.acceleration + size * rng.normal(size=motion.acceleration.shape)
+    run = simulate(machine, Motion(motion.time, shaken), times=motion.time)._run
+    assert run is not None
+    samples = replace(run, times=None)
+    changes = np.abs(np.diff(samples.solution.velocity(), axis=0)).max(axis=0)
+    assert np.allclose(
+        samples.solution.largest_velocity_change(), changes, rtol=1e-9, atol=1e-12 * changes.max()
+    )
+    if not _bows_little(samples):
+        return
+    middle = 0.5 * (motion.time[:-1] + motion.time[1:])
+    loads, between = samples.link_loads("elastic"), replace(run, times=middle).link_loads("elastic")
+    bows = between - 0.5 * (loads[:-1] + loads[1:])
+    dynamic = np.abs(loads - machine.scene.static_link_loads()).max()
+    assert np.abs(bows).max() <= MOST_BOW * dynamic
 
 
 def test_a_load_that_follows_noise_has_no_bow() -> None:

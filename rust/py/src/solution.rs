@@ -107,24 +107,28 @@ impl PySolution {
         })
     }
 
-    /// Largest magnitude of each component of the acceleration of L in the travelling frame, (6,).
-    fn largest_acceleration<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (mut largest, mut first) = ([0.0_f64; 6], 0);
-        let mut some = [0.0; 6 * AT_A_TIME];
+    /// Largest change of each component of the velocity of L from one instant to the next, (6,).
+    fn largest_velocity_change<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut largest = [0.0_f64; 6];
+        let (mut changes, mut some) = ([[0.0; 12]; AT_A_TIME], [0.0; 6 * AT_A_TIME]);
         for (system, states) in self.each_stretch() {
-            let quantities = [acceleration(system)];
-            for states in states.chunks(AT_A_TIME) {
-                let some = &mut some[..6 * states.len()];
-                if !evaluate(&quantities, states, |k| self.inputs.at(first + k), some) {
-                    return Err(CoreError::Run(RunError::OutOfRange).into());
+            for first in (0..states.len().saturating_sub(1)).step_by(AT_A_TIME) {
+                let pairs = states[first..].windows(2).take(AT_A_TIME);
+                let count = pairs.len();
+                for (change, pair) in changes.iter_mut().zip(pairs) {
+                    for i in 0..12 {
+                        change[i] = pair[1][i] - pair[0][i];
+                    }
                 }
-                for one in some.as_chunks::<6>().0 {
+                // The velocity is linear in the state.
+                let some = &mut some[..6 * count];
+                evaluate(&[velocity(system)], &changes[..count], |_| [0.0; 9], some);
+                for change in some.as_chunks::<6>().0 {
                     for i in 0..6 {
-                        let size = one[i].abs();
+                        let size = change[i].abs();
                         largest[i] = if size > largest[i] { size } else { largest[i] };
                     }
                 }
-                first += states.len();
             }
         }
         Ok(PyArray1::from_slice(py, &largest))
