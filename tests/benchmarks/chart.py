@@ -6,8 +6,9 @@
 Six scenes (scenes.py): the yardstick's cart, linear, on its clean and on its noisy trace; with 5 um of
 clearance, on both; overdamped; preloaded. On each, guideload by its public call `simulate(machine, motion,
 method=..., rtol=...)` with `.carriage_loads`, and the peers (the package peers says how each is called) over
-their tolerances or steps. All give the y and z load of each carriage at the 7062 samples; guideload and the
-Numba propagator give moments as well. Packages that are not installed are left out and named: `pip install
+their tolerances or steps. All give the y and z load of each carriage at the 7062 samples (the exact method with
+`times=motion.time`, which leaves out the look for vibration between them); guideload and the Numba propagator
+give moments as well. Packages that are not installed are left out and named: `pip install
 .[bench]`.
 
 An error is the largest difference of any of these loads at any sample to the scene's truth, as a part of the
