@@ -4,8 +4,8 @@ Makes a virtual environment in .venv, builds and installs the package there, and
 build without std and allocator, type checks, Python tests, and the documentation. What the Python tests do not wait for
 runs beside them. Ends at the first failure.
 
-The compiled module, the Rust tests and the lints share one build of the core, by the profile `tests` of Cargo.toml:
-without optimisation across crates, and with checks for overflow. tests/wheels.py builds and tries what is released.
+The compiled module and the Rust tests share one build of the core, by the profile `tests` of Cargo.toml: without
+optimisation across crates, and with checks for overflow. tests/wheels.py builds and tries what is released.
 
 --quick: for the developer's loop, after one whole run. The compiled module is built into the source tree, which the
 tests import; unit tests of the core, and Python tests that took less than 0.5 s in their last run.
@@ -89,8 +89,8 @@ def rust_lints_and_tests(quick: bool) -> None:
         for folder in (EMBEDDED, ROOT / "rust" / "firmware", ROOT / "rust" / "monitor-c"):
             run(f"Rust formatting, {folder.name}", "cargo", "fmt", "--check", cwd=folder)
     if component("clippy"):
-        all_targets = ("--workspace", "--all-targets", *PROFILE)
-        run("Rust lints", "cargo", "clippy", *all_targets, "--", "-D", "warnings", **without_paths())
+        deny = ("--", "-D", "warnings")
+        run("Rust lints", "cargo", "clippy", "--workspace", "--all-targets", *deny)
     # No code for processors without AVX2, which this one would not run.
     without_fallback = ("--no-default-features", "--features")
     if quick:

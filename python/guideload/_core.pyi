@@ -491,7 +491,7 @@ class Solution:
         """Position (instants, 6) at the first of each `every` instants, from the start of each stretch."""
 
     def largest_velocity_change(self) -> Array:
-        """Largest magnitude (6,) of each component of `acceleration`, of a run without moving riders."""
+        """Largest change (6,) of each component of `velocity` from one instant to the next [m/s, rad/s]."""
 
     def velocity(self) -> Array:
         """Velocity (time, 6) of L in the travelling frame [m/s, rad/s]."""

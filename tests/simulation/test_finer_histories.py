@@ -107,7 +107,7 @@ def test_bows_are_those_of_the_loads_between_the_instants(machine: Callable[[], 
 @pytest.mark.parametrize("size", [0.3, 0.1, 0.02, 1e-6])
 @pytest.mark.parametrize("rate", [500, 700, 1000, 1500])
 def test_changes_of_velocity_overlook_no_bow(rate: int, size: float) -> None:
-    """Where they say that samples are enough, the elastic loads between the samples say so too, under any noise."""
+    """Where they say that samples are enough, the elastic loads between the samples say so too, also under noise."""
     machine, motion = ref.cart(), sampled(rate)
     rng = np.random.default_rng(5)
     shaken = motion.acceleration + size * rng.normal(size=motion.acceleration.shape)

@@ -93,15 +93,14 @@ impl PySolution {
 
     /// The position at some instants, (instants, 6): the first of each `every` ones, from the start of each stretch.
     fn some_positions<'py>(&self, py: Python<'py>, every: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let some =
-            |(_, states): &(_, &[State])| states.iter().copied().step_by(every.max(1)).collect::<Vec<_>>();
-        let count = self.each_stretch().map(|stretch| some(&stretch).len()).sum();
+        let every = every.max(1);
+        let count = self.each_stretch().map(|(_, states)| states.len().div_ceil(every)).sum();
         filled(py, &[count, 6], |mut rest| {
-            for stretch in self.each_stretch() {
-                let states = some(&stretch);
-                let (out, after) = rest.split_at_mut(6 * states.len());
+            for (system, states) in self.each_stretch() {
+                let some: Vec<State> = states.iter().copied().step_by(every).collect();
+                let (out, after) = rest.split_at_mut(6 * some.len());
                 rest = after;
-                evaluate(&[position(stretch.0)], &states, |_| [0.0; 9], out);
+                evaluate(&[position(system)], &some, |_| [0.0; 9], out);
             }
             Ok(())
         })
