@@ -147,34 +147,80 @@ except KeyboardInterrupt:
     )  # print may be cut off
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_within_the_set_up_of_a_sobol_sequence_comes_after_it(number: int) -> None:
-    """SciPy's C code would print the exception, lose it, and go on without its tables."""
-    source = f"""
-import os, time
-import numpy as np
+SOBOL = """
+import numpy
 from scipy.stats import qmc
+place, name = numpy, "load"
+def work():
+    qmc.Sobol(2)
+"""
+NETCDF = """
+import h5netcdf, numpy
+from pathlib import Path
+from guideload.base.netcdf import write_netcdf
+from guideload.base.quantities import Quantities
+place, name = h5netcdf.File, "create_variable"
+def work():
+    write_netcdf(Quantities({"a": ("t", numpy.zeros(3), {})}, {}), Path("a.nc"))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("library", [SOBOL, NETCDF], ids=["sobol", "netcdf"])
+def test_a_signal_within_library_code_in_c_comes_after_it(tmp_path: Path, library: str, number: int) -> None:
+    """That code would print the exception or raise another, and go on with a part missing."""
+    source = f"""
+import os, sys, time
 from guideload.cli.signals import ended_in_order
 
-load = np.load
+os.chdir({str(tmp_path)!r})
+{library}
+function = getattr(place, name)
 def interrupted(*arguments, **options):
     os.kill(os.getpid(), {int(number)})
-    return load(*arguments, **options)
-np.load = interrupted
+    returned = function(*arguments, **options)
+    os.write(1, b"whole ")
+    return returned
+setattr(place, name, interrupted)
 
 def command():
-    qmc.Sobol(2)
-    print("set up", flush=True)
+    work()
     time.sleep(60)
 
-print()
+print("", flush=True)
 try:
     ended_in_order(command)
 except (KeyboardInterrupt, SystemExit):
     print("ended")
 """
     ended = run_process(source)
-    assert ended.stdout.split() in (["set", "up", "ended"], ["ended"]) and not ended.stderr
+    assert ended.stdout.split() == ["whole", "ended"] and not ended.stderr
+
+
+@pytest.mark.parametrize(("error", "found"), [("TypeError", "interrupted"), ("OSError", "OSError")])
+def test_what_a_library_raises_in_place_of_a_signal_is_the_signal(error: str, found: str) -> None:
+    """Except for what goes wrong while files are put in order."""
+    source = f"""
+import os, signal
+from guideload.cli.signals import ended_in_order
+
+def command():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        sum(range(1000))
+    except BaseException:
+        raise {error}
+
+print()
+try:
+    ended_in_order(command)
+except KeyboardInterrupt:
+    print("interrupted")
+except Exception as raised:
+    print(type(raised).__name__)
+"""
+    ended = run_process(source)
+    assert (ended.stdout.split(), ended.stderr) == ([found], "")
 
 
 def test_a_command_that_ends_before_it_can_be_interrupted_has_succeeded(slow: Path) -> None:

@@ -24,10 +24,13 @@ if TYPE_CHECKING:
 NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 RETRY = 0.005  # s, between attempts to raise an exception at a place where it is not lost
 # Files whose functions an exception must not leave: an import would be lost or half done, a move of files half done;
-# the C code of Sobol sequences prints an exception and goes on without its tables.
+# the C code of Sobol sequences prints an exception and goes on without its tables; that of HDF5 raises an error in its
+# place, or leaves files that fail later, in their finalisers.
 WHOLE = (
     "<frozen importlib._bootstrap>",
     os.path.join("guideload", "base", "atomic.py"),
+    os.path.join("guideload", "base", "netcdf.py"),
+    os.path.join("guideload", "traces", "format", "matlab.py"),
     os.path.join("scipy", "stats", "_qmc.py"),
 )
 _has_begun = False  # whether a command of this process has begun, or ended
@@ -83,9 +86,13 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
             signal.signal(number, raiser.asked)
         return command(*arguments, **options)
     except Exception as error:
-        if raiser.raised is None or _follows(error, raiser.raised):
+        from guideload.base.errors import GuideloadError
+
+        # Said is what went wrong while the command was ended, such as a draft that could not be removed.
+        is_of_the_end = isinstance(error, (OSError, GuideloadError)) and _follows(error, raiser.raised)
+        if raiser.raised is None or is_of_the_end:
             raise
-        # Library code in C may lose an exception, and fail at what it then misses.
+        # Library code may lose an exception and fail at what it then misses, or replace it.
         raise raiser.raised from error
     finally:
         raiser.is_running = False  # first: an exception in the lines below would leave the handlers
@@ -133,7 +140,7 @@ class _Raiser:
             sys.__unraisablehook__(lost)
 
 
-def _follows(error: BaseException | None, first: BaseException) -> bool:
+def _follows(error: BaseException | None, first: BaseException | None) -> bool:
     """Whether an error was raised while `first` was handled."""
     while error is not None and error is not first:
         error = error.__cause__ or error.__context__
