@@ -110,21 +110,25 @@ class _Raiser:
         # Windows has no timer, and a caller may use it.
         self.can_wait = hasattr(signal, "SIGALRM") and signal.getsignal(signal.SIGALRM) is signal.SIG_DFL
         self.is_running = True
+        self.is_due = False  # whether the exception is still to be raised
         self.number = 0
         self.raised: BaseException | None = None
 
     def asked(self, number: int, frame: FrameType | None) -> None:
         """Handler of a signal that asks the command to end."""
-        self.number = number
+        self.number, self.is_due = number, True
         self.again(number, frame)
 
     def again(self, _: int, frame: FrameType | None) -> None:
         """Raise the exception, or wait a little; handler of the timer too."""
-        if not self.is_running:
+        if not (self.is_running and self.is_due):
             return
         if self.can_wait and _is_whole(frame):
-            signal.setitimer(signal.ITIMER_REAL, RETRY)
+            self._start_timer()
             return
+        if self.can_wait:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        self.is_due = False
         if self.number == signal.SIGINT:
             self.raised = KeyboardInterrupt()
         else:
@@ -135,9 +139,15 @@ class _Raiser:
     def unraisable(self, lost: sys.UnraisableHookArgs) -> Any:
         """Hook for exceptions that Python cannot raise, as in finalisers."""
         if self.can_wait and lost.exc_value is not None and lost.exc_value is self.raised:
-            signal.setitimer(signal.ITIMER_REAL, RETRY)
+            self.is_due = True
+            self._start_timer()
         else:
             sys.__unraisablehook__(lost)
+
+    @staticmethod
+    def _start_timer() -> None:
+        """Repeated: a tick just before the process begins to sleep would be handled only when it wakes."""
+        signal.setitimer(signal.ITIMER_REAL, RETRY, RETRY)
 
 
 def _follows(error: BaseException | None, first: BaseException | None) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -108,7 +109,8 @@ class Search:
     ) -> OscillatorTrial:
         """Densities, noise and sites adapted with this oscillator."""
         found = []
-        for number, (smoother, (segment, density)) in enumerate(self._smoothers(oscillator)):
+        for number, (alone, (segment, density)) in enumerate(self._smoothers):
+            smoother = alone.with_oscillator(oscillator)
             noise, sites = self.noise, None
             if start is not None:
                 before = start.parts[number]
@@ -130,7 +132,7 @@ class Search:
             adapted = [
                 (part, segment, found)
                 for part, (_, (segment, _)), found in zip(
-                    self.parts, self._smoothers(point.oscillator), point.parts, strict=True
+                    self.parts, self._smoothers, point.parts, strict=True
                 )
             ]
             fit = replace(self.stationary, oscillator=point.oscillator)
@@ -141,9 +143,10 @@ class Search:
             point = after
         return point
 
-    def _smoothers(self, oscillator: Oscillator | None) -> list[tuple[StateSpaceSmoother, Partition]]:
-        """A smoother for each part, and its segments."""
-        fit = replace(self.stationary, oscillator=oscillator)
+    @cached_property
+    def _smoothers(self) -> list[tuple[StateSpaceSmoother, Partition]]:
+        """A smoother for each part, without an oscillator, and its segments."""
+        fit = self.stationary
         smoothers = [StateSpaceSmoother(part, fit) for part in self.parts]
         length = max(1.0, LENGTH[fit.order] * fit.time_constant)
         return [(smoother, smoother.segments(length, fit.density)) for smoother in smoothers]
@@ -173,11 +176,12 @@ def more_likely(
         if not (DAMPINGS[0] <= damping <= DAMPINGS[1] and frequency <= fastest):
             return -np.inf
         sums = 0.0
-        for samples, segment, found in adapted:
-            smoother = StateSpaceSmoother(samples, replace(fit, oscillator=oscillator(place)))
-            sums += sum(smoother.likelihood((segment, found.density), found.sites))
+        for smoother, (_, segment, found) in zip(smoothers, adapted, strict=True):
+            moved = smoother.with_oscillator(oscillator(place))
+            sums += sum(moved.likelihood((segment, found.density), found.sites))
         return -0.5 * sums if np.isfinite(sums) else -np.inf
 
+    smoothers = [StateSpaceSmoother(samples, fit) for samples, _, _ in adapted]
     place, stride = np.log(fit.oscillator[:2]), np.log(strides)
     best = likelihood(place)
     for _ in range(moves):
@@ -206,7 +210,7 @@ def _fastest(fit: StationaryFit) -> float:
 def _every(samples: ScaledSamples, factor: int) -> ScaledSamples:
     """Every sample number 0, `factor`, ..: rounded samples remain rounded samples."""
     time, value = samples.time[::factor] / factor, np.ascontiguousarray(samples.value[::factor])
-    return replace(samples, time=time, step=np.diff(time), value=value, time_unit=factor * samples.time_unit)
+    return replace(samples, time=time, value=value, time_unit=factor * samples.time_unit)
 
 
 def _means(samples: ScaledSamples, factor: int) -> ScaledSamples:
@@ -217,6 +221,4 @@ def _means(samples: ScaledSamples, factor: int) -> ScaledSamples:
     time, value = times[together].mean(axis=1) / factor, values[together].mean(axis=1)
     least = (samples.least_noise + samples.rounding) / factor
     unit = factor * samples.time_unit
-    return replace(
-        samples, time=time, step=np.diff(time), value=value, quantum=0.0, least_noise=least, time_unit=unit
-    )
+    return replace(samples, time=time, value=value, quantum=0.0, least_noise=least, time_unit=unit)

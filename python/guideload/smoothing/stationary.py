@@ -7,8 +7,9 @@ noise and are rounded to the quantum.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from math import factorial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -27,6 +28,7 @@ Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segmen
 
 # Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
+EVEN = 1e-9  # relative difference of steps of time that only rounding makes
 MOVES = 0.03  # least residual of an excerpt, over the largest
 ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
@@ -43,7 +45,6 @@ class ScaledSamples:
     """Samples scaled to order 1: time by its median step, values by the quantum or 1e-7 of the range."""
 
     time: Array
-    step: Array
     value: Array
     quantum: float  # 1, or 0 if unknown
     least_noise: float  # variance
@@ -55,9 +56,16 @@ class ScaledSamples:
     def of(cls, time: Array, value: Array, quantum: float) -> ScaledSamples:
         time_unit = float(np.median(np.diff(time)))
         value_unit = quantum if quantum > 0.0 else 1e-7 * float(np.ptp(value))
-        scaled = (time - time[0]) / time_unit, np.diff(time) / time_unit, (value - value[0]) / value_unit
+        scaled = (time - time[0]) / time_unit, (value - value[0]) / value_unit
         least_noise = LEAST_NOISE if quantum > 0.0 else 1e-12
         return cls(*scaled, float(quantum > 0.0), least_noise, time_unit, value_unit, float(value[0]))
+
+    @cached_property
+    def step(self) -> Array:
+        """(n - 1,) time between samples. Those of even stamps are equal to the last bit, as the core then is faster."""
+        step = np.diff(self.time)
+        step[np.abs(step - 1.0) < EVEN] = 1.0
+        return step
 
     @property
     def rounding(self) -> float:
@@ -82,8 +90,7 @@ class ScaledSamples:
         return float(np.quantile(stretches, SMOOTH)) - self.rounding
 
     def part(self, samples: slice) -> ScaledSamples:
-        time = self.time[samples]
-        return replace(self, time=time, step=np.diff(time), value=self.value[samples])
+        return replace(self, time=self.time[samples], value=self.value[samples])
 
     def excerpts(self, degree: int) -> list[ScaledSamples]:
         """The samples on which order and noise are chosen: all, or a few excerpts of a long trace.
@@ -180,7 +187,15 @@ class StateSpaceSmoother:
         self.step, self.gap = np.minimum(samples.step, longest), samples.step > longest
         self.normal_sites = samples.value, np.full(samples.value.size, fit.noise)
         time = np.concatenate([[0.0], np.cumsum(self.step)])
-        self.mean, self.covariance = _initial_state(time, samples.value, fit)
+        self._drive = _initial_state(time, samples.value, fit)
+        self.mean, self.covariance = _following(fit, *self._drive)
+
+    def with_oscillator(self, oscillator: Oscillator | None) -> StateSpaceSmoother:
+        """The same with another oscillator."""
+        other = copy(self)
+        other.fit = replace(self.fit, oscillator=oscillator)
+        other.mean, other.covariance = _following(other.fit, *self._drive)
+        return other
 
     def likelihood(
         self, segments: Partition | None = None, sites: Sites | None = None
@@ -229,7 +244,10 @@ class StateSpaceSmoother:
 
 
 def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array, Array]:
-    """State before the first sample: a polynomial through the first samples, with 100 times its standard error."""
+    """State before the first sample, without an oscillator, and its covariance.
+
+    A polynomial through the first samples, with 100 times its standard error.
+    """
     near = 2.0 * min(max(fit.time_constant, 0.5), 50.0)
     count = int(np.clip(np.searchsorted(time, time[0] + near), fit.states + 3, time.size))
     since = time[:count] - time[0]
@@ -241,10 +259,16 @@ def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array
     noise = max(fit.noise, float(residual @ residual) / (count - fit.states))
     inverse = np.linalg.inv(r)
     units = np.array([factorial(i) / span**i for i in range(fit.states)])
-    mean, covariance = coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
+    return coefficients * units, 1e4 * noise * (inverse @ inverse.T) * np.outer(units, units)
+
+
+def _following(fit: StationaryFit, mean: Array, covariance: Array) -> tuple[Array, Array]:
+    """State with the oscillator of the fit, if it has one, where `mean` is that of the drive.
+
+    It follows the drive, a = c and y = c', with the variance of the acceleration as that of the difference a - c.
+    """
     if fit.oscillator is None:
         return mean, covariance
-    # It follows the drive, a = c and y = c', with the variance of the acceleration as that of the difference a - c.
     frequency, _, at = fit.oscillator
     states = fit.states + 2
     follows = np.zeros((states, fit.states))
