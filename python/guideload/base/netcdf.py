@@ -45,7 +45,7 @@ def _content(data: Quantities) -> io.BytesIO:
     import h5py
 
     content = io.BytesIO()
-    with h5netcdf.File(content, "w") as file:
+    with _opened(content, "w") as hdf5, h5netcdf.File(hdf5, "w") as file:
         # All memory at once, because HDF5 may crash as well if memory ends while it writes; it cuts off the rest.
         content.seek(sum(values.nbytes for _, values, _ in data.variables.values()) + MARGIN)
         content.write(b"\0")
@@ -71,24 +71,35 @@ def read_netcdf(path: Path) -> xr.Dataset:
 
     _check(path)
     options = {"phony_dims": "access", "decode_vlen_strings": True}  # as xarray opens a file itself
-    with _opened(path) as hdf5, h5netcdf.File(hdf5, "r", **options) as file:
+    with _opened(path, "r") as hdf5, h5netcdf.File(hdf5, "r", **options) as file:
         return xr.load_dataset(H5NetCDFStore(file))
 
 
-def _opened(path: Path) -> h5py.File:
-    """An HDF5 file to read, which looks up each object once: h5netcdf asks for the same few a thousand times."""
+def _opened(target: Path | io.BytesIO, mode: str) -> h5py.File:
+    """An HDF5 file that looks up each of its objects once: h5netcdf asks for the same few a thousand times."""
     import h5py
+
+    known: dict[str, Any] = {}
+
+    class Root(h5py.Group):  # type: ignore[misc]
+        def __delitem__(self, name: str) -> None:
+            known.pop(f"/{name}", None)
+            super().__delitem__(name)
 
     class Opened(h5py.File):  # type: ignore[misc]
         def __getitem__(self, name: Any) -> Any:
-            if not isinstance(name, str):
+            if not isinstance(name, str):  # a reference
                 return super().__getitem__(name)
             if name not in known:
-                known[name] = super().__getitem__(name)
+                found = super().__getitem__(name)
+                known[name] = Root(found.id) if name == "/" else found
             return known[name]
 
-    known: dict[str, Any] = {}
-    return Opened(path, "r")
+        def close(self) -> None:
+            known.clear()
+            super().close()
+
+    return Opened(target, mode, track_order=True)
 
 
 def _check(path: Path) -> None:
