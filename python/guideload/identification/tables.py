@@ -269,6 +269,13 @@ class MotorForceTable(RecordTable):
             raise ValueRefused("each key once", list(keys))
         return keys
 
+    @field_validator("part")
+    @classmethod
+    def _in_order(cls, part: tuple[float, float] | None) -> tuple[float, float] | None:
+        if part is not None and part[0] >= part[1]:
+            raise ValueRefused("an instant before the second one", f"{part[0]:g} s, {part[1]:g} s")
+        return part
+
     def measured(self, machine: Machine, folder: Path) -> MotorForce:
         """The data for the fit. Raises ValueRefused, ArgumentError and TraceError."""
         unit, within = ("N", FORCE) if self.quantity == "force" else ("N m", MOMENT)

@@ -130,12 +130,15 @@ def resolve_unknowns(tables: Sequence[UnknownTable], machine: Machine) -> tuple[
     for i, table in enumerate(tables):
         try:
             for owner, group in parameters_by_draw(table, parameters).items():
+                name = table.draw_title(owner)
                 for parameter in group:
                     other = owner_of.setdefault(parameter.path, i)
-                    if other != i or table.draw_title(owner) in [one.name for one in found]:
+                    if other != i:
                         hint = f"{parameter.path} is set by unknown[{other}] already"
                         raise KeyRefused("path", "one entry for each value", list(table.path), hint)
-                found.append(_unknown(table, table.draw_title(owner), group))
+                if name in [one.name for one in found]:
+                    raise KeyRefused("name", "a unique name", name)
+                found.append(_unknown(table, name, group))
         except ValueRefused as refused:
             problems.append(problem_at(("unknown", i), refused))
     if problems:
