@@ -149,7 +149,7 @@ def test_measurements_are_ranked_by_a_peak_load(folder: Path) -> None:
         ("frequency_noise = ", 'frequency_noise = "-1 %"#', "modal_tests[0].frequency_noise: expected > 0"),
         ("*.stiffness_y", "*.stifness_y", "unknown[0].path: expected a known path"),
         ("*.stiffness_z", "*.stiffness_y", "unknown[1].path: expected one entry for each value"),
-        ('"damping of the joints', '"damping of the carriages', "unknown[4].name: expected a unique name"),
+        ('"damping"', '"carriages[1a].stiffness_y"', "unknown[2].name: expected a unique name"),
         ("[[unknown]]", 'figure = "damping"\n[[unknown]]', "expected no figure without [[candidates]]"),
         ('machine = "machine', 'machine = "none', "machine: expected a file that exists"),
         ("[[modal_tests]]", ALTERNATIVE, "alternatives[0].unknown[0].path: expected a known path"),
