@@ -107,7 +107,8 @@ print("alive", peak_loads(machine, small).largest.shape)
 CALLS = {
     "states": "simulate(machine, motion)",
     "smoothing": "estimate(time, np.sin(time) + 0.01 * np.random.default_rng(0).normal(size=count))",
-    "smoother": "smooth_motion((np.ones(count - 1), time, time + 1.0, np.zeros(4), *chain(count)[2:]))",
+    "smoother": "smooth_motion((np.ones(2 * count - 1), *[np.ones(2 * count)] * 2, np.zeros(4), "
+    "*chain(2 * count)[2:]))",
     "draws": "draw_motion(chain(1000), 2, 10**5, 1)",
     "draws beyond 64 bits": "draw_motion(chain(1000), 2, 2**62, 1)",
     "peaks": "draw_peaks(machine.scene, chain(2), 2, np.ones(2), np.arange(2.0), np.arange(2.0), np.ones((2, 4, 6)), "

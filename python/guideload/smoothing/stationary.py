@@ -28,7 +28,7 @@ Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segmen
 
 # Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
-EVEN = 1e-9  # relative difference of steps of time that only rounding makes
+EVEN = 1e-8  # relative difference of steps of time that counts as rounding
 MOVES = 0.03  # least residual of an excerpt, over the largest
 ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
