@@ -146,7 +146,11 @@ def test_wrong_tables_name_their_place(folder: Path) -> None:
         ('per_unit = "25 N"', 'per_unit = "25 V"', "motor_forces[0]"),
         ('per_unit = "25 N"', 'per_unit = "25e-320 N"', "a force that reaches 1e-09 N in the column"),
         ('per_unit = "25 N"', "", "column current [A]"),
-        ("per_unit", 'part = ["3 s", "1 s"]\nper_unit', "motor_forces[0].part: expected an instant before"),
+        (
+            "per_unit",
+            'part = ["3 s", "1 s"]\nper_unit',
+            "motor_forces[0].part: expected a first instant before",
+        ),
         ('file = "log.csv"', 'file = "logs.csv"', "logs.csv"),
         (
             'trace = "trace.csv"\nreading',

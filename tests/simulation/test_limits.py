@@ -92,6 +92,7 @@ time = 1e-3 * np.arange(count)
 motion = Motion.along_x(time, np.sin(time))
 small = cycle()
 chain = lambda n: (np.ones(n - 1), np.ones(n), np.eye(4), np.zeros(n - 1, np.uint32), np.array([1e-3]), None)
+samples = (np.ones(2 * count - 1), *[np.ones(2 * count)] * 2, np.zeros(4), *chain(2 * count)[2:])
 machine = cart()
 result = simulate(machine, small)
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
@@ -107,8 +108,7 @@ print("alive", peak_loads(machine, small).largest.shape)
 CALLS = {
     "states": "simulate(machine, motion)",
     "smoothing": "estimate(time, np.sin(time) + 0.01 * np.random.default_rng(0).normal(size=count))",
-    "smoother": "smooth_motion((np.ones(2 * count - 1), *[np.ones(2 * count)] * 2, np.zeros(4), "
-    "*chain(2 * count)[2:]))",
+    "smoother": "smooth_motion(samples)",
     "draws": "draw_motion(chain(1000), 2, 10**5, 1)",
     "draws beyond 64 bits": "draw_motion(chain(1000), 2, 2**62, 1)",
     "peaks": "draw_peaks(machine.scene, chain(2), 2, np.ones(2), np.arange(2.0), np.arange(2.0), np.ones((2, 4, 6)), "

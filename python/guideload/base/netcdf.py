@@ -76,7 +76,10 @@ def read_netcdf(path: Path) -> xr.Dataset:
 
 
 def _opened(target: Path | io.BytesIO, mode: str) -> h5py.File:
-    """An HDF5 file that looks up each of its objects once: h5netcdf asks for the same few a thousand times."""
+    """An HDF5 file without groups, which looks up each object once: h5netcdf asks for the same few a thousand times.
+
+    When h5netcdf creates the variable of a dimension, it deletes the object that stood for the dimension until then.
+    """
     import h5py
 
     known: dict[str, Any] = {}

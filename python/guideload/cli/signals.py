@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 NUMBERS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 RETRY = 0.005  # s, between attempts to raise an exception at a place where it is not lost
 # Files whose functions an exception must not leave: an import would be lost or half done, a move of files half done;
-# the C code of Sobol sequences prints an exception and goes on without its tables; that of HDF5 raises an error in its
-# place, or leaves files that fail later, in their finalisers.
+# the C code of Sobol sequences prints an exception and goes on without its tables; HDF5 raises another error
+# instead, or leaves open files whose finalisers fail later.
 WHOLE = (
     "<frozen importlib._bootstrap>",
     os.path.join("guideload", "base", "atomic.py"),
@@ -64,8 +64,8 @@ def _at_once(number: int, _: FrameType | None) -> None:
 def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
     """Call `command`; meanwhile SIGINT raises KeyboardInterrupt, and the others SystemExit with 143 and 129.
 
-    A second SIGTERM or SIGHUP ends the process at once. Signals that are ignored, or have a handler of the caller,
-    are left alone.
+    After that a second SIGTERM or SIGHUP ends the process at once. Signals that are ignored, or have a handler of the
+    caller, are left alone.
     """
     import threading
 
@@ -78,7 +78,7 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
         number: handler for number in NUMBERS if (handler := signal.getsignal(number)) in known
     }
     raiser = _Raiser()
-    hook, sys.unraisablehook = sys.unraisablehook, raiser.unraisable
+    sys.unraisablehook = raiser.unraisable
     if raiser.can_wait:
         former[signal.SIGALRM] = signal.signal(signal.SIGALRM, raiser.again)
     try:
@@ -86,13 +86,16 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
             signal.signal(number, raiser.asked)
         return command(*arguments, **options)
     except Exception as error:
+        if raiser.raised is None:
+            raise
+        from click import ClickException
+
         from guideload.base.errors import GuideloadError
 
-        # Said is what went wrong while the command was ended, such as a draft that could not be removed.
-        is_of_the_end = isinstance(error, (OSError, GuideloadError)) and _follows(error, raiser.raised)
-        if raiser.raised is None or is_of_the_end:
+        # Reported: what goes wrong while the command ends, such as results that cannot be written.
+        if isinstance(error, (OSError, MemoryError, GuideloadError, ClickException)):
             raise
-        # Library code may lose an exception and fail at what it then misses, or replace it.
+        # Library code may lose the exception and fail at what it then misses, or raise its own instead.
         raise raiser.raised from error
     finally:
         raiser.is_running = False  # first: an exception in the lines below would leave the handlers
@@ -100,7 +103,7 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in former.items():
             signal.signal(number, handler)
-        sys.unraisablehook = hook
+        sys.unraisablehook = raiser.former_hook
 
 
 class _Raiser:
@@ -113,6 +116,7 @@ class _Raiser:
         self.is_due = False  # whether the exception is still to be raised
         self.number = 0
         self.raised: BaseException | None = None
+        self.former_hook = sys.unraisablehook
 
     def asked(self, number: int, frame: FrameType | None) -> None:
         """Handler of a signal that asks the command to end."""
@@ -142,19 +146,12 @@ class _Raiser:
             self.is_due = True
             self._start_timer()
         else:
-            sys.__unraisablehook__(lost)
+            self.former_hook(lost)
 
     @staticmethod
     def _start_timer() -> None:
-        """Repeated: a tick just before the process begins to sleep would be handled only when it wakes."""
+        """Try again every few milliseconds: a single tick just before the process sleeps is handled when it wakes."""
         signal.setitimer(signal.ITIMER_REAL, RETRY, RETRY)
-
-
-def _follows(error: BaseException | None, first: BaseException | None) -> bool:
-    """Whether an error was raised while `first` was handled."""
-    while error is not None and error is not first:
-        error = error.__cause__ or error.__context__
-    return error is first
 
 
 def _is_whole(frame: FrameType | None) -> bool:

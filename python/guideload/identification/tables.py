@@ -273,7 +273,7 @@ class MotorForceTable(RecordTable):
     @classmethod
     def _in_order(cls, part: tuple[float, float] | None) -> tuple[float, float] | None:
         if part is not None and part[0] >= part[1]:
-            raise ValueRefused("an instant before the second one", f"{part[0]:g} s, {part[1]:g} s")
+            raise ValueRefused("a first instant before the last one", f"{part[0]:g} s, {part[1]:g} s")
         return part
 
     def measured(self, machine: Machine, folder: Path) -> MotorForce:

@@ -127,6 +127,7 @@ def resolve_unknowns(tables: Sequence[UnknownTable], machine: Machine) -> tuple[
     problems: list[Problem] = []
     found: list[Unknown] = []
     owner_of: dict[str, int] = {}
+    table_of: dict[str, int] = {}
     for i, table in enumerate(tables):
         try:
             for owner, group in parameters_by_draw(table, parameters).items():
@@ -136,8 +137,8 @@ def resolve_unknowns(tables: Sequence[UnknownTable], machine: Machine) -> tuple[
                     if other != i:
                         hint = f"{parameter.path} is set by unknown[{other}] already"
                         raise KeyRefused("path", "one entry for each value", list(table.path), hint)
-                if name in [one.name for one in found]:
-                    raise KeyRefused("name", "a unique name", name)
+                if (other := table_of.setdefault(name, i)) != i:
+                    raise KeyRefused("name", "a unique name", name, f"unknown[{other}] has it already")
                 found.append(_unknown(table, name, group))
         except ValueRefused as refused:
             problems.append(problem_at(("unknown", i), refused))

@@ -28,7 +28,7 @@ Partition = tuple[Segments, Array]  # (n - 1,) segment of each interval; (segmen
 
 # Number of samples on which order and noise are chosen; number of excerpts that a longer trace is reduced to.
 EXCERPT, EXCERPTS = 16_000, 8
-EVEN = 1e-8  # relative difference of steps of time that counts as rounding
+EVEN = 1e-8  # largest relative difference from the median step that counts as rounding
 MOVES = 0.03  # least residual of an excerpt, over the largest
 ROUNDS = 10  # of the iteration over sites, measurement noise and density, until it converges
 GAP_DENSITY = 1e3  # of the process-noise density, where samples are missing for many time constants
@@ -62,7 +62,10 @@ class ScaledSamples:
 
     @cached_property
     def step(self) -> Array:
-        """(n - 1,) time between samples. Those of even stamps are equal to the last bit, as the core then is faster."""
+        """(n - 1,) time between samples.
+
+        Steps that equal the median but for rounding are exactly 1: the core is faster on equal steps.
+        """
         step = np.diff(self.time)
         step[np.abs(step - 1.0) < EVEN] = 1.0
         return step
@@ -263,7 +266,7 @@ def _initial_state(time: Array, value: Array, fit: StationaryFit) -> tuple[Array
 
 
 def _following(fit: StationaryFit, mean: Array, covariance: Array) -> tuple[Array, Array]:
-    """State with the oscillator of the fit, if it has one, where `mean` is that of the drive.
+    """State with the oscillator of the fit, if it has one. mean, covariance: those of the drive.
 
     It follows the drive, a = c and y = c', with the variance of the acceleration as that of the difference a - c.
     """

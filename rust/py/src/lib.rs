@@ -44,14 +44,15 @@ mod _core {
         module.py().import("numpy")?;
         drop(PyArray1::<f64>::zeros(module.py(), 1, false).readonly());
         let mut block = Vec::<u8>::new();
-        let _ = block.try_reserve_exact(LARGEST_BLOCK); // without the memory for it all is slower, and as right
+        let _ = block.try_reserve_exact(LARGEST_BLOCK); // if this fails, runs are only slower
         drop(black_box(block));
         Ok(())
     }
 
-    /// Bytes of a block that is allocated and freed once. The C library of Linux (glibc) gives freed memory back to the system and takes
-    /// it anew page by page, in which a run spent up to a third of its time on a virtual machine. When a block is freed, it raises the
-    /// thresholds above which it does so to the size of the block and twice that size, if the block is not larger than 32 MiB.
+    /// Bytes of a block that is allocated and freed once. The C library of Linux (glibc) takes each block above a threshold anew from the
+    /// system and gives it back when it is freed, so that every run pays for new pages: up to a third of its time on a virtual machine.
+    /// When such a block of up to 32 MiB is freed, glibc raises that threshold to its size, and the free memory that it keeps to twice
+    /// that, for the whole process. 8 KiB less, for its header and for rounding to pages.
     const LARGEST_BLOCK: usize = (32 << 20) - (8 << 10);
 
     #[pymodule_export]
