@@ -163,14 +163,24 @@ place, name = h5netcdf.File, "create_variable"
 def work():
     write_netcdf(Quantities({"a": ("t", numpy.zeros(3), {})}, {}), Path("a.nc"))
 """
+MATLAB = """
+import h5py, numpy
+from pathlib import Path
+from guideload.traces.format.matlab import read_matlab
+with h5py.File("a.mat", "w") as file:
+    file.create_dataset("x", data=numpy.zeros((1, 3))).attrs["MATLAB_class"] = b"double"
+place, name = h5py.File, "items"
+def work():
+    read_matlab(Path("a.mat"))
+"""
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("library", [SOBOL, NETCDF], ids=["sobol", "netcdf"])
+@pytest.mark.parametrize("library", [SOBOL, NETCDF, MATLAB], ids=["sobol", "netcdf", "matlab"])
 def test_a_signal_within_library_code_in_c_comes_after_it(tmp_path: Path, library: str, number: int) -> None:
     """That code would print the exception or raise another, and go on with a part missing."""
     source = f"""
-import os, sys, time
+import os, time
 from guideload.cli.signals import ended_in_order
 
 os.chdir({str(tmp_path)!r})

@@ -84,19 +84,20 @@ def _opened(target: Path | io.BytesIO, mode: str) -> h5py.File:
 
     known: dict[str, Any] = {}
 
-    class Root(h5py.Group):  # type: ignore[misc]
-        def __delitem__(self, name: str) -> None:
-            known.pop(f"/{name}", None)
-            super().__delitem__(name)
-
     class Opened(h5py.File):  # type: ignore[misc]
         def __getitem__(self, name: Any) -> Any:
             if not isinstance(name, str):  # a reference
                 return super().__getitem__(name)
-            if name not in known:
-                found = super().__getitem__(name)
-                known[name] = Root(found.id) if name == "/" else found
-            return known[name]
+            if name == "/":
+                return self
+            path = f"/{name.lstrip('/')}"
+            if path not in known:
+                known[path] = super().__getitem__(path)
+            return known[path]
+
+        def __delitem__(self, name: str) -> None:
+            known.pop(f"/{name.lstrip('/')}", None)
+            super().__delitem__(name)
 
         def close(self) -> None:
             known.clear()
