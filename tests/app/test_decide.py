@@ -17,12 +17,12 @@ def test_a_product_that_is_taken_gives_the_machine_of_its_candidate(kind: str, p
     motion = guideload.Moves.from_text(guideload.file_template("moves").replace("2048", "512")).motion()
     found = guideload.sizing.size(machine, motion, guideload.packaged_catalogue(), products=[product])
     for candidate in found.candidates:
-        assert candidate.result is not None and candidate.life is not None
+        assert candidate.machine is not None
         taken = guideload.Machine.from_text(with_values(text, product_changes(candidate)))
         life = guideload.life_of(guideload.simulate(taken, motion))
         # The damping is written with six digits.
-        assert life.machine == pytest.approx(candidate.life.machine, rel=1e-4)
-        assert taken.carriages[0].laws == candidate.result.machine.carriages[0].laws
+        assert life.machine == pytest.approx(candidate.life, rel=1e-4)
+        assert taken.carriages[0].laws == candidate.machine.carriages[0].laws
 
 
 def test_candidates_that_hold_come_first_and_each_group_keeps_the_ranking() -> None:

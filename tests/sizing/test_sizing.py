@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from command_line import guideload, refused
 from moves import GENTLE
@@ -86,8 +87,8 @@ def test_every_candidate_is_a_run_of_its_own(sized: Sizing) -> None:
     for one in sized.candidates[:-1]:
         machine = with_product(cart(), one.product, one.preload_class)
         life = life_of(simulate(machine, MOTION), WANTED)
-        assert one.life.machine == life.machine
-        assert one.life.weakest.static.safety == life.weakest.static.safety
+        assert (one.life, one.life_hours) == (life.machine, life.hours(life.machine))
+        assert one.static_safety == life.weakest.static.safety
         assert one.first_mode == Modes.of(machine).frequency.min()
         assert one.holds == (life.machine >= 2e6 and life.weakest.static.safety >= 3.0)
 
@@ -97,7 +98,7 @@ def test_ranked_by_the_rating_for_one_distance(sized: Sizing) -> None:
     names = [one.name for one in sized.candidates]
     assert names == ["small Z0", "middle", "middle of 50 km", "large Z0", "large Z1", "unrated"]
     same = sized.candidates[1:3]
-    assert same[0].life.machine == pytest.approx(same[1].life.machine, rel=1e-12)
+    assert same[0].life == pytest.approx(same[1].life, rel=1e-12)
     assert "rating" in sized.candidates[-1].reason
     first = sized.smallest
     assert first is not None and first.holds
@@ -105,9 +106,30 @@ def test_ranked_by_the_rating_for_one_distance(sized: Sizing) -> None:
     assert list(sized.table().index) == names
 
 
+def test_candidates_after_the_smallest_that_holds_change_no_answer() -> None:
+    """With `larger`, those up to there and so many more are tried, with the same figures; none holds: all are tried."""
+    made = [product(f"P{i}", 1e4 + 1e3 * i) for i in range(40)]
+    made[17:17] = [product("unrated", 3e4, dynamic=None)]
+    catalogue = Catalogue(products=made)
+    whole = size(cart(), MOTION, catalogue, conditions=WANTED)
+    assert whole.smallest is not None and whole.untried == 0
+    place = whole.candidates.index(whole.smallest)
+    for larger in (0, 3, 100):
+        some = size(cart(), MOTION, catalogue, conditions=WANTED, larger=larger)
+        count = min(place + 1 + larger, 40)
+        assert len(some.candidates) + some.untried == 41
+        assert [one.name for one in some.candidates][:count] == [one.name for one in whole.candidates][:count]
+        pd.testing.assert_frame_equal(some.table()[:count], whole.table()[:count])
+        answers = [sizing_report(cart(), one).answer[0] for one in (some, whole)]
+        assert answers[1].startswith(answers[0])  # after it, the number of those that could not be run
+        assert some.result is not None and some.of_result is not None
+        assert life_of(some.result, WANTED).machine == some.of_result.life
+    assert not size(cart(), MOTION, catalogue, conditions=LifeConditions(safety=1e3), larger=0).untried
+
+
 def test_the_next_smaller_product_is_named_with_its_best_class(sized: Sizing) -> None:
     """Of the products in the table that are smaller, the largest, and of its classes the one that comes nearest."""
-    wanted = 1.01 * max(one.life.weakest.static.safety for one in sized.candidates if one.life is not None)
+    wanted = 1.01 * max(one.static_safety for one in sized.candidates if one.machine is not None)
     largest_one = product("largest", 9e4, static_moments={key: 50 * value for key, value in MOMENTS.items()})
     catalogue = Catalogue(products=[*CATALOGUE.products, largest_one])
     found = size(cart(), MOTION, catalogue, conditions=LifeConditions(safety=wanted))
@@ -371,11 +393,10 @@ def test_riders_move_in_every_run() -> None:
     two = Catalogue(products=[CATALOGUE["large"], CATALOGUE["small"]])
     found = size(machine, MOTION, two, riders={"slide": MOTION})
     for one in found.candidates:
-        assert one.life is not None
         run = simulate(
             with_product(machine, one.product, one.preload_class), MOTION, riders={"slide": MOTION}
         )
-        assert one.life.machine == life_of(run, machine.life).machine
+        assert one.life == life_of(run, machine.life).machine
     text = sizing_report(machine, size(machine, MOTION, two)).text()
     assert text.count("has the motion") == 1 and "and 1 more: riders" in " ".join(text.split())
 
@@ -482,8 +503,7 @@ def test_a_row_tells_ratings_mass_and_where_the_stiffness_comes_from() -> None:
         3e4,
     ]
     for one in found.candidates:
-        assert one.life is not None and one.margins is not None
-        assert table["life_hours"][one.name] == one.life.hours(one.life.machine)
+        assert one.margins is not None and table["life_hours"][one.name] == one.life_hours
         assert one.margins.ratios["life"] == pytest.approx(table["life_hours"][one.name] / 100.0, rel=1e-12)
 
 
@@ -550,8 +570,8 @@ def test_stiffness_of_a_candidate_tells_its_source() -> None:
         "by machine file",
     ]
     estimate = made[0].stiffness_estimate("A")
-    assert estimate is not None and found.candidates[0].result is not None
-    carriage = found.candidates[0].result.machine.carriages[0]
+    assert estimate is not None and found.candidates[0].machine is not None
+    carriage = found.candidates[0].machine.carriages[0]
     assert carriage.stiffness_y == carriage.stiffness_z == estimate.stiffness
     words = sizing_report(cart(), found).text().replace("\n", " ")
     (table,) = (part for part in sizing_report(cart(), found, 2).sections[0].parts if isinstance(part, Table))
@@ -570,7 +590,8 @@ def test_products_that_differ_in_name_only_share_a_run() -> None:
         product("c", 2e4, static=2e4),
     ]
     a, b, c = size(cart(), MOTION, Catalogue(products=twins), conditions=WANTED).candidates
-    assert a.life is b.life and c.life is not a.life and [one.product for one in (a, b, c)] == twins
+    assert a.machine is b.machine and c.machine is not a.machine
+    assert [one.product for one in (a, b, c)] == twins
 
 
 def test_two_makers_by_the_names_of_their_products() -> None:

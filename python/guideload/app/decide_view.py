@@ -6,6 +6,7 @@ import asyncio
 import tempfile
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "decelerat
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
 DRIVEN = {"peak_resultant": "largest load", "mean_load": "mean load", "life": "life"}
 BARS = 14  # of the tornado
+LARGER = 20  # candidates tried after the smallest that holds
 CHUNK, LOOK, BINS = 32, 0.5, 40  # machines between two looks at a study, seconds between them, bars
 # What a product gives, so that the file of the machine does not say it again.
 OF_PRODUCT = ("type", "length", "width", "rolling", "stiffness_pitch", "stiffness_yaw", "stiffness_roll")
@@ -71,7 +73,8 @@ class DecideView(Part):
     async def _size(self, answer: Answer) -> None:
         machine, motion, words = answer.machine, answer.motion, str(self.words.value or "").strip()
         catalogue, products = guideload.packaged_catalogue(), [words] if words else None
-        found = await asyncio.to_thread(guideload.sizing.size, machine, motion, catalogue, products=products)
+        size = partial(guideload.sizing.size, machine, motion, catalogue, products=products, larger=LARGER)
+        found = await asyncio.to_thread(size)
         self.sizing = found = holding_first(found)
         self.sized.clear()
         with self.sized:
@@ -94,7 +97,7 @@ class DecideView(Part):
         """Write the product into every carriage; damping keeps its ratio, as in the run of the candidate."""
         assert self.sizing is not None
         one = next(one for one in self.sizing.candidates if one.name == name)
-        if one.result is None:
+        if one.machine is None:
             ui.notify(f"{name}: {one.reason}", type="negative")
             return
         with widgets.errors_shown():
@@ -219,10 +222,10 @@ def holding_first(found: guideload.sizing.Sizing) -> guideload.sizing.Sizing:
 def product_changes(candidate: guideload.sizing.Candidate) -> dict[document.Path, Any]:
     """The values of the machine file with which its carriages are the candidate's, as in its run."""
     changes: dict[document.Path, Any] = {}
-    assert candidate.result is not None
+    assert candidate.machine is not None
     laws = bool(candidate.product.stiffness_source(candidate.preload_class))
     gone = (*OF_PRODUCT, *(f"{key}_{axis}" for key in OF_AXIS for axis in "yz"))
-    for i, carriage in enumerate(candidate.result.machine.carriages):
+    for i, carriage in enumerate(candidate.machine.carriages):
         values: dict[str, Any] = {"product": candidate.product.name, "preload_class": candidate.preload_class}
         if laws:
             values |= dict.fromkeys(gone)

@@ -53,12 +53,14 @@ FIGURES = ("peak_resultant", "mean_load", "life")  # of `sensitivities`
 @options.requirement_options
 @options.rider_option
 @options.trace_options
+@options.report_option
 def size(
     machine_file: Path,
     trace_file: Path | Moves,
     catalogue_file: Path | None,
     products: tuple[str, ...],
     riders: tuple[str, ...],
+    report: Path | None,
     **reading: Any,
 ) -> Shown:
     """Find the smallest product of a catalogue that holds.
@@ -80,10 +82,18 @@ def size(
         else:
             catalogue = Catalogue.from_toml(catalogue_file)
     with status("running every candidate"):
-        tried = products or None
-        found = find(machine, motion, catalogue, products=tried, conditions=conditions, riders=moved)
-    report = sizing_report(machine, found, MOST_ROWS)
-    return Shown(report, page=lambda pages: pages.sizing_page(machine, found))
+        tried, larger = products or None, None if report else MOST_ROWS // 2
+        found = find(
+            machine,
+            motion,
+            catalogue,
+            products=tried,
+            conditions=conditions,
+            riders=moved,
+            larger=larger,
+        )
+    shown = sizing_report(machine, found, MOST_ROWS)
+    return Shown(shown, page=lambda pages: pages.sizing_page(machine, found))
 
 
 @click.command()

@@ -97,7 +97,7 @@ def sizing_page(machine: Machine, sizing: Sizing) -> str:
     from guideload.reports.sizing import sizing_report
 
     best = sizing.smallest
-    charts = [] if best is None or best.result is None else _worst_charts({best.name: best.result})
+    charts = [] if best is None or sizing.result is None else _worst_charts({best.name: sizing.result})
     return report_page(sizing_report(machine, sizing), {PICTURES: charts})
 
 

@@ -296,26 +296,30 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
     the stamps with the slope of the acceleration, the position the cubic through positions and velocities: both are
     exact where they are the integrals of the acceleration.
     """
-    share = shares[:, None]
+    stamps, new = np.append(first, motion.time.size - 1), np.flatnonzero(shares)
+    start, end, share = first[new], first[new] + 1, shares[new, None]
 
-    def with_last(values: Array, history: Array) -> Array:
-        return np.append(values, history[-1:], axis=0)
+    def with_new(history: Array, values: Array) -> Array:
+        at_all: Array = history[stamps]
+        at_all[new] = values.reshape(new.size, *history.shape[1:])
+        return at_all
 
     histories: dict[str, Any] = {}
     for name in HISTORIES:
         if (history := getattr(motion, name)) is not None:
-            histories[name] = _between(history, first, shares)
+            columns = history.reshape(history.shape[0], -1)
+            histories[name] = with_new(history, columns[start] + share * (columns[end] - columns[start]))
     if motion.velocity is not None:
-        histories["velocity"] = with_last(_velocity(motion, first, shares), motion.velocity)
+        histories["velocity"] = with_new(motion.velocity, _velocity(motion, start, shares[new]))
     if motion.velocity is not None and motion.position is not None:
-        h = (motion.time[first + 1] - motion.time[first])[:, None]
-        (x, v), (end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (first, first + 1))
+        h = (motion.time[end] - motion.time[start])[:, None]
+        (x, v), (x_end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (start, end))
         # Hermite's cubic x + h v s + a s^2 + b s^3.
-        a, b = 3.0 * (end - x) - h * (2.0 * v + v_end), 2.0 * (x - end) + h * (v + v_end)
-        histories["position"] = with_last(x + share * (h * v + share * (a + share * b)), motion.position)
+        a, b = 3.0 * (x_end - x) - h * (2.0 * v + v_end), 2.0 * (x - x_end) + h * (v + v_end)
+        histories["position"] = with_new(motion.position, x + share * (h * v + share * (a + share * b)))
     return replace(
         motion,
-        time=with_last(time, motion.time),
+        time=np.append(time, motion.time[-1]),
         bandwidth=motion.usable_bandwidth,  # the new stamps show nothing more
         uncertainty=_own_uncertainty(motion),
         **histories,
@@ -337,18 +341,6 @@ def _own_uncertainty(motion: Motion) -> Uncertainty | None:
     if uncertainty is None or uncertainty.time is not None:
         return uncertainty
     return replace(uncertainty, time=motion.time)
-
-
-def _between(history: Array, first: NDArray[np.int64], shares: Array) -> Array:
-    """Values at shares of the intervals that begin with `first`, and the last one."""
-    values = np.zeros((first.size + 1, *history.shape[1:]))
-    columns, flat = values.reshape(first.size + 1, -1), history.reshape(history.shape[0], -1)
-    for k in np.flatnonzero(flat.any(axis=0)):  # mostly one of three: the others are quickly zero
-        column = flat[:, k]
-        start = column[first]
-        columns[:-1, k] = start + shares * (column[first + 1] - start)
-    columns[-1] = flat[-1]
-    return values
 
 
 def usable_bandwidth(time: Array, bandwidth: float) -> float:

@@ -50,7 +50,7 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
 
     most: candidates in the table, those next to the smallest that holds; default: all.
     """
-    products = [one.product for one in sizing.candidates if one.life is not None]
+    products = [one.product for one in sizing.candidates if one.machine is not None]
     failed: dict[str, list[str]] = {}  # names of candidates by their reason
     for one in sizing.candidates:
         if one.reason:
@@ -58,14 +58,20 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
     reasons = [f"{first_names(names)}: {reason}." for reason, names in failed.items()]
     count = sum(map(len, failed.values()))
     not_run = [f"{counted(count, 'candidate')} could not be run, see below."] if failed else []
-    ran = [one for one in sizing.candidates if one.life is not None]
+    ran = [one for one in sizing.candidates if one.machine is not None]
     middle = len(ran) - 1 if sizing.smallest is None else ran.index(sizing.smallest)
     first = 0 if most is None else max(0, min(middle - most // 2, len(ran) - most))
     shown = ran[first:][:most]
     table = _candidates_table(sizing, shown)
     marks = "* the smallest that holds; - does not hold." if table else ""
+    others = []
     if left := len(ran) - len(shown):
-        marks += f" {counted(left, 'candidate')}, smaller or larger, are left out: --report writes all into a page."
+        others.append(f"{counted(left, 'candidate')}, smaller or larger, are left out")
+    if sizing.untried:
+        others.append(f"{counted(sizing.untried, 'larger candidate')} were not tried")
+    if others:
+        way_out = "" if most is None else ": --report tries all, and writes them into a page"
+        marks += f" {' and '.join(others)}{way_out}."
     return Report.of(
         machine,
         "which carriage",
@@ -81,7 +87,7 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
 
 def _estimate_lines(sizing: Sizing) -> list[str]:
     """How many candidates were run with a stiffness that their catalogue does not print."""
-    counts = Counter(one.stiffness_from for one in sizing.candidates if one.life is not None)
+    counts = Counter(one.stiffness_from for one in sizing.candidates if one.machine is not None)
     others = [
         f"{counted(count, 'candidate')} {source}" for source, count in counts.items() if source != PRINTED
     ]
@@ -90,25 +96,22 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
 
 def _warnings_of_the_run(sizing: Sizing) -> list[str]:
     """Of motion, machine and run, with the smallest product that holds, or else the largest that could be run."""
-    ran = [one for one in sizing.candidates if one.result is not None]
-    shown = sizing.smallest or (ran[-1] if ran else None)
-    if shown is None or shown.result is None:
+    if sizing.of_result is None or sizing.result is None:
         return []
-    return [f"{shown.name}: {text}" for text in shown.result.audit.warnings]
+    return [f"{sizing.of_result.name}: {text}" for text in sizing.result.audit.warnings]
 
 
 def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:
     products = [one.product for one in shown]
     ratings = [one.dynamic for one in products if one.dynamic is not None]
-    lives = [one.life for one in shown if one.life is not None]
     margins = [one.margins for one in shown if one.margins is not None]
     marks = ("* " if one is sizing.smallest else "  " if one.holds else "- " for one in shown)
     return Table(
         Column("product", [mark + one.name for mark, one in zip(marks, shown, strict=True)]),
         Column("C", [1e-3 * one.value for one in ratings], "kN", "3 digits"),
         Column("C0", [one.static and 1e-3 * one.static for one in products], "kN", "3 digits"),
-        Column("life", [life.hours(life.machine) for life in lives], "h", "hours"),
-        Column("S0", [life.weakest.static.safety for life in lives], "", "factor"),
+        Column("life", [one.life_hours for one in shown], "h", "hours"),
+        Column("S0", [one.static_safety for one in shown], "", "factor"),
         Column("margin", [one.smallest for one in margins], "", "factor"),
         Column("fails first", [one.first_to_fail for one in margins]),
         Column("drive", known_or_empty(one.drive_force for one in shown), "N", "load"),

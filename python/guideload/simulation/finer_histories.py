@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from guideload.base.arrays import Array
 from guideload.motion.motion import Motion
 from guideload.simulation.instants import (
+    STEP,
     enough_parts,
     fastest_vibration,
     limited,
@@ -56,6 +57,7 @@ def with_visible_vibration(run: Run) -> Run:
     periods = intervals * fastest / (2.0 * np.pi)
     most = 2.0 ** np.clip(np.ceil(np.log2(np.maximum(MOST_PER_PERIOD * periods, 1.0))), 0, 40)
     finer, parts, before = run, np.ones(intervals.size, np.int64), np.full(intervals.size, np.inf)
+    is_linear = run.machine.model_level == "linear"
     for _ in range(PASSES):
         places = _suspects(finer, fastest)
         if not places.size:
@@ -79,6 +81,9 @@ def with_visible_vibration(run: Run) -> Run:
         parts = wanted
         motion, stretches = with_parts(run.motion, run.stretches, parts)
         finer = replace(run, motion=motion, stretches=stretches, original_times=run.motion.time)
+        # A quarter of the bow is left by each halving then.
+        if is_linear and np.all((parts == 1) | (intervals * fastest <= STEP * parts)):
+            break
     return finer
 
 

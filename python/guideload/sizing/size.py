@@ -18,7 +18,7 @@ from guideload.catalogue.catalogue import Catalogue, has_words
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.drive.requirements import drive_requirements
-from guideload.life.life import Life, life_of
+from guideload.life.life import life_of
 from guideload.machine.components import Carriage
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
@@ -42,16 +42,20 @@ WITHOUT_EFFECT = {
     "mass",
     "preload_classes",
 }
+AT_ONCE = 16  # candidates between two looks at whether enough were tried
 LAW_KEYS = ("stiffness", "curve", "preload", "clearance")
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A product in one preload class on all carriages of the machine, with its run.
+    """A product in one preload class on all carriages of the machine, with the figures of its run.
 
     product, preload_class  None if the product has no preload classes
-    result, life            of the run; None if it failed. Products that differ in nothing but name and mass share one
-                            run, under the name of the first of them
+    machine                 with this product; None if the run failed. Products that differ in nothing but name and mass
+                            share one run, under the name of the first of them
+    life                    m of travel, of the machine
+    life_hours              h
+    static_safety           of the weakest carriage
     margins                 figure over requirement; None if the run failed
     drive_force             N, largest of the drive, with friction
     first_mode              Hz, lowest natural frequency
@@ -60,8 +64,10 @@ class Candidate:
 
     product: Product
     preload_class: str | None
-    result: Result | None = None
-    life: Life | None = None
+    machine: Machine | None = None
+    life: float = math.nan
+    life_hours: float = math.nan
+    static_safety: float = math.nan
     margins: Margins | None = None
     drive_force: float = math.nan
     first_mode: float = math.nan
@@ -87,9 +93,9 @@ class Candidate:
     @property
     def carriage_mass(self) -> float:
         """Mass of all carriages of the machine [kg]; nan if the record does not have it, or the run failed."""
-        if self.result is None or self.product.mass is None:
+        if self.machine is None or self.product.mass is None:
             return math.nan
-        return self.product.mass * len(self.result.machine.carriages)
+        return self.product.mass * len(self.machine.carriages)
 
     @property
     def size(self) -> float:
@@ -99,18 +105,29 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """All candidates, from the smallest to the largest load rating; failed ones last.
+    """The candidates that were tried, from the smallest to the largest load rating; failed ones last.
 
     conditions  the requirements
+    result      run of the smallest candidate that holds, or else of the largest that could be run; None if none could.
+                Of the others the figures are kept alone, as their runs take gigabytes
+    untried     number of larger candidates that were not tried
     """
 
     candidates: tuple[Candidate, ...]
     conditions: LifeConditions
+    result: Result | None = None
+    untried: int = 0
 
     @property
     def smallest(self) -> Candidate | None:
         """The smallest candidate that holds; None if none does."""
         return next((one for one in self.candidates if one.holds), None)
+
+    @property
+    def of_result(self) -> Candidate | None:
+        """The candidate of `result`."""
+        ran = [one for one in self.candidates if one.machine is not None]
+        return self.smallest or (ran[-1] if ran else None)
 
     def table(self) -> pd.DataFrame:
         """A row per candidate; names of columns end in the unit."""
@@ -121,9 +138,9 @@ class Sizing:
                 "holds": one.holds,
                 "dynamic_rating_N": math.nan if one.product.dynamic is None else one.product.dynamic.value,
                 "static_rating_N": math.nan if one.product.static is None else one.product.static,
-                "life_hours": math.nan if one.life is None else one.life.hours(one.life.machine),
-                "life_km": math.nan if one.life is None else 1e-3 * one.life.machine,
-                "static_safety": math.nan if one.life is None else one.life.weakest.static.safety,
+                "life_hours": one.life_hours,
+                "life_km": 1e-3 * one.life,
+                "static_safety": one.static_safety,
                 "margin": math.nan if one.margins is None else one.margins.smallest,
                 "fails_first": "" if one.margins is None else one.margins.first_to_fail,
                 "drive_force_N": one.drive_force,
@@ -146,6 +163,7 @@ def size(
     products: Iterable[str] | None = None,
     conditions: LifeConditions | None = None,
     riders: Mapping[str, Motion] | None = None,
+    larger: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sizing:
     """Run the machine with every product and preload class of a catalogue on its carriages, and rank them.
@@ -153,6 +171,7 @@ def size(
     products    those to try: a name, or words that all must be in maker and name, "HIWIN 25"; default: all
     conditions  requirements; default: the table [life] of the machine
     riders      the motion of each rider that moves, as for `simulate`
+    larger      number of candidates to try after the smallest that holds; default: all
     progress    called with the number of finished candidates and of all
 
     A product gives its ratings and, if its record has them or they can be estimated, stiffness, length and width; else
@@ -164,22 +183,30 @@ def size(
         raise ArgumentError("machine: it has no carriages to size")
     conditions = conditions or machine.life
     chosen = catalogue.products if products is None else _selected(catalogue, products)
-    trials = [(product, kind) for product in chosen for kind in _classes(product)]
+    trials = [Candidate(product, kind) for product in chosen for kind in _classes(product)]
+    trials.sort(key=lambda one: (one.size, one.name))
     candidates: list[Candidate] = []
+    enough = len(trials)
     with threads(cores()) as submit:
         runs: dict[tuple[object, ...], Future[Candidate]] = {}
-        for product, preload_class in trials:
-            alike = _properties(product, preload_class)
-            if alike not in runs:
-                tried = partial(_tried, machine, motion, riders, product, preload_class)
-                runs[alike] = submit(tried, conditions)
-        for done, (product, preload_class) in enumerate(trials, 1):
-            run = runs[_properties(product, preload_class)].result()
-            candidates.append(replace(run, product=product, preload_class=preload_class))
-            if progress is not None:
-                progress(done, len(trials))
-    ranked = sorted(candidates, key=lambda one: (one.margins is None, one.size, one.name))
-    return Sizing(tuple(ranked), conditions)
+        while len(candidates) < enough:
+            some = trials[len(candidates) :][:AT_ONCE]
+            for one in some:
+                alike = _properties(one.product, one.preload_class)
+                if alike not in runs:
+                    runs[alike] = submit(partial(_tried, machine, motion, riders, one), conditions)
+            for one in some:
+                run = runs[_properties(one.product, one.preload_class)].result()
+                candidates.append(replace(run, product=one.product, preload_class=one.preload_class))
+                if candidates[-1].holds and larger is not None:
+                    enough = min(enough, len(candidates) + larger)
+                if progress is not None:
+                    progress(len(candidates), len(trials))
+    ranked = sorted(candidates[:enough], key=lambda one: one.margins is None)
+    found = Sizing(tuple(ranked), conditions, untried=len(trials) - len(ranked))
+    if found.of_result is None or found.of_result.machine is None:
+        return found
+    return replace(found, result=simulate(found.of_result.machine, motion, riders=riders))
 
 
 def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:
@@ -216,24 +243,25 @@ def _properties(product: Product, preload_class: str | None) -> tuple[object, ..
 
 
 def _tried(
-    machine: Machine,
-    motion: Motion,
-    riders: Mapping[str, Motion] | None,
-    product: Product,
-    preload_class: str | None,
-    conditions: LifeConditions,
+    machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None, trial: Candidate, conditions: LifeConditions
 ) -> Candidate:
-    """The candidate, run; its reason if the run is refused."""
+    """The candidate with the figures of its run; its reason if the run is refused."""
     try:
-        equipped = with_product(machine, product, preload_class)
+        equipped = with_product(machine, trial.product, trial.preload_class)
         result = simulate(equipped, motion, riders=riders)
-        life = life_of(result, conditions)
-        needed = drive_requirements(result)
-        margins, force = margins_of(life, needed), needed.peak_force
-        first = float(Modes.of(equipped).frequency.min(initial=math.inf))
+        life, needed = life_of(result, conditions), drive_requirements(result)
+        return replace(
+            trial,
+            machine=equipped,
+            life=life.machine,
+            life_hours=life.hours(life.machine),
+            static_safety=life.weakest.static.safety,
+            margins=margins_of(life, needed),
+            drive_force=needed.peak_force,
+            first_mode=float(Modes.of(equipped).frequency.min(initial=math.inf)),
+        )
     except GuideloadError as error:
-        return Candidate(product, preload_class, reason=str(error))
-    return Candidate(product, preload_class, result, life, margins, force, first)
+        return replace(trial, reason=str(error))
 
 
 @checked
