@@ -13,6 +13,8 @@ from unrendered import leave_unrendered
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 
+KINDS_OF_EXAMPLES = ("machine", "moves", "catalogue", "study", "identify")
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -65,6 +67,15 @@ def test_step_by_step_from_an_empty_folder_to_a_life(folder: Path) -> None:
     )
     ended = CliRunner().invoke(main, [*commands[2], "--no-bands"])
     assert "carriages last" in " ".join(ended.output.split())
+
+
+def test_every_kind_of_file_is_known_by_its_content(folder: Path) -> None:
+    examples = {name: (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8") for name in KINDS_OF_EXAMPLES}
+    for name, text in (examples | {"duty": '[[cases]]\nname = "laden"\n'}).items():
+        (folder / f"a {name}.toml").write_text(text, encoding="utf-8")
+    found = " ".join(guideload().stdout.split())
+    for name in (*examples, "duty"):
+        assert f"'a {name}.toml' ({name})" in found
 
 
 def test_a_record_with_a_space_in_its_name_is_judged_first(folder: Path) -> None:

@@ -19,7 +19,7 @@ KINDS = {
     "products": "catalogue",
     "vary": "study",
     "cases": "duty",
-    "unknowns": "identify",
+    "unknown": "identify",
 }
 
 

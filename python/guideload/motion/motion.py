@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -243,6 +244,14 @@ def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
     return _at(motion, first, share, stamps[first] + share * np.diff(stamps)[first])
 
 
+def divided(motion: Motion, at: NDArray[np.intp], share: float) -> Motion:
+    """The motion with one more stamp in the intervals `at`, ascending, after this share of each."""
+    stamps, shares = motion.time, np.zeros(motion.time.size - 1 + at.size)
+    shares[at + 1 + np.arange(at.size)] = share
+    first = np.insert(np.arange(stamps.size - 1), at + 1, at)
+    return _at(motion, first, shares, stamps[first] + shares * (stamps[first + 1] - stamps[first]))
+
+
 def with_instants(motion: Motion, times: Array) -> Motion:
     """The motion with stamps at these times [s] too, as far as it lasts then and has none there."""
     stamps = motion.time
@@ -317,13 +326,15 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
         # Hermite's cubic x + h v s + a s^2 + b s^3.
         a, b = 3.0 * (x_end - x) - h * (2.0 * v + v_end), 2.0 * (x - x_end) + h * (v + v_end)
         histories["position"] = with_new(motion.position, x + share * (h * v + share * (a + share * b)))
-    return replace(
-        motion,
-        time=np.append(time, motion.time[-1]),
-        bandwidth=motion.usable_bandwidth,  # the new stamps show nothing more
-        uncertainty=_own_uncertainty(motion),
-        **histories,
-    )
+    histories["time"] = np.append(time, motion.time[-1])
+    made = copy(motion)  # without the checks of a new motion, which take as long as all the rest
+    for values in histories.values():
+        values.setflags(write=False)
+    # The new stamps show nothing more.
+    fields = histories | {"bandwidth": motion.usable_bandwidth, "uncertainty": _own_uncertainty(motion)}
+    for name, value in fields.items():
+        object.__setattr__(made, name, value)
+    return made
 
 
 def _velocity(motion: Motion, first: NDArray[np.int64], shares: Array) -> Array:

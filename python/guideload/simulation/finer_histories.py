@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array
-from guideload.motion.motion import Motion
+from guideload.motion.motion import divided
 from guideload.simulation.instants import (
     STEP,
     enough_parts,
@@ -171,22 +171,14 @@ def _bows(run: Run, at: NDArray[np.intp]) -> tuple[Array, float, float]:
 
     at: the intervals that are looked at; for the others the bow is 0.
     """
-    motion = run.motion
-
-    def with_places(values: Array) -> Array:
-        inner = values[at] + PLACE * (values[at + 1] - values[at])
-        return np.insert(values, at + 1, inner, axis=0)
-
     stretches = run.stretches
     if stretches is not None:
         first = np.array(stretches.first)
         stretches = replace(stretches, first=tuple((first + np.searchsorted(at, first)).tolist()))
-    wrench = None if motion.wrench is None else with_places(motion.wrench)
-    finer = Motion(with_places(motion.time), with_places(motion.acceleration), wrench=wrench)
-    loads = run.link_loads(solution=run.solved(finer, stretches))
+    loads = run.link_loads(solution=run.solved(divided(run.motion.excitation, at, PLACE), stretches))
     inside = at + 1 + np.arange(at.size)
     line = (1.0 - PLACE) * loads[inside - 1] + PLACE * loads[inside + 1]
-    bow = np.zeros(motion.time.size - 1)
+    bow = np.zeros(run.motion.time.size - 1)
     bow[at] = np.abs(loads[inside] - line).max(axis=1) / SHARE
     loads -= run.machine_at_start.scene.static_link_loads()
     return bow, float(np.abs(loads).max()), _accuracy(run)
