@@ -43,21 +43,16 @@ class Refusal:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a state comes to.
-
-    result    of the run; of a measured motion without its credible bands
-    time      (n,) s, of the samples
-    loads     (n, carriage) resultant of Fy and Fz [N], or of a machine without carriages (n, link)
-    report    of the run, as the command line prints it; None until the page is at rest for a moment
-    """
+    """What a state comes to."""
 
     state: State
     machine: guideload.Machine
     motion: guideload.Motion
-    result: guideload.Result
-    time: Array
-    loads: Array
+    result: guideload.Result  # of the run; of a measured motion without its credible bands
+    time: Array  # (n,) s, of the samples
+    loads: Array  # (n, carriage) resultant of Fy and Fz [N], or of a machine without carriages (n, link)
     figures: guideload.reports.KeyFigures
+    # of the run, as the command line prints it; None until the page is at rest for a moment
     report: guideload.reports.Report | None = None
 
     @property

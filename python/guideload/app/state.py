@@ -20,16 +20,11 @@ MOST_STEPS = 200  # of undo
 
 @dataclass(frozen=True)
 class State:
-    """All that undo goes through.
+    """All that undo goes through."""
 
-    machine  text of the machine file
-    moves    text of the motion file
-    trace    name of the measured trace; empty if the moves are run
-    """
-
-    machine: str
-    moves: str
-    trace: str = ""
+    machine: str  # text of the machine file
+    moves: str  # text of the motion file
+    trace: str = ""  # name of the measured trace; empty if the moves are run
 
 
 class Session:

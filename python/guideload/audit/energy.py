@@ -13,18 +13,14 @@ from guideload.base.arrays import Array
 
 @dataclass(frozen=True)
 class Energy:
-    """Energy balance in the travelling frame.
+    """Energy balance in the travelling frame."""
 
-    exchanged    J, integral of |power of the excitation| + dissipated power
-    residual     largest error of: change of stored energy = work of the excitation - dissipation; over `exchanged`
-    resolution   error of the quadrature between the instants, from two orders; over `exchanged`
-    crossed      energy exchanged in the intervals in which a link passes an edge of its law, where the quadrature has
-                 no estimate of its error; over `exchanged`
-    """
-
-    exchanged: float
+    exchanged: float  # J, integral of |power of the excitation| + dissipated power
+    # largest error of: change of stored energy = work of the excitation - dissipation; over `exchanged`
     residual: float
-    resolution: float
+    resolution: float  # error of the quadrature between the instants, from two orders; over `exchanged`
+    # energy exchanged in the intervals in which a link passes an edge of its law, where the quadrature has no estimate
+    # of its error; over `exchanged`
     crossed: float
 
 

@@ -22,15 +22,11 @@ ROLLERS = BALL_ROW / ROLLER_ROW
 
 @dataclass(frozen=True)
 class Rotation:
-    """The largest rotation, and the second-order terms that the model neglects.
+    """The largest rotation, and the second-order terms that the model neglects."""
 
-    largest       rad, of L from the unloaded position
-    time          s, instant of the largest rotation
-    second_order  largest change of a link load by the second-order terms, relative to the largest link load
-    """
-
-    largest: float
-    time: float
+    largest: float  # rad, of L from the unloaded position
+    time: float  # s, instant of the largest rotation
+    # largest change of a link load by the second-order terms, relative to the largest link load
     second_order: float
 
 
@@ -65,24 +61,17 @@ def rotation(histories: Histories) -> Rotation:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """Loss of contact, and the preload that would prevent it.
+    """Loss of contact, and the preload that would prevent it."""
 
-    lost            (time, link) whether a link with clearance carries no load, or a preloaded link has a row open
-    share           (link,) fraction of the time for which `lost` is true
-    never_touching  names of the links with clearance that are never in contact
-    changes         number of contact changes that the solver counted
-    changing_sign   names of the links whose elastic load changes its sign
-    preloaded       (link,) whether the link is preloaded
-    preload_needed  (carriage, 2) N, along y and z: preload of the whole carriage that keeps both rows of balls loaded
-                    under these loads; rollers need `ROLLERS` times as much
-    """
-
+    # (time, link) whether a link with clearance carries no load, or a preloaded link has a row open
     lost: NDArray[np.bool_]
-    share: Array
-    never_touching: tuple[str, ...]
-    changes: int
-    changing_sign: tuple[str, ...]
-    preloaded: NDArray[np.bool_]
+    share: Array  # (link,) fraction of the time for which `lost` is true
+    never_touching: tuple[str, ...]  # names of the links with clearance that are never in contact
+    changes: int  # number of contact changes that the solver counted
+    changing_sign: tuple[str, ...]  # names of the links whose elastic load changes its sign
+    preloaded: NDArray[np.bool_]  # (link,) whether the link is preloaded
+    # (carriage, 2) N, along y and z: preload of the whole carriage that keeps both rows of balls loaded under these
+    # loads; rollers need `ROLLERS` times as much
     preload_needed: Array
 
     def lost_by(self, links: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -136,19 +125,15 @@ def _preload_needed(histories: Histories, largest: Array) -> Array:
 class Sampling:
     """Sample steps, natural frequencies, and bandwidth of the excitation.
 
-    step            s, median step of the reported instants; None for a single instant
-    trace_step      s, median step of the motion's samples
     lowest, highest Hz, natural frequencies
-    band            Hz, bandwidth of the excitation; see `excitation_band`
-    between         whether peaks between the reported instants are known too
     """
 
-    step: float | None
-    trace_step: float
+    step: float | None  # s, median step of the reported instants; None for a single instant
+    trace_step: float  # s, median step of the motion's samples
     lowest: float
     highest: float
-    band: float | None
-    between: bool
+    band: float | None  # Hz, bandwidth of the excitation; see `excitation_band`
+    between: bool  # whether peaks between the reported instants are known too
 
     @property
     def per_period(self) -> float | None:
@@ -220,27 +205,20 @@ def uniform(time: Array, columns: Array, step: float | None = None) -> tuple[flo
 
 @dataclass(frozen=True, eq=False)
 class SimplerModels:
-    """Peaks of simpler models, and the peaks of the result.
+    """Peaks of simpler models, and the peaks of the result."""
 
-    names         names of the carriages; of the links if there are no carriages
-    peak          (name,) N, largest y-z resultant of the carriage, or largest load of the link, at the instants
-    at_any_time   (name,) N, the same between the instants too, if it is known
-    quasi_static  (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
-    linear        (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the
-                  instants do not contain the whole excitation from the start, or payloads come and go
-    links         names of the links
-    dynamic       (link,) N, largest |load - static load|; of links, because the resultant of a carriage has no moments
-    quasi_static_dynamic  (link,) N, largest |quasi-static load - static load|
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # names of the carriages; of the links if there are no carriages
+    # (name,) N, largest y-z resultant of the carriage, or largest load of the link, at the instants
     peak: Array
-    at_any_time: Array
-    quasi_static: Array
+    at_any_time: Array  # (name,) N, the same between the instants too, if it is known
+    quasi_static: Array  # (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
+    # (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the instants do not
+    # contain the whole excitation from the start, or payloads come and go
     linear: Array | None
-    links: tuple[str, ...]
+    links: tuple[str, ...]  # names of the links
+    # (link,) N, largest |load - static load|; of links, because the resultant of a carriage has no moments
     dynamic: Array
-    quasi_static_dynamic: Array
+    quasi_static_dynamic: Array  # (link,) N, largest |quasi-static load - static load|
 
     @property
     def dynamic_factor(self) -> Array:

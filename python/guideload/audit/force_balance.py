@@ -17,18 +17,13 @@ UNBALANCED_FORCE = 1e-9
 
 @dataclass(frozen=True)
 class ForceBalance:
-    """The largest residual of two equations that hold at every instant, for the reported quantities.
+    """The largest residual of two equations that hold at every instant, for the reported quantities."""
 
-    residual  of M q'' + link loads = Q + E - M_u a + reaction in a dof of L, and of load = F(deflection) + b rate of
-              a link; over the largest sum of the magnitudes of all terms in forces, moments or links; nan if a number
-              is not finite
-    place     dof or link where it occurs
-    time      s, when it occurs
-    """
-
+    # of M q'' + link loads = Q + E - M_u a + reaction in a dof of L, and of load = F(deflection) + b rate of a link;
+    # over the largest sum of the magnitudes of all terms in forces, moments or links; nan if a number is not finite
     residual: float
-    place: str
-    time: float
+    place: str  # dof or link where it occurs
+    time: float  # s, when it occurs
 
     @property
     def holds(self) -> bool:

@@ -11,19 +11,13 @@ UNITS_HINT = "no machine has this value: is the unit right? A number without a u
 
 @dataclass(frozen=True)
 class Range:
-    """Magnitudes that a quantity can have; 0 is not refused here.
+    """Magnitudes that a quantity can have; 0 is not refused here."""
 
-    name    "a mass"
-    least   smallest magnitude other than 0, in SI `unit`; 0 if there is none
-    most    largest magnitude
-    reason  for the documentation
-    """
-
-    name: str
+    name: str  # "a mass"
     unit: str
-    least: float
-    most: float
-    reason: str
+    least: float  # smallest magnitude other than 0, in SI `unit`; 0 if there is none
+    most: float  # largest magnitude
+    reason: str  # for the documentation
 
     def holds(self, value: float) -> bool:
         """Whether a value is inside, or 0."""

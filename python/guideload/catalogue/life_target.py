@@ -20,14 +20,10 @@ RANGES = {"m": DISTANCE, "s": TIME, "cycles": CYCLES, "years": YEARS}
 
 @dataclass(frozen=True)
 class LifeTarget:
-    """A life to be reached.
+    """A life to be reached."""
 
-    value  in `unit`
-    unit   "m" of travel, "s" of operation, "years" of operation, or "cycles": repetitions of the motion
-    """
-
-    value: float
-    unit: str
+    value: float  # in `unit`
+    unit: str  # "m" of travel, "s" of operation, "years" of operation, or "cycles": repetitions of the motion
 
     @property
     def text(self) -> str:
@@ -66,16 +62,11 @@ def life_target(value: object) -> LifeTarget:
 
 @dataclass(frozen=True)
 class Repetition:
-    """One repetition of the motion in operation: what converts between travel, hours, years and cycles.
+    """One repetition of the motion in operation: what converts between travel, hours, years and cycles."""
 
-    distance        m
-    duration        s, with the pause until the next one
-    hours_per_year  of operation; None: continuous operation
-    """
-
-    distance: float
-    duration: float
-    hours_per_year: float | None = None
+    distance: float  # m
+    duration: float  # s, with the pause until the next one
+    hours_per_year: float | None = None  # of operation; None: continuous operation
 
     @property
     def yearly_hours(self) -> float:

@@ -33,15 +33,12 @@ RECORD = re.compile(rf"^\[\[products\]\]\n{HEAD}", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Record:
-    """A product of the packaged catalogues that was not read yet.
-
-    text  its table in TOML
-    """
+    """A product of the packaged catalogues that was not read yet."""
 
     name: str
     maker: str
     edition: str
-    text: str
+    text: str  # its table in TOML
 
     @property
     def full_name(self) -> str:

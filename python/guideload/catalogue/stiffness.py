@@ -32,14 +32,10 @@ FACTOR_UNKNOWN = 2.0
 
 
 class StiffnessEstimate(NamedTuple):
-    """An estimated stiffness of a carriage along y and z, without outer load.
+    """An estimated stiffness of a carriage along y and z, without outer load."""
 
-    stiffness   N/m
-    factor      the 90 % interval is from stiffness/factor to stiffness times factor
-    """
-
-    stiffness: float
-    factor: float
+    stiffness: float  # N/m
+    factor: float  # the 90 % interval is from stiffness/factor to stiffness times factor
 
     @property
     def words(self) -> str:

@@ -21,17 +21,13 @@ if TYPE_CHECKING:
 
 
 class Shown(NamedTuple):
-    """What a command shows.
-
-    picture  draws the picture of -o by the module `plots`
-    page     makes the HTML page by the module `html_report`; default: the report alone
-    failure  error of pictures that are missing, for the exit code
-    """
+    """What a command shows."""
 
     report: Report
-    picture: Callable[[Any], Axes] | None = None
+    picture: Callable[[Any], Axes] | None = None  # draws the picture of -o by the module `plots`
+    # makes the HTML page by the module `html_report`; default: the report alone
     page: Callable[[Any], str] | None = None
-    failure: PictureError | None = None
+    failure: PictureError | None = None  # error of pictures that are missing, for the exit code
 
 
 def shows_report(command: Callable[..., Report | Shown], *, picture: bool = False) -> Callable[..., None]:

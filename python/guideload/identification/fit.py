@@ -38,18 +38,12 @@ FAR = 1e6  # residual of an impossible machine: far beyond any noise
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """A minimum of the sum of squares, or the start of a search for one.
+    """A minimum of the sum of squares, or the start of a search for one."""
 
-    x          (p + q,) coordinates as in `Objective`
-    squares    the sum of squares there
-    converged  whether the search had converged
-    starts     number of starts that led to it
-    """
-
-    x: Array
-    squares: float = np.inf
-    converged: bool = False
-    starts: int = 1
+    x: Array  # (p + q,) coordinates as in `Objective`
+    squares: float = np.inf  # the sum of squares there
+    converged: bool = False  # whether the search had converged
+    starts: int = 1  # number of starts that led to it
 
 
 class Objective:
@@ -222,22 +216,15 @@ AS_GOOD = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The best fit of p unknowns of the machine and q nuisance parameters of the data.
-
-    minimum    the best one; others: further ones that explain the data about as well
-    searches   number of starts
-    messages   in words, what may be wrong with the search
-    residuals  (n,) of the data, in standard deviations of the noise, as stated or as estimated
-    jacobian   (n, p + q) derivatives of the residuals by the coordinates
-    """
+    """The best fit of p unknowns of the machine and q nuisance parameters of the data."""
 
     objective: Objective
-    minimum: Minimum
+    minimum: Minimum  # the best one; others: further ones that explain the data about as well
     others: tuple[Minimum, ...]
-    searches: int
-    messages: tuple[str, ...]
-    residuals: Array
-    jacobian: Array
+    searches: int  # number of starts
+    messages: tuple[str, ...]  # in words, what may be wrong with the search
+    residuals: Array  # (n,) of the data, in standard deviations of the noise, as stated or as estimated
+    jacobian: Array  # (n, p + q) derivatives of the residuals by the coordinates
 
     @cached_property
     def covariance(self) -> Array:

@@ -19,23 +19,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NuisanceParameter:
-    """An unknown number of one set of data alone, such as an offset, a delay or a scale; it is fitted with the rest.
+    """An unknown number of one set of data alone, such as an offset, a delay or a scale; it is fitted with the rest."""
 
-    name      in words: "offset of sensor tool y"
-    unit      SI
-    expected  most likely value before the data, where the search starts
-    spread    standard deviation before the data; inf if nothing is known
-    scale     a change of it that matters, in `unit`: the search takes steps of this order
-    bounds    smallest and largest value
-    key       of the machine file, such as "friction.coefficient", if it is a number of the machine; otherwise empty
-    """
-
-    name: str
-    unit: str
-    expected: float
-    spread: float
-    scale: float
-    bounds: tuple[float, float] = (-float("inf"), float("inf"))
+    name: str  # in words: "offset of sensor tool y"
+    unit: str  # SI
+    expected: float  # most likely value before the data, where the search starts
+    spread: float  # standard deviation before the data; inf if nothing is known
+    scale: float  # a change of it that matters, in `unit`: the search takes steps of this order
+    bounds: tuple[float, float] = (-float("inf"), float("inf"))  # smallest and largest value
+    # of the machine file, such as "friction.coefficient", if it is a number of the machine; otherwise empty
     key: str = ""
 
 
@@ -45,43 +37,30 @@ WIDE = 100.0
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise of one group of measured values.
+    """The noise of one group of measured values."""
 
-    name     in words: "frequencies of hammer test"
-    known    whether its stated level is right; if not, it is only a start, and the fit estimates a factor on it
-    level    standard deviation of a value
-    unit     of the level, SI; "1": it is relative
-    floor    of frequency responses, relative to the largest value of a curve; added to that of the level by squares
-    """
-
-    name: str
+    name: str  # in words: "frequencies of hammer test"
+    # whether its stated level is right; if not, it is only a start, and the fit estimates a factor on it
     known: bool
-    level: float
-    unit: str = "1"
+    level: float  # standard deviation of a value
+    unit: str = "1"  # of the level, SI; "1": it is relative
+    # of frequency responses, relative to the largest value of a curve; added to that of the level by squares
     floor: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """Differences (predicted - measured)/(stated noise), and their derivatives.
+    """Differences (predicted - measured)/(stated noise), and their derivatives."""
 
-    values       (m,) 1; m does not change with the unknowns
-    by_unknowns  (m, p) by the coordinates z of the machine's unknowns
-    by_nuisance       (m, q) by the nuisance parameters of the data
-    """
-
-    values: Array
-    by_unknowns: Array
-    by_nuisance: Array
+    values: Array  # (m,) 1; m does not change with the unknowns
+    by_unknowns: Array  # (m, p) by the coordinates z of the machine's unknowns
+    by_nuisance: Array  # (m, q) by the nuisance parameters of the data
 
 
 class Measured(ABC):
-    """One set of measured data of one kind, checked and in SI: independent errors, but of a `Record` in time.
+    """One set of measured data of one kind, checked and in SI: independent errors, but of a `Record` in time."""
 
-    name  in words, as in reports: "hammer test"
-    """
-
-    name: str
+    name: str  # in words, as in reports: "hammer test"
 
     @property
     def nuisance(self) -> Sequence[NuisanceParameter]:

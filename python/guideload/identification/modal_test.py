@@ -45,15 +45,13 @@ class MeasuredMode:
 
 @dataclass(frozen=True)
 class ModePair:
-    """A measured mode and the computed one that it is paired with; `computed` and the rest are None without one.
-
-    mac  modal assurance criterion of the shapes (0 to 1), None without a measured shape
-    """
+    """A measured mode and the computed one that it is paired with; `computed` and the rest are None without one."""
 
     measured: int
     computed: int | None
     frequency: float | None = None
     damping: float | None = None
+    # modal assurance criterion of the shapes (0 to 1), None without a measured shape
     mac: float | None = None
     reason: str = ""
 

@@ -30,16 +30,11 @@ COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")  # of the load of a carriage; 
 
 @dataclass(frozen=True, eq=False)
 class SensorPlace:
-    """A point of the machine and a direction.
+    """A point of the machine and a direction."""
 
-    name       "tool y"
-    at         (3,) m from L
-    direction  (3,) unit vector
-    """
-
-    name: str
-    at: Array
-    direction: Array
+    name: str  # "tool y"
+    at: Array  # (3,) m from L
+    direction: Array  # (3,) unit vector
 
     @cached_property
     def row(self) -> Array:
@@ -60,17 +55,12 @@ def parse_place(text: str, machine: Machine) -> SensorPlace:
 
 @dataclass(frozen=True)
 class LoadPlace:
-    """A load that a cell or a strain gauge measures.
+    """A load that a cell or a strain gauge measures."""
 
-    name       "1a Fy", or that of a link
-    unit       N or N m
-    quantity   of a run that it is part of
-    index      its place there: carriage and component of its load, an index into `COMPONENTS`, or link
-    """
-
-    name: str
-    unit: str
-    quantity: Literal["carriage_loads", "link_loads"]
+    name: str  # "1a Fy", or that of a link
+    unit: str  # N or N m
+    quantity: Literal["carriage_loads", "link_loads"]  # of a run that it is part of
+    # its place there: carriage and component of its load, an index into `COMPONENTS`, or link
     index: tuple[int, ...]
 
     def shown(self, at: Instants, rest: Linearised) -> History:
@@ -161,18 +151,12 @@ BESIDE = (0.0, 1e-9, 1e-7, 1e-5)  # relative changes of all values that are trie
 
 @dataclass(frozen=True, eq=False)
 class ModelAt:
-    """The machine at one set of unknowns: what a kind of measured data predicts its values from.
+    """The machine at one set of unknowns: what a kind of measured data predicts its values from."""
 
-    machine   the nominal machine: its points, free dofs, drive
-    z         (p,) coordinates of the unknowns, see `Unknown`
-    slopes    (p,) derivatives of the values by z: a derivative by a value times its slope is that by z
-    rest      the machine linearised at rest, with derivatives by the values
-    """
-
-    machine: Machine
-    z: Array
-    slopes: Array
-    rest: Linearised
+    machine: Machine  # the nominal machine: its points, free dofs, drive
+    z: Array  # (p,) coordinates of the unknowns, see `Unknown`
+    slopes: Array  # (p,) derivatives of the values by z: a derivative by a value times its slope is that by z
+    rest: Linearised  # the machine linearised at rest, with derivatives by the values
     _runs: dict[int, RunDerivatives] = field(default_factory=dict)
     _responses: dict[tuple[str, bytes], tuple[Complex, Complex]] = field(default_factory=dict)
 

@@ -18,22 +18,14 @@ OVERWHELMING = 10.0  # difference of scores that counts in any case: odds of 20 
 
 @dataclass(frozen=True)
 class ComparedModel:
-    """A model in a comparison.
+    """A model in a comparison."""
 
-    name         its title
-    unknowns     the number of its unknowns
-    score        logarithm of the probability density of the left-out data, summed; larger is better
-    behind       score of the best model less its own
-    uncertainty  standard deviation of that difference
-    is_best      whether it is the simplest one that is not certainly worse than the best
-    """
-
-    name: str
-    unknowns: int
-    score: float
-    behind: float
-    uncertainty: float
-    is_best: bool = False
+    name: str  # its title
+    unknowns: int  # the number of its unknowns
+    score: float  # logarithm of the probability density of the left-out data, summed; larger is better
+    behind: float  # score of the best model less its own
+    uncertainty: float  # standard deviation of that difference
+    is_best: bool = False  # whether it is the simplest one that is not certainly worse than the best
 
 
 def compare(candidates: Mapping[str, Identification]) -> tuple[ComparedModel, ...]:

@@ -36,19 +36,13 @@ X = DOFS.index("x")
 
 @dataclass(frozen=True, eq=False)
 class MotorForce(Record):
-    """A measured force [N] of the drive on the cart, or a torque [N m] of the motor; its motion has a velocity.
+    """A measured force [N] of the drive on the cart, or a torque [N m] of the motor; its motion has a velocity."""
 
-    known     whether the standard deviation of the noise is known
-    friction  keys of [friction] that are unknown
-    machine   the machine, with the values of the keys that are known
-    delayed   whether the delay of the measured values is unknown
-    """
-
-    known: bool
-    friction: tuple[str, ...]
-    machine: Machine
+    known: bool  # whether the standard deviation of the noise is known
+    friction: tuple[str, ...]  # keys of [friction] that are unknown
+    machine: Machine  # the machine, with the values of the keys that are known
     torque: bool = False
-    delayed: bool = False
+    delayed: bool = False  # whether the delay of the measured values is unknown
 
     @classmethod
     def of(

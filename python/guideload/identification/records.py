@@ -47,14 +47,10 @@ FEWEST_WINDOWS = 20  # windows: fewer say nothing about the errors of a record
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Samples of a record in windows.
+    """Samples of a record in windows."""
 
-    samples  (n,) indices of the samples that are used, ascending
-    first    (m,) index in `samples` of the first sample of each window
-    """
-
-    samples: NDArray[np.intp]
-    first: NDArray[np.intp]
+    samples: NDArray[np.intp]  # (n,) indices of the samples that are used, ascending
+    first: NDArray[np.intp]  # (m,) index in `samples` of the first sample of each window
 
     @classmethod
     def of(cls, time: Array, usable: NDArray[np.bool_], length: float, source: str) -> Windows:
@@ -266,16 +262,12 @@ def draw_deviations(motion: Motion, time: Array) -> tuple[Excitation, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Whitening:
-    """What is left of the residuals of k channels when each is predicted from those before.
+    """What is left of the residuals of k channels when each is predicted from those before."""
 
-    z        (p,) coordinates of the machine that it belongs to
-    filters  (k, k, lags + 1) of channel j in channel i; their determinant is 1, so that densities stay comparable
-    errors   (count, k m) draws of the errors of the residuals, whitened
-    """
-
-    z: Array
+    z: Array  # (p,) coordinates of the machine that it belongs to
+    # (k, k, lags + 1) of channel j in channel i; their determinant is 1, so that densities stay comparable
     filters: Array
-    errors: Array
+    errors: Array  # (count, k m) draws of the errors of the residuals, whitened
 
     @classmethod
     def of(cls, z: Array, errors: Array, residuals: Array) -> Whitening:

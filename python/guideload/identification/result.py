@@ -47,22 +47,14 @@ OUTLIER = 4.0  # standard deviations: one of 16 000 values is further out by cha
 
 @dataclass(frozen=True)
 class ResidualTest:
-    """The residuals of one group of values that share a noise level.
+    """The residuals of one group of values that share a noise level."""
 
-    name      the group
-    count     its values
-    rms       root mean square of the residuals, in standard deviations of the noise as stated
-    noise     its noise as stated, or where the estimate began
-    factor    estimated noise over `noise`; None where it is known
-    doubts    in words
-    """
-
-    name: str
-    count: int
-    rms: float
-    noise: Noise
-    factor: float | None
-    doubts: tuple[str, ...]
+    name: str  # the group
+    count: int  # its values
+    rms: float  # root mean square of the residuals, in standard deviations of the noise as stated
+    noise: Noise  # its noise as stated, or where the estimate began
+    factor: float | None  # estimated noise over `noise`; None where it is known
+    doubts: tuple[str, ...]  # in words
 
 
 def residual_tests(fit: Fit) -> tuple[ResidualTest, ...]:

@@ -41,17 +41,13 @@ LEAST_OVERLAP = 0.5  # of the log, or of the trace if it is shorter, that the cl
 
 @dataclass(frozen=True)
 class Channel:
-    """One sensor.
+    """One sensor."""
 
-    place     point and direction, or the load that it measures
-    kind      what it measures; an acceleration is absolute, velocity and displacement are from the carriages' guides
-    level     standard deviation of its noise [`unit`]; None if unknown
-    gain_spread  relative standard deviation of its gain; 0 if the gain is known, inf if nothing is known of it
-    """
-
-    place: SensorPlace | LoadPlace
+    place: SensorPlace | LoadPlace  # point and direction, or the load that it measures
+    # what it measures; an acceleration is absolute, velocity and displacement are from the carriages' guides
     kind: Kind = "acceleration"
-    level: float | None = None
+    level: float | None = None  # standard deviation of its noise [`unit`]; None if unknown
+    # relative standard deviation of its gain; 0 if the gain is known, inf if nothing is known of it
     gain_spread: float = 0.0
 
     @property
@@ -81,23 +77,16 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class SensorLog(Record):
-    """A log of k channels with common stamps.
-
-    gains       (k,) expected gains: 1, or where the search for an unknown gain starts
-    delay       s, stamp of the log minus that of the trace, where the search starts
-    reach       s, how far it may go; 0 if both have one clock
-    deviations  draws of the error of the trace's acceleration, none if it is exact
-    fitted      whether a first fit is over: errors of the trace count near the right machine only
-    whitening   of the residuals for these errors
-    """
+    """A log of k channels with common stamps."""
 
     channels: tuple[Channel, ...]
-    gains: Array
-    delay: float
-    reach: float
+    gains: Array  # (k,) expected gains: 1, or where the search for an unknown gain starts
+    delay: float  # s, stamp of the log minus that of the trace, where the search starts
+    reach: float  # s, how far it may go; 0 if both have one clock
+    # draws of the error of the trace's acceleration, none if it is exact
     deviations: tuple[Excitation, ...] = ()
-    fitted: bool = False
-    whitening: Whitening | None = None
+    fitted: bool = False  # whether a first fit is over: errors of the trace count near the right machine only
+    whitening: Whitening | None = None  # of the residuals for these errors
 
     @classmethod
     def of(

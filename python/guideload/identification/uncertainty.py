@@ -205,16 +205,11 @@ EQUAL = 0.1  # relative difference of coefficients that are called equal
 
 @dataclass(frozen=True)
 class Undetermined:
-    """Unknowns of which the data determine fewer combinations than there are.
+    """Unknowns of which the data determine fewer combinations than there are."""
 
-    names         of the unknowns
-    combinations  how many the data determine
-    words         in words
-    """
-
-    names: tuple[str, ...]
-    combinations: int
-    words: str
+    names: tuple[str, ...]  # of the unknowns
+    combinations: int  # how many the data determine
+    words: str  # in words
 
 
 def undetermined(fit: Fit, covariance: Array) -> tuple[Undetermined, ...]:

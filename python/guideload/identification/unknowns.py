@@ -77,26 +77,16 @@ class UnknownTable(ParameterPaths):
 
 @dataclass(frozen=True, eq=False)
 class Unknown:
-    """One unknown number. The search uses its coordinate z: 0 for the value in the machine file.
+    """One unknown number. The search uses its coordinate z: 0 for the value in the machine file."""
 
-    name      "carriages.*.stiffness_y", "k[1a]"
-    unit      of its value: SI, or "1" where it is a factor on different values of the machine
-    targets   full paths of the parameters that it sets; they keep their ratios
-    nominal   (targets,) their values in the machine file
-    additive  whether a parameter is nominal + z; otherwise nominal exp(z), which is positive
-    expected  z before the data
-    spread    standard deviation of z before the data
-    bounds    smallest and largest z
-    """
-
-    name: str
-    unit: str
-    targets: tuple[str, ...]
-    nominal: Array
-    additive: bool
-    expected: float
-    spread: float
-    bounds: tuple[float, float]
+    name: str  # "carriages.*.stiffness_y", "k[1a]"
+    unit: str  # of its value: SI, or "1" where it is a factor on different values of the machine
+    targets: tuple[str, ...]  # full paths of the parameters that it sets; they keep their ratios
+    nominal: Array  # (targets,) their values in the machine file
+    additive: bool  # whether a parameter is nominal + z; otherwise nominal exp(z), which is positive
+    expected: float  # z before the data
+    spread: float  # standard deviation of z before the data
+    bounds: tuple[float, float]  # smallest and largest z
 
     @cached_property
     def is_factor(self) -> bool:

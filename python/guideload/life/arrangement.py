@@ -15,14 +15,10 @@ SIDE_BY_SIDE = (
 
 
 class Arrangement(NamedTuple):
-    """The place of a carriage among those on its rail.
+    """The place of a carriage among those on its rail."""
 
-    on_rail       number of carriages on its rail
-    side_by_side  number of carriages in its row of carriages side by side; 1 without neighbour
-    """
-
-    on_rail: int
-    side_by_side: int
+    on_rail: int  # number of carriages on its rail
+    side_by_side: int  # number of carriages in its row of carriages side by side; 1 without neighbour
 
     @property
     def alone(self) -> bool:

@@ -17,15 +17,12 @@ WINDOW = 1.0  # m of rail over which the damage is compared
 
 @dataclass(frozen=True, eq=False)
 class RailDamage:
-    """Damage along one rail in one record: the share of the life that its carriages spend there.
-
-    edges   (k + 1,) m, ends of the segments, as x of the cart at the start of the record plus the carriage's x
-    damage  (k,) 1, in each segment; the sum is the damage of all carriages of the rail
-    """
+    """Damage along one rail in one record: the share of the life that its carriages spend there."""
 
     rail: str
+    # (k + 1,) m, ends of the segments, as x of the cart at the start of the record plus the carriage's x
     edges: Array
-    damage: Array
+    damage: Array  # (k,) 1, in each segment; the sum is the damage of all carriages of the rail
 
     @property
     def density(self) -> Array:

@@ -25,21 +25,14 @@ class CarriageLife(Criteria):
     """Life and static safety of one carriage; damage, factors, rows and causes are computed when first used.
 
     Its criteria, and in addition:
-
-    power      (n - 1,) N^p m, integral of P^p over the path in each interval of the record
-    distance   m, travel in the record
-    mean_load  N, over distance
-    life       m
-    static     static safety
-    record     the loads
     """
 
-    power: Array
-    distance: float
-    mean_load: float
-    life: float
-    static: StaticSafety
-    record: Record
+    power: Array  # (n - 1,) N^p m, integral of P^p over the path in each interval of the record
+    distance: float  # m, travel in the record
+    mean_load: float  # N, over distance
+    life: float  # m
+    static: StaticSafety  # static safety
+    record: Record  # the loads
 
     @cached_property
     def damage(self) -> Array:

@@ -15,20 +15,13 @@ STEADY = 0.05  # of the largest acceleration: less is "constant speed"
 
 
 class WorstInstant(NamedTuple):
-    """The instant of the largest equivalent static load of a carriage, and the shares of its causes.
+    """The instant of the largest equivalent static load of a carriage, and the shares of its causes."""
 
-    time    s
-    load    N, P0 at this instant
-    shares  N by cause; their sum is the load, and a negative share relieves the carriage
-    noise   N, 1.96 standard deviations of the load from the uncertainty of the trace, or nan
-    phase   of the cycle at this instant
-    """
-
-    time: float
-    load: float
-    shares: dict[str, float]
-    noise: float
-    phase: str
+    time: float  # s
+    load: float  # N, P0 at this instant
+    shares: dict[str, float]  # N by cause; their sum is the load, and a negative share relieves the carriage
+    noise: float  # N, 1.96 standard deviations of the load from the uncertainty of the trace, or nan
+    phase: str  # of the cycle at this instant
 
 
 def phases(travel: Travel) -> Array:

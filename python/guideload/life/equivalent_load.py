@@ -84,21 +84,16 @@ RULES: dict[RuleName, Rule] = {
 
 @dataclass(frozen=True, eq=False)
 class EquivalentLoad:
-    """The rule of the equivalent load of one carriage.
+    """The rule of the equivalent load of one carriage."""
 
-    weights   (2, 5, 2) of the groups A and B, of the components Fy, Fz, Mx, My, Mz, for positive and negative
-              values [1, 1, 1/m, 1/m, 1/m]
-    minor     factor on the smaller group
-    missing   moments that the rule counts, but for which the product has no rated moment
-    preload   N, that raises small loads; 0: none
-    effect    how it raises them
-    """
-
+    # (2, 5, 2) of the groups A and B, of the components Fy, Fz, Mx, My, Mz, for positive and negative values [1, 1,
+    # 1/m, 1/m, 1/m]
     weights: Array
-    minor: float
+    minor: float  # factor on the smaller group
+    # moments that the rule counts, but for which the product has no rated moment
     missing: tuple[str, ...] = ()
-    preload: float = 0.0
-    effect: PreloadEffect = "ball"
+    preload: float = 0.0  # N, that raises small loads; 0: none
+    effect: PreloadEffect = "ball"  # how it raises them
 
     @property
     def of_core(self) -> tuple[Array, float, float, str]:

@@ -16,32 +16,22 @@ FORCES = ("lift or press", "side")
 
 
 class LargestLoads(NamedTuple):
-    """The largest loads of a carriage at any time.
+    """The largest loads of a carriage at any time."""
 
-    equivalent  N, P0 with the moments that the rule counts
-    bare        N, P0 without the effect of a preload
-    time        s, of both
-    sizes       (6,) largest magnitude of each force [N] and moment [N m]
-    """
-
-    equivalent: float
-    bare: float
-    time: float
-    sizes: Array
+    equivalent: float  # N, P0 with the moments that the rule counts
+    bare: float  # N, P0 without the effect of a preload
+    time: float  # s, of both
+    sizes: Array  # (6,) largest magnitude of each force [N] and moment [N m]
 
 
 @dataclass(frozen=True)
 class StaticSafety:
-    """Static safety of a carriage.
+    """Static safety of a carriage."""
 
-    safety   C0/P0 at the worst instant, P0 with the moments that the rule counts
-    largest  its largest loads
-    alone    smallest safety under each load alone, without preload: C0 over the force, M0 over the moment; only of
-             rated moments
-    """
-
-    safety: float
-    largest: LargestLoads
+    safety: float  # C0/P0 at the worst instant, P0 with the moments that the rule counts
+    largest: LargestLoads  # its largest loads
+    # smallest safety under each load alone, without preload: C0 over the force, M0 over the moment; only of rated
+    # moments
     alone: dict[str, float]
 
     @property

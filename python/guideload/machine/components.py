@@ -168,16 +168,11 @@ class Rail(ConfigModel):
 
 
 class Distances(NamedTuple):
-    """Distances [m] between the links of a carriage, which with their stiffness resist its rotations.
+    """Distances [m] between the links of a carriage, which with their stiffness resist its rotations."""
 
-    pitch  of the links along y, along the rail
-    yaw    of the links along z, along the rail
-    roll   of the links along y, across the rail; 0 if they are in the middle of the rail
-    """
-
-    pitch: float
-    yaw: float
-    roll: float
+    pitch: float  # of the links along y, along the rail
+    yaw: float  # of the links along z, along the rail
+    roll: float  # of the links along y, across the rail; 0 if they are in the middle of the rail
 
 
 NO_CATALOGUE = (

@@ -19,16 +19,11 @@ from guideload.machine.straightness import Profile
 
 
 class CarriageLink(NamedTuple):
-    """The place of a link in its carriage.
+    """The place of a link in its carriage."""
 
-    end   -0.5 at the end -x, 0.5 at the end +x
-    axis  1 along y, 2 along z, of the carriage's own axes
-    row   across the rail: -0.5 in the row at -z, 0.5 in the one at +z, 0 in the middle
-    """
-
-    end: float
-    axis: int
-    row: float
+    end: float  # -0.5 at the end -x, 0.5 at the end +x
+    axis: int  # 1 along y, 2 along z, of the carriage's own axes
+    row: float  # across the rail: -0.5 in the row at -z, 0.5 in the one at +z, 0 in the middle
 
     @property
     def name(self) -> str:

@@ -13,15 +13,11 @@ from guideload.machine.machine import Machine
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """The payloads on a machine, stretch by stretch; in `solve` and `peaks` it stands for a scene of the core.
+    """The payloads on a machine, stretch by stretch; in `solve` and `peaks` it stands for a scene of the core."""
 
-    machine   with all its payloads
-    payloads  names of those on it, in each stretch
-    first     index of the first sample of each stretch; the sample before it has the same time
-    """
-
-    machine: Machine
-    payloads: tuple[tuple[str, ...], ...]
+    machine: Machine  # with all its payloads
+    payloads: tuple[tuple[str, ...], ...]  # names of those on it, in each stretch
+    # index of the first sample of each stretch; the sample before it has the same time
     first: tuple[int, ...]
 
     @cached_property

@@ -49,27 +49,22 @@ class Setting(NamedTuple):
 class SettingResult:
     """One setting of one method: its cost, and the error of its loads.
 
-    seconds         median time from the motion to the loads [s]; None if there was no run
-    spread          interquartile range of that time [s]; None if it ran once
-    error           largest difference from the reference over time and loads [N]; None if there was no run
-    load_error      the same over the largest load; None if there is no load
-    dynamic_error   the same over the largest dynamic load (load less static load); None if nothing moves
     below_reference the difference is below the error of the reference: the errors are that one, an upper bound
-    pareto_optimal  no other row is as fast and as accurate, and better in one of the two
-    failed          why there are no figures; None if there are
     """
 
     setting: Setting
-    seconds: float | None = None
-    spread: float | None = None
+    seconds: float | None = None  # median time from the motion to the loads [s]; None if there was no run
+    spread: float | None = None  # interquartile range of that time [s]; None if it ran once
     steps: int | None = None
     rejected: int | None = None
+    # largest difference from the reference over time and loads [N]; None if there was no run
     error: float | None = None
-    load_error: float | None = None
+    load_error: float | None = None  # the same over the largest load; None if there is no load
+    # the same over the largest dynamic load (load less static load); None if nothing moves
     dynamic_error: float | None = None
     below_reference: bool = False
-    pareto_optimal: bool = False
-    failed: str | None = None
+    pareto_optimal: bool = False  # no other row is as fast and as accurate, and better in one of the two
+    failed: str | None = None  # why there are no figures; None if there are
 
     @property
     def cost(self) -> tuple[float, float] | None:
@@ -85,17 +80,15 @@ class SettingResult:
 class Reference:
     """The loads that errors are measured from, and their own error.
 
-    setting         of the reference run
-    check           of the run that it is compared with; None where no second method ran: `problems` says why
-    largest_load    largest load over time [N]
     largest_dynamic largest dynamic load over time [N]; None if nothing moves
-    limit           difference of the two runs, or the rounding of the load if that is more [N]; None without check
     """
 
-    setting: Setting
+    setting: Setting  # of the reference run
+    # of the run that it is compared with; None where no second method ran: `problems` says why
     check: Setting | None
-    largest_load: float
+    largest_load: float  # largest load over time [N]
     largest_dynamic: float | None
+    # difference of the two runs, or the rounding of the load if that is more [N]; None without check
     limit: float | None
     problems: tuple[str, ...]
 

@@ -97,16 +97,12 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
 
 @dataclass(frozen=True, eq=False)
 class ErrorMetric:
-    """Which loads errors are of: the forces of the carriages, or the loads of the first `links` links.
-
-    static  (carriage, 3) or (links,) N, in static equilibrium
-    text    which these loads are, and why
-    """
+    """Which loads errors are of: the forces of the carriages, or the loads of the first `links` links."""
 
     machine: Machine
     links: int | None
-    static: Array
-    text: str
+    static: Array  # (carriage, 3) or (links,) N, in static equilibrium
+    text: str  # which these loads are, and why
 
     @classmethod
     def choose(cls, machine: Machine, solution: Solution) -> ErrorMetric:

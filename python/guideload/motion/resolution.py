@@ -61,34 +61,24 @@ class TraceResolution:
 
     Nonlinear links have their nominal stiffness. A load is the y-z resultant of the dynamic load of a carriage, or the
     dynamic load of a link, as a moment does not appear in the resultant of its carriage.
-
-    bandwidth      Hz, up to which the trace shows accelerations; inf if they are known exactly
-    sample_step    s, median distance of the samples
-    frequency      (mode,) Hz, without damping
-    moving         (mode,) the dofs that move most
-    participation  (mode,) largest static link load in this mode under an acceleration along x, over the sum of modes
-    ringing        (mode,) residual vibration after the ramp over that after a step, |sin(pi f T) / (pi f T)|
-    largest        m/s2, largest acceleration along x
-    change         m/s2, largest change of acceleration that may have been sudden
-    names          `carriage ...` for each carriage, then `link ...` for each link
-    carriages      number of carriages among the names
-    shown          (name,) N, load that the trace shows: static under the largest acceleration, or peak after the change
-                   as a ramp, whichever is larger
-    hidden         (name,) N, peak after the change as a step less the peak after the ramp
     """
 
-    bandwidth: float
-    sample_step: float
-    frequency: Array
-    moving: tuple[tuple[str, ...], ...]
+    bandwidth: float  # Hz, up to which the trace shows accelerations; inf if they are known exactly
+    sample_step: float  # s, median distance of the samples
+    frequency: Array  # (mode,) Hz, without damping
+    moving: tuple[tuple[str, ...], ...]  # (mode,) the dofs that move most
+    # (mode,) largest static link load in this mode under an acceleration along x, over the sum of modes
     participation: Array
+    # (mode,) residual vibration after the ramp over that after a step, |sin(pi f T) / (pi f T)|
     ringing: Array
-    largest: float
-    change: float
-    names: tuple[str, ...]
-    carriages: int
+    largest: float  # m/s2, largest acceleration along x
+    change: float  # m/s2, largest change of acceleration that may have been sudden
+    names: tuple[str, ...]  # `carriage ...` for each carriage, then `link ...` for each link
+    carriages: int  # number of carriages among the names
+    # (name,) N, load that the trace shows: static under the largest acceleration, or peak after the change as a ramp,
+    # whichever is larger
     shown: Array
-    hidden: Array
+    hidden: Array  # (name,) N, peak after the change as a step less the peak after the ramp
 
     @classmethod
     def of(

@@ -27,26 +27,18 @@ class Uncertainty:
     The state has N numbers: the position and its first N - 1 derivatives (for samples of velocity: the velocity and its
     derivatives). The N-th derivative is white process noise. With an oscillator the last numbers are others
     (`SampledModel` in _core.pyi). Time and values are scaled to be of order 1.
-
-    step        (n - 1,) time to the next stamp
-    variance    (n,) of the measurement noise
-    covariance  (N, N) of the state before the first sample
-    segment     (n - 1,) segment of each interval
-    density     (segments,) process-noise density
-    derivative  index of the acceleration in the state
-    unit        (n,) m/s2 per scaled unit of the acceleration; larger where the orders of the model differ
-    time        (n,) s, or None for the stamps of the motion. Deviations are linear between stamps
-    oscillator  frequency in radians per scaled unit of time, damping ratio, index of the acceleration; None without
     """
 
-    step: Array
-    variance: Array
-    covariance: Array
-    segment: Segments
-    density: Array
-    derivative: int
-    unit: Array
+    step: Array  # (n - 1,) time to the next stamp
+    variance: Array  # (n,) of the measurement noise
+    covariance: Array  # (N, N) of the state before the first sample
+    segment: Segments  # (n - 1,) segment of each interval
+    density: Array  # (segments,) process-noise density
+    derivative: int  # index of the acceleration in the state
+    unit: Array  # (n,) m/s2 per scaled unit of the acceleration; larger where the orders of the model differ
+    # (n,) s, or None for the stamps of the motion. Deviations are linear between stamps
     time: Array | None = None
+    # frequency in radians per scaled unit of time, damping ratio, index of the acceleration; None without
     oscillator: OscillatorOfModel | None = None
 
     @property

@@ -47,23 +47,16 @@ NEAR = 3  # nearest names that an error lists
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a machine that can vary.
+    """One number of a machine that can vary."""
 
-    path    its full name: "carriages[1a].stiffness_y"
-    value   nominal value in SI `unit`
-    floor   "> 0", ">= 0" or "" for any number
-    within  its range, as in a machine file
-    sets    targets to which it adds, with factors: half of a carriage's stiffness at each end
-    owners  names of the parts that it belongs to, by kind: {"carriage": "1a", "rail": "1"}
-    """
-
-    path: str
+    path: str  # its full name: "carriages[1a].stiffness_y"
     unit: str
-    value: float
-    floor: str
+    value: float  # nominal value in SI `unit`
+    floor: str  # "> 0", ">= 0" or "" for any number
+    # targets to which it adds, with factors: half of a carriage's stiffness at each end
     sets: tuple[tuple[Target, float], ...]
-    owners: dict[str, str]
-    within: Range
+    owners: dict[str, str]  # names of the parts that it belongs to, by kind: {"carriage": "1a", "rail": "1"}
+    within: Range  # its range, as in a machine file
 
     @property
     def root(self) -> str:

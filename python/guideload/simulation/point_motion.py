@@ -130,18 +130,13 @@ def _magnitudes(static: Array, rates: Mapping[str, Array]) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Settling:
-    """Settling of a point after each move.
+    """Settling of a point after each move."""
 
-    point   its name
-    window  m
-    spans   the moves, and the standstills after them
-    time    (move,) s from the end of the move until the point stays inside the window; nan if the standstill ends
-            before that is seen
-    """
-
-    point: str
-    window: float
-    spans: tuple[MoveSpan, ...]
+    point: str  # its name
+    window: float  # m
+    spans: tuple[MoveSpan, ...]  # the moves, and the standstills after them
+    # (move,) s from the end of the move until the point stays inside the window; nan if the standstill ends before that
+    # is seen
     time: Array
 
 

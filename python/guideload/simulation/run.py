@@ -34,16 +34,14 @@ OF_SOLUTION = {
 
 
 class Extremes(NamedTuple):
-    """Smallest and largest loads of the carriages at any time and their times [s], each (carriage, 8) as in `Peaks`.
-
-    equivalent  (rules, 2) of each carriage with a rule: the largest equivalent load [N] without the effect of a
-                preload, and its time [s]
-    """
+    """Smallest and largest loads of the carriages at any time and their times [s], each (carriage, 8) as in `Peaks`."""
 
     smallest: Array
     largest: Array
     time_of_smallest: Array
     time_of_largest: Array
+    # (rules, 2) of each carriage with a rule: the largest equivalent load [N] without the effect of a preload, and its
+    # time [s]
     equivalent: Array
 
 

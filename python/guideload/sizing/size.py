@@ -243,7 +243,11 @@ def _properties(product: Product, preload_class: str | None) -> tuple[object, ..
 
 
 def _tried(
-    machine: Machine, motion: Motion, riders: Mapping[str, Motion] | None, trial: Candidate, conditions: LifeConditions
+    machine: Machine,
+    motion: Motion,
+    riders: Mapping[str, Motion] | None,
+    trial: Candidate,
+    conditions: LifeConditions,
 ) -> Candidate:
     """The candidate with the figures of its run; its reason if the run is refused."""
     try:

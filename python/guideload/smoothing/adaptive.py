@@ -49,17 +49,12 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class AdaptedModel:
-    """Samples with a process-noise density for each segment; scaled units.
-
-    segment  (n - 1,) segment of each interval
-    fit      densities, noise and sites
-    weight   of the prior
-    """
+    """Samples with a process-noise density for each segment; scaled units."""
 
     smoother: StateSpaceSmoother
-    segment: Segments
-    fit: Adaptation
-    weight: float
+    segment: Segments  # (n - 1,) segment of each interval
+    fit: Adaptation  # densities, noise and sites
+    weight: float  # of the prior
 
     def with_jumps_located(self) -> AdaptedModel:
         """The model with the segments of jumps divided once more, and all densities adapted for longer.

@@ -65,33 +65,23 @@ class Oscillation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotionEstimate(Kinematics):
-    """Estimated motion with its uncertainty; `bandwidth` holds for a sudden change by the largest acceleration.
+    """Estimated motion with its uncertainty; `bandwidth` holds for a sudden change by the largest acceleration."""
 
-    time                   (n,) s
-    acceleration_variance  (n,) (m/s2)^2, of the error at a stamp; +-1.96 standard deviations are the 95 % credible band
-    order                  of the white derivative of the position, or of the drive if the axis rings, with the
-                           largest weight
-    weights                weight of each order in the mixture, the largest first; they sum to 1
-    noise                  rms measurement noise, before rounding, in the unit of the samples
-    density                (n - 1,) process-noise density in each interval, (m/s^order)^2 s
-    stationary_density     density of the stationary fit, in the same unit
-    jumps                  (k, 2) s, start and end of stretches whose density is at least 20 times the stationary one
-    oscillation            frequency and damping with which the axis rings; None if the samples show no ringing
-    warning                if the trace is too noisy or too coarse, else ""
-    uncertainty            posterior of the acceleration over time, for loads, with at least this variance; None if all
-                           samples are equal
-    """
-
-    time: Array
+    time: Array  # (n,) s
+    # (n,) (m/s2)^2, of the error at a stamp; +-1.96 standard deviations are the 95 % credible band
     acceleration_variance: Array
-    density: Array
-    jumps: Array
+    density: Array  # (n - 1,) process-noise density in each interval, (m/s^order)^2 s
+    jumps: Array  # (k, 2) s, start and end of stretches whose density is at least 20 times the stationary one
+    # of the white derivative of the position, or of the drive if the axis rings, with the largest weight
     order: int = ORDERS[0]
+    # weight of each order in the mixture, the largest first; they sum to 1
     weights: dict[int, float] = field(default_factory=lambda: {ORDERS[0]: 1.0})
-    noise: float = 0.0
-    stationary_density: float = 0.0
+    noise: float = 0.0  # rms measurement noise, before rounding, in the unit of the samples
+    stationary_density: float = 0.0  # density of the stationary fit, in the same unit
+    # frequency and damping with which the axis rings; None if the samples show no ringing
     oscillation: Oscillation | None = None
-    warning: str = ""
+    warning: str = ""  # if the trace is too noisy or too coarse, else ""
+    # posterior of the acceleration over time, for loads, with at least this variance; None if all samples are equal
     uncertainty: Uncertainty | None = None
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:

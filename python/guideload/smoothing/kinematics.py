@@ -21,20 +21,13 @@ FEWEST = 8
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Motion at the time stamps of the samples.
+    """Motion at the time stamps of the samples."""
 
-    position      (n,) m; for samples of velocity it starts at 0
-    velocity      (n,) m/s
-    acceleration  (n,) m/s2
-    bandwidth     Hz, at which a change of acceleration has half amplitude; inf if unknown
-    note          method and parameters, as text
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    bandwidth: float
-    note: str
+    position: Array  # (n,) m; for samples of velocity it starts at 0
+    velocity: Array  # (n,) m/s
+    acceleration: Array  # (n,) m/s2
+    bandwidth: float  # Hz, at which a change of acceleration has half amplitude; inf if unknown
+    note: str  # method and parameters, as text
 
 
 def checked_samples(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array]:

@@ -39,18 +39,13 @@ FINE_STRIDES, FINE_MOVES, FINE_RANGE = ((1.03, 1.2), (1.01, 1.07)), 6, 1.2
 
 @dataclass(frozen=True, eq=False)
 class MixtureComponent:
-    """An order of the white derivative, adapted to all samples, with its weight and its posterior; scaled units.
-
-    mean            (n, 3) of the state
-    variance        (n,) of the acceleration
-    error_variance  (n,) calibrated variance of the error of the acceleration
-    """
+    """An order of the white derivative, adapted to all samples, with its weight and its posterior; scaled units."""
 
     weight: float
     model: AdaptedModel
-    mean: Array
-    variance: Array
-    error_variance: Array
+    mean: Array  # (n, 3) of the state
+    variance: Array  # (n,) of the acceleration
+    error_variance: Array  # (n,) calibrated variance of the error of the acceleration
 
     @property
     def order(self) -> int:

@@ -127,18 +127,12 @@ class Oscillator(NamedTuple):
 
 @dataclass(frozen=True)
 class StationaryFit:
-    """Model with one process-noise density; scaled units.
+    """Model with one process-noise density; scaled units."""
 
-    order          of the derivative of the position, or of the drive's, that is white noise
-    taken          order of the derivative that was sampled: 0 position, 1 velocity
-    noise          variance of measurement noise plus rounding
-    time_constant  (noise/density)^(1/(2 N - 1))
-    """
-
-    order: int
-    taken: int
-    noise: float = 1.0
-    time_constant: float = 1.0
+    order: int  # of the derivative of the position, or of the drive's, that is white noise
+    taken: int  # order of the derivative that was sampled: 0 position, 1 velocity
+    noise: float = 1.0  # variance of measurement noise plus rounding
+    time_constant: float = 1.0  # (noise/density)^(1/(2 N - 1))
     oscillator: Oscillator | None = None
 
     @property

@@ -50,24 +50,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Factor:
-    """One column of values.
+    """One column of values."""
 
-    name      "body.mass", "k[1a]"
-    unit      of its values: SI, or "1" where they are factors on the machine's values
-    targets   the full paths of the parameters that it sets
-    form      how a value sets them: as their "value", as a "factor" on it, or as a "shift" of it
-    marginal  its distribution; None where cases are given
-    entry     the index of its varied parameter, or of its column where cases are given
-    owner     the part for which it is drawn, or ""
-    """
-
-    name: str
-    unit: str
-    targets: tuple[str, ...]
-    form: Form
-    marginal: Marginal | None
-    entry: int
-    owner: str
+    name: str  # "body.mass", "k[1a]"
+    unit: str  # of its values: SI, or "1" where they are factors on the machine's values
+    targets: tuple[str, ...]  # the full paths of the parameters that it sets
+    form: Form  # how a value sets them: as their "value", as a "factor" on it, or as a "shift" of it
+    marginal: Marginal | None  # its distribution; None where cases are given
+    entry: int  # the index of its varied parameter, or of its column where cases are given
+    owner: str  # the part for which it is drawn, or ""
 
     @property
     def metadata(self) -> ParameterMetadata:

@@ -34,18 +34,12 @@ FORMAT = 4  # of `study.json` and of the chunks; guideload 0.1.0 wrote format 1,
 
 
 class ParameterMetadata(BaseModel, frozen=True):
-    """One column of drawn values.
+    """One column of drawn values."""
 
-    name          "body.mass", "k[1a]"
-    unit          of its values; "1" for factors on the machine's values
-    targets       paths of the parameters that it sets
-    distribution  in words: "uniform from 1125 to 1375 kg"
-    """
-
-    name: str
-    unit: str
-    targets: tuple[str, ...]
-    distribution: str = ""
+    name: str  # "body.mass", "k[1a]"
+    unit: str  # of its values; "1" for factors on the machine's values
+    targets: tuple[str, ...]  # paths of the parameters that it sets
+    distribution: str = ""  # in words: "uniform from 1125 to 1375 kg"
 
     @property
     def is_draw(self) -> bool:

@@ -37,24 +37,18 @@ MEAN_LOAD, PEAK_LOAD = ("load", "mean"), ("load", "max")  # of the equivalent lo
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of every sample: of each carriage, and of the machine.
+    """A quantity of every sample: of each carriage, and of the machine."""
 
-    name               with the unit at its end: "peak_Fy_N"
-    title              in tables and pictures
-    sources            (load, statistic) of the recorded columns; the quantity is their largest magnitude, life and
-                       static safety follow from it
-    in_summary         whether the summary contains it
-    worse              the value of two carriages together, as np.maximum, the worse one; of lives that of both;
-                       None for a time, or the load at the start, which the machine does not have
-    smallest_is_worst  whether values below a limit exceed it
-    """
-
-    name: str
-    title: str
+    name: str  # with the unit at its end: "peak_Fy_N"
+    title: str  # in tables and pictures
+    # (load, statistic) of the recorded columns; the quantity is their largest magnitude, life and static safety follow
+    # from it
     sources: tuple[tuple[str, str], ...]
-    in_summary: bool = True
+    in_summary: bool = True  # whether the summary contains it
+    # the value of two carriages together, as np.maximum, the worse one; of lives that of both; None for a time, or the
+    # load at the start, which the machine does not have
     worse: Any = np.maximum
-    smallest_is_worst: bool = False
+    smallest_is_worst: bool = False  # whether values below a limit exceed it
 
     @property
     def of_machine(self) -> bool:

@@ -27,18 +27,13 @@ LEAVE_OUT = 'or leave "load" out of quantities'
 
 @dataclass(frozen=True)
 class RatedStudy:
-    """Life and static safety in a study.
+    """Life and static safety in a study."""
 
-    criteria  of the carriages with ratings; empty if neither is computed
-    reason    why not, or empty
-    notes     for the report: limits that the motion passes, what was left out, or why neither is computed
-    travel    of the cart in the motion [m]; nan without criteria
-    """
-
-    criteria: tuple[Criteria, ...] = ()
-    reason: str = ""
+    criteria: tuple[Criteria, ...] = ()  # of the carriages with ratings; empty if neither is computed
+    reason: str = ""  # why not, or empty
+    # for the report: limits that the motion passes, what was left out, or why neither is computed
     notes: tuple[str, ...] = ()
-    travel: float = math.nan
+    travel: float = math.nan  # of the cart in the motion [m]; nan without criteria
 
     @property
     def exponent(self) -> float:

@@ -31,18 +31,12 @@ FROM_FIRST = "from the first"  # in the note on stamps that count from the first
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """Columns of a table.
+    """Columns of a table."""
 
-    time    (n,) s, not decreasing
-    values  (n, k) in the order in which they were asked for
-    source  of the table
-    note    on the time stamps
-    """
-
-    time: Array
-    values: Array
-    source: str
-    note: str
+    time: Array  # (n,) s, not decreasing
+    values: Array  # (n, k) in the order in which they were asked for
+    source: str  # of the table
+    note: str  # on the time stamps
 
 
 def read_channels(
