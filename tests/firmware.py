@@ -45,7 +45,7 @@ def main() -> None:
     left_out: list[str] = []
     machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
     motion = motion_from_trace(read_trace(EXAMPLES / "manipulator.csv"), machine.drive)
-    settings = MonitorSettings(PERIOD, QUANTUM, LAG, max_acceleration=20.0)
+    settings = MonitorSettings(period=PERIOD, travel_per_count=QUANTUM, lag=LAG, max_acceleration=20.0)
     design = designed(machine, motion, settings)
     print(
         f"smoother: order {design.order}, time constant {design.time_constant} samples; peaks on the trace within "

@@ -33,7 +33,9 @@ def main() -> None:
     designs: Designs = {}
     for quantum in QUANTA:
         for lag in LAGS:
-            settings = MonitorSettings(PERIOD, 1e-6 * quantum, lag, MOST)
+            settings = MonitorSettings(
+                period=PERIOD, travel_per_count=1e-6 * quantum, lag=lag, max_acceleration=MOST
+            )
             designs[quantum, lag] = designed(machine, motion, settings)
     lines = table(designs)
     print(lines)

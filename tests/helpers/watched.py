@@ -16,7 +16,9 @@ from guideload.watch.lines import Lines
 from guideload.watch.session import Session
 
 LIMIT = 4600.0  # N, which the motion passes on carriage 2b
-SETTINGS = MonitorSettings(period=1e-3, quantum=20e-6, lag=20, max_acceleration=40.0, limit=LIMIT)
+SETTINGS = MonitorSettings(
+    period=1e-3, travel_per_count=20e-6, lag=20, max_acceleration=40.0, load_limit=LIMIT
+)
 SMOOTHER = (3, 2.2)
 
 
@@ -43,7 +45,7 @@ def samples(count: int = 4000) -> tuple[Any, Any]:
     stamps = np.arange(count)
     time = 1e-3 * np.maximum(stamps - 1500, 0)
     position = 0.05 * (1.0 - np.cos(2 * np.pi * 1.2 * time))
-    return stamps, np.round(position / SETTINGS.quantum).astype(np.int64)
+    return stamps, np.round(position / SETTINGS.travel_per_count).astype(np.int64)
 
 
 def text_of(stamps: Any, counts: Any) -> bytes:

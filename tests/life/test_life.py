@@ -59,7 +59,6 @@ def test_the_causes_add_up_to_the_worst_load_and_the_phases_to_one(life: Life) -
     for one in life.carriages:
         assert sum(one.worst.shares.values()) == pytest.approx(one.worst.load, rel=1e-12)
         assert one.static.safety == pytest.approx(60e3 / one.worst.load, rel=1e-15)
-        assert one.static.safety <= min(one.static.alone.values())
         assert list(one.worst.shares) == ["weight", "acceleration", "vibration"]  # there is nothing else
     assert sum(life.phases.values()) == pytest.approx(1.0, rel=1e-12)
     assert life.phases["at rest"] < 1e-3  # standing costs no life

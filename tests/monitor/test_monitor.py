@@ -10,7 +10,7 @@ from lives import PRODUCT, cart
 from texts import one_line
 
 from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
-from guideload.base.errors import ArgumentError, SceneError
+from guideload.base.errors import ArgumentError, ConfigError, SceneError
 from guideload.catalogue.product import Product
 from guideload.cli.inputs import EXAMPLES
 from guideload.life.equivalent_load import EquivalentLoad
@@ -22,7 +22,7 @@ from guideload.monitor.estimator import filter_taps
 from guideload.monitor.source import C_PLACES, c_source, rust_source
 from guideload.watch.status import status
 
-SETTINGS = MonitorSettings(period=1e-3, quantum=20e-6, lag=20, max_acceleration=20.0)
+SETTINGS = MonitorSettings(period=1e-3, travel_per_count=20e-6, lag=20, max_acceleration=20.0)
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_the_stated_error_holds_where_the_encoder_rounds_otherwise(
 
 
 def test_a_finer_encoder_gives_smaller_errors(machine: Machine, motion: Motion, design: Design) -> None:
-    fine = designed(machine, motion, replace(SETTINGS, quantum=1e-6))
+    fine = designed(machine, motion, SETTINGS.model_copy(update={"travel_per_count": 1e-6}))
     assert fine.peak_error < 0.02 < design.peak_error + 0.01
     assert fine.load_error < 0.6 * design.load_error
 
@@ -133,7 +133,9 @@ def test_source_texts_have_all_constants_and_fit_their_places(design: Design) ->
     for name in constants:
         assert f"    {name}: " in rust and f"    .{name} = " in c
     assert "nan" not in rust.lower() and "inf" not in rust.lower().replace("f32::infinity", "")
-    long = replace(design, settings=replace(SETTINGS, most_missing=64), taps=filter_taps(3, 2.0, 100))
+    long = replace(
+        design, settings=SETTINGS.model_copy(update={"most_missing": 64}), taps=filter_taps(3, 2.0, 100)
+    )
     with pytest.raises(ArgumentError, match=f"{C_PLACES[2]} second differences"):
         c_source(long)
 
@@ -142,15 +144,15 @@ def test_source_texts_have_all_constants_and_fit_their_places(design: Design) ->
     ("change", "message"),
     [
         ({"period": 0.0}, "period"),
-        ({"quantum": 0.0}, "quantum"),
+        ({"travel_per_count": 0.0}, "travel_per_count"),
         ({"lag": 500}, "lag"),
-        ({"counter_bits": 40}, "counter_bits"),
+        ({"encoder_bits": 40}, "encoder_bits"),
         ({"max_acceleration": 1e10}, "max_acceleration"),
     ],
 )
 def test_settings_out_of_range_are_refused(change: dict[str, float], message: str) -> None:
-    with pytest.raises(ArgumentError, match=message):
-        replace(SETTINGS, **change)
+    with pytest.raises(ConfigError, match=message):
+        SETTINGS.model_copy(update=change)
 
 
 def test_machines_that_a_monitor_cannot_compute_are_refused(machine: Machine, motion: Motion) -> None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload.audit.histories import Histories
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,7 @@ def _contact_error(histories: Histories, steps: Array) -> float:
     return 0.5 * float(steps @ (np.abs(np.diff(histories.active_damping, axis=0)) * fastest).sum(axis=1))
 
 
-def _edge_crossed(histories: Histories) -> NDArray[np.bool_]:
+def _edge_crossed(histories: Histories) -> Flags:
     """Whether any link is on different segments of its law at both ends of an interval, (interval,)."""
     crossed = np.zeros(max(histories.time.size - 1, 0), dtype=np.bool_)
     for law, deflection in zip(histories.links.laws, histories.deflection.T, strict=True):

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload.audit.histories import Histories
-from guideload.base.arrays import Array, median_step
+from guideload.base.arrays import Array, Flags, Indices, Integers, median_step
 from guideload.base.quantities import Quantities
 from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
@@ -64,21 +63,21 @@ class Contact:
     """Loss of contact, and the preload that would prevent it."""
 
     # (time, link) whether a link with clearance carries no load, or a preloaded link has a row open
-    lost: NDArray[np.bool_]
+    lost: Flags
     share: Array  # (link,) fraction of the time for which `lost` is true
     never_touching: tuple[str, ...]  # names of the links with clearance that are never in contact
     changes: int  # number of contact changes that the solver counted
     changing_sign: tuple[str, ...]  # names of the links whose elastic load changes its sign
-    preloaded: NDArray[np.bool_]  # (link,) whether the link is preloaded
+    preloaded: Flags  # (link,) whether the link is preloaded
     # (carriage, 2) N, along y and z: preload of the whole carriage that keeps both rows of balls loaded under these
     # loads; rollers need `ROLLERS` times as much
     preload_needed: Array
 
-    def lost_by(self, links: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def lost_by(self, links: Integers) -> Flags:
         """Whether any of the links with these indices has lost contact, shape (time,)."""
         return np.asarray(self.lost[:, links].any(axis=1))
 
-    def words(self, links: NDArray[np.int64]) -> str:
+    def words(self, links: Integers) -> str:
         """What "lost" means for the links with these indices that lose contact."""
         rows = self.preloaded[links[self.lost[:, links].any(axis=0)]]
         if not rows.any():
@@ -263,7 +262,7 @@ def vibration(histories: Histories) -> tuple[float, float]:
     return float(np.abs(load - quasi_static).max()), float(np.abs(load).max())
 
 
-def peak_instants(data: Quantities) -> NDArray[np.intp]:
+def peak_instants(data: Quantities) -> Indices:
     """Indices (carriage, 3) of the instants of largest resultant, dynamic force in y and z, and dynamic moment."""
     across = data["force"][:, :, 1:]
     dynamic = across - data["static_force"][:, 1:], data["moment"] - data["static_moment"]
@@ -288,7 +287,7 @@ def _worst(names: tuple[str, ...], load: Array, reference: Array) -> tuple[float
     return float(deviation[at]), names[at]
 
 
-def share_of_time(time: Array, flags: NDArray[np.bool_]) -> Array:
+def share_of_time(time: Array, flags: Flags) -> Array:
     """Fraction of the time for which flags (time, column) are true, (column,), by the trapezoidal rule."""
     span = time[-1] - time[0]
     if span == 0.0:

@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 from guideload.base.errors import TraceError
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+Integers = NDArray[np.int64]
+Complex = NDArray[np.complex128]
 
 
 @contextmanager
@@ -41,7 +45,7 @@ def median_step(time: Array) -> float:
     return float(np.median(steps)) if steps.size else 0.0
 
 
-def find_runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def find_runs(flags: Flags) -> tuple[Indices, Indices]:
     """Runs of consecutive true flags: indices of their first entries, and of the entries after their last."""
     edges = np.flatnonzero(np.diff(np.pad(flags, 1).astype(np.int8)))
     return edges[::2], edges[1::2]

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
-
-Indices = NDArray[np.intp]
+from guideload.base.arrays import Array, Indices
 
 MOST = 50  # maxima searched of each history, the highest by their parabolas
 ROUNDING = 1e-12  # of the threshold: a smaller gain is none

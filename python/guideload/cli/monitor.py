@@ -107,11 +107,11 @@ def build(
     largest = float(np.abs(motion.acceleration[:, 0]).max())
     settings = MonitorSettings(
         period=period,
-        quantum=travel_per_count,
+        travel_per_count=travel_per_count,
         max_acceleration=5.0 * largest if max_acceleration is None else max_acceleration,
-        limit=float("inf") if load_limit is None else load_limit,
+        load_limit=load_limit,
         bin=width,
-        counter_bits=encoder_bits,
+        encoder_bits=encoder_bits,
         **whole,
     )
     with status("choosing the smoother"):

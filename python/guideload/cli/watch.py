@@ -82,7 +82,7 @@ def watch(
     if record_only and output is None:
         raise click.UsageError("--record-only needs -o: the record is in that folder")
     monitor = Monitor.from_toml(monitor_file)
-    if (stop_at_limit or on_limit) and monitor.settings.limit == float("inf"):
+    if (stop_at_limit or on_limit) and monitor.settings.load_limit is None:
         raise InputError(f"{monitor_file}: there is no limit to pass: add load_limit")
     with ExitStack() as stack:
         ends = stack.enter_context(asked_to_end())

@@ -14,11 +14,10 @@ from functools import cached_property
 from itertools import accumulate, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, NuisanceParameter
@@ -76,7 +75,7 @@ class Objective:
         self.noise_index = np.concatenate(list(starts))
         self._last: tuple[Array, Array, Array] | None = None
 
-    def at_bound(self, x: Array) -> NDArray[np.bool_]:
+    def at_bound(self, x: Array) -> Flags:
         """Which coordinates (p + q,) lie at a bound of their search."""
         low, high = self.bounds
         near = 1e-6 / self.weights  # of the spread before the data

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,7 +77,7 @@ class Measured(ABC):
         """(m,) what each value is: "frequency of mode 2"; long records give one label for all their samples."""
 
     @property
-    def noise_index(self) -> NDArray[np.intp]:
+    def noise_index(self) -> Indices:
         """(m,) index of the noise group of each value; by default they are of one group."""
         return np.zeros(len(self.labels), dtype=np.intp)
 

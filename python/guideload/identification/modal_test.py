@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import linear_sum_assignment
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.identification.measured import Measured, Noise, Residuals
 from guideload.identification.model import ModelAt, SensorPlace
 from guideload.sensitivity.modes import Complex
@@ -131,7 +130,7 @@ class ModalTest(Measured):
         )
 
     @property
-    def noise_index(self) -> NDArray[np.intp]:
+    def noise_index(self) -> Indices:
         return np.array([self._used.index(kind) for _, kind in self._rows], dtype=np.intp)
 
     @property

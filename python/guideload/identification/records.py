@@ -27,13 +27,12 @@ from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 from scipy.fft import dct, irfft, rfft
 from scipy.optimize import minimize
 from scipy.signal import lfilter
 from scipy.stats import norm, t
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.errors import TraceError
 from guideload.identification.measured import Measured, Residuals
 from guideload.identification.model import Excitation, ModelAt
@@ -49,11 +48,11 @@ FEWEST_WINDOWS = 20  # windows: fewer say nothing about the errors of a record
 class Windows:
     """Samples of a record in windows."""
 
-    samples: NDArray[np.intp]  # (n,) indices of the samples that are used, ascending
-    first: NDArray[np.intp]  # (m,) index in `samples` of the first sample of each window
+    samples: Indices  # (n,) indices of the samples that are used, ascending
+    first: Indices  # (m,) index in `samples` of the first sample of each window
 
     @classmethod
-    def of(cls, time: Array, usable: NDArray[np.bool_], length: float, source: str) -> Windows:
+    def of(cls, time: Array, usable: Flags, length: float, source: str) -> Windows:
         """Windows of `length` seconds without any sample (n,) that is not usable. Raises TraceError if few are left."""
         number = np.floor((time - time[0]) / length) if length else np.arange(time.size)
         _, window = np.unique(number, return_inverse=True)
@@ -109,11 +108,11 @@ class Record(Measured):
         return tuple(name for name, _ in self.titles for _ in self.windows.first)
 
     @cached_property
-    def noise_index(self) -> NDArray[np.intp]:
+    def noise_index(self) -> Indices:
         return np.repeat(np.arange(self.levels.size), self.windows.first.size)
 
     @cached_property
-    def instants(self) -> NDArray[np.intp]:
+    def instants(self) -> Indices:
         """(k m,) window of each value: errors may be alike for many windows."""
         return np.tile(np.arange(self.windows.first.size), self.levels.size)
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Complex
 from guideload.identification.measured import Measured, Noise, NuisanceParameter, Residuals
 from guideload.identification.model import ModelAt, SensorPlace
 
-Complex = NDArray[np.complex128]
 NEAR = 0.3  # relative distance of computed and measured curves within which the computed ones give the noise
 SAME = 0.02  # rms relative change of the standard deviations that ends the rounds
 TINY = float(np.finfo(np.float64).tiny)

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import raised_loads
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.catalogue.conditions import RuleName
 from guideload.catalogue.product import Product
 from guideload.life.arrangement import Arrangement
@@ -126,7 +125,7 @@ class EquivalentLoad:
 
         The parts add up to the load. This P is linear in it as long as no sign changes, so the shares add up to it.
         """
-        signs: NDArray[np.intp] = (loads[1:] < 0.0).astype(np.intp)
+        signs: Indices = (loads[1:] < 0.0).astype(np.intp)
         slopes = [
             np.where(signs, -1.0, 1.0) * weights[np.arange(len(COMPONENTS)), signs]
             for weights in self.weights

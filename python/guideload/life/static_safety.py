@@ -10,9 +10,6 @@ from numpy.typing import ArrayLike
 
 from guideload.base.arrays import Array
 from guideload.catalogue.product import Product
-from guideload.life.equivalent_load import AXES
-
-FORCES = ("lift or press", "side")
 
 
 class LargestLoads(NamedTuple):
@@ -30,9 +27,6 @@ class StaticSafety:
 
     safety: float  # C0/P0 at the worst instant, P0 with the moments that the rule counts
     largest: LargestLoads  # its largest loads
-    # smallest safety under each load alone, without preload: C0 over the force, M0 over the moment; only of rated
-    # moments
-    alone: dict[str, float]
 
     @property
     def peak(self) -> float:
@@ -44,12 +38,7 @@ def static_safety(largest: LargestLoads, product: Product, contact_factor: float
     """The static safety under the largest loads. contact_factor: f_C, that reduces C0 of carriages side by side."""
     assert product.static is not None
     rating = contact_factor * product.static
-    rated = {name: (rating, largest.sizes[i]) for i, name in enumerate(FORCES, start=1)}
-    for i, axis in enumerate(AXES, start=3):
-        if (moment := getattr(product.static_moments, axis)) is not None:
-            rated[axis] = (contact_factor * moment, largest.sizes[i])
-    alone = {name: float(safety(limit, load)) for name, (limit, load) in rated.items()}
-    return StaticSafety(float(safety(rating, largest.equivalent)), largest, alone)
+    return StaticSafety(float(safety(rating, largest.equivalent)), largest)
 
 
 def safety(rating: float, load: ArrayLike) -> Array:

@@ -9,10 +9,9 @@ from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import Law
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices, Integers
 from guideload.base.errors import SceneError
 from guideload.machine.components import Carriage, Distances, Link, Rail
 from guideload.machine.straightness import Profile
@@ -61,17 +60,17 @@ class LinkTable:
     laws: tuple[Law, ...]
     stiffness: Array  # (n,) N/m, nominal stiffness: see `Law.stiffness` of the core
     damping: Array  # (n,) N s/m
-    damping_in_contact: NDArray[np.bool_]  # (n,) whether the damping acts only outside the clearance
+    damping_in_contact: Flags  # (n,) whether the damping acts only outside the clearance
     offsets: Array  # (n,) m, displacement of the foot along the direction, from mounting errors
-    carriage: NDArray[np.intp]  # (n,) index into the carriages, -1 for an extra link
-    axis: NDArray[np.intp]  # (n,) 1 along the carriage's y, 2 along its z, -1 for an extra link
+    carriage: Indices  # (n,) index into the carriages, -1 for an extra link
+    axis: Indices  # (n,) 1 along the carriage's y, 2 along its z, -1 for an extra link
 
     @cached_property
     def rows(self) -> Array:
         """Deflection of each link per displacement and rotation (u, phi) of L, (n, 6) [1, m]."""
         return read_only(np.hstack([self.directions, np.cross(self.points, self.directions)]))
 
-    def arms(self, links: NDArray[np.int64], center: Array, axes: Array) -> Array:
+    def arms(self, links: Integers, center: Array, axes: Array) -> Array:
         """Force and moment about a centre, along axes (3, 3), per load of some links: (k, 6) [1, m]."""
         directions = self.directions[links]
         moments = np.cross(self.points[links] - center, directions)
@@ -190,7 +189,7 @@ def own_axes(places: Array) -> Array:
     return axes
 
 
-_Numbers = TypeVar("_Numbers", Array, NDArray[np.intp], NDArray[np.int64], NDArray[np.bool_])
+_Numbers = TypeVar("_Numbers", Array, Indices, Integers, Flags)
 
 
 def read_only(array: _Numbers) -> _Numbers:

@@ -13,14 +13,13 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal, cast, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic.functional_validators import ModelWrapValidatorHandler
 from pydantic_core import InitErrorDetails
 
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices, Integers
 from guideload.base.atomic import atomic_write
 from guideload.base.config import optional
 from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
@@ -254,7 +253,7 @@ class Machine(FileModel):
         return read_only(errors)
 
     @cached_property
-    def rail_of_carriage(self) -> NDArray[np.intp]:
+    def rail_of_carriage(self) -> Indices:
         """Index of each carriage's rail, shape (carriage,)."""
         index = {rail.name: i for i, rail in enumerate(self.rails)}
         return read_only(np.array([index[carriage.rail] for carriage in self.carriages], dtype=np.intp))
@@ -276,7 +275,7 @@ class Machine(FileModel):
         return read_only(np.array([0.0 if one is None else one.per_carriage for one in seals]))
 
     @cached_property
-    def links_of_carriages(self) -> tuple[NDArray[np.int64], ...]:
+    def links_of_carriages(self) -> tuple[Integers, ...]:
         """For each carriage, the indices of its links in the link table."""
         return tuple(map(read_only, _places(self.link_table().carriage, len(self.carriages))))
 
@@ -293,7 +292,7 @@ class Machine(FileModel):
         return np.asarray(np.linalg.norm(np.array(sums).reshape(len(sums), len(loads), 2), axis=2).T)
 
     @cached_property
-    def links_of_rails(self) -> tuple[NDArray[np.int64], ...]:
+    def links_of_rails(self) -> tuple[Integers, ...]:
         """For each rail, the indices of the links of its carriages in the link table."""
         table = self.link_table()
         rail = np.append(self.rail_of_carriage, -1)[table.carriage]  # -1 for extra links
@@ -336,7 +335,7 @@ class Machine(FileModel):
         laws = [Law.linear(stiffness) for stiffness in table.stiffness]
         return self._scene_with(laws, np.zeros(len(laws), dtype=np.bool_))
 
-    def _scene_with(self, laws: Sequence[Law], damping_in_contact: NDArray[np.bool_]) -> Scene:
+    def _scene_with(self, laws: Sequence[Law], damping_in_contact: Flags) -> Scene:
         table = self.link_table()
         return Scene(
             mass=self.body.mass,
@@ -386,7 +385,7 @@ class Machine(FileModel):
         return table_of(self.carriages, self.carriage_places, self.links, self.mounting_errors)
 
 
-def _places(owner: NDArray[np.intp], count: int) -> list[NDArray[np.int64]]:
+def _places(owner: Indices, count: int) -> list[Integers]:
     """For each of `count` owners, the ascending indices of its entries in `owner`; -1 is no owner."""
     order = np.argsort(owner, kind="stable")
     return np.split(order, np.searchsorted(owner[order], np.arange(count + 1)))[1:-1]

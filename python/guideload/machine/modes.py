@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Complex
 from guideload.machine.machine import DOFS, Machine
 
 ROUNDING = 1e-12  # of an eigenvalue
-Vectors = TypeVar("Vectors", Array, NDArray[np.complex128])
+Vectors = TypeVar("Vectors", Array, Complex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +33,7 @@ class Modes:
     damping_ratio: Array
     damped_frequency: Array
     shape: Array
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: Complex
 
     @classmethod
     @checked
@@ -48,7 +47,7 @@ class Modes:
         return cls(frequency / (2.0 * np.pi), damping_ratio, damped_frequency, shapes, eigenvalues)
 
 
-def _damped(alone: Array, eigenvalues: NDArray[np.complex128]) -> tuple[Array, Array]:
+def _damped(alone: Array, eigenvalues: Complex) -> tuple[Array, Array]:
     """Damping ratios (n,) and frequencies (n,) [Hz] of the damped modes, by the eigenvalues.
 
     alone: (n,) damping ratio of each mode without the coupling of modes by dampers. Modes whose frequencies are close

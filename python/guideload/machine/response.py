@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Complex
 from guideload.base.errors import ArgumentError
 from guideload.base.ranges import FREQUENCY
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import displacement
 
-Complex = NDArray[np.complex128]
 DRIVE = "drive"
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 # The frequencies by default: over this range around the modes, and finer within some half-widths of each resonance.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import Solution
-from guideload.base.arrays import Array, find_runs, median_step
+from guideload.base.arrays import Array, Complex, find_runs, median_step
 from guideload.base.number_text import counted, digits, scientific
 from guideload.machine.machine import Machine
 from guideload.method_comparison.diagram import Reference
@@ -23,7 +22,7 @@ def difficulties(
     motion: Motion,
     solution: Solution,
     reference: Reference,
-    eigenvalues: NDArray[np.complex128],
+    eigenvalues: Complex,
 ) -> dict[str, str]:
     """The features of a scene on which methods fail, and their size here; none if it is easy.
 
@@ -67,7 +66,7 @@ def _growth(reference: Reference) -> str:
     )
 
 
-def _damping(motion: Motion, eigenvalues: NDArray[np.complex128]) -> str:
+def _damping(motion: Motion, eigenvalues: Complex) -> str:
     """Vibrations that hardly decay, and decays that are over within a part of the interval between samples."""
     interval = median_step(motion.time)
     sizes = np.abs(eigenvalues)

@@ -12,11 +12,10 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import Solution
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array, median_step
+from guideload.base.arrays import Array, Complex, Indices, median_step
 from guideload.base.errors import ArgumentError, RunError
 from guideload.base.methods import METHODS
 from guideload.machine.machine import DOFS, Machine
@@ -71,7 +70,7 @@ class Stability:
     """
 
     machine: Machine
-    eigenvalues: NDArray[np.complex128]
+    eigenvalues: Complex
     longest_steps: Array
     motion: Motion
     rtol: float
@@ -204,7 +203,7 @@ def _cost(
     return Cost(method, needed, solution.steps, solution.rejected, seconds, found, note)
 
 
-def step_ends(machine: Machine, motion: Motion, method: str) -> NDArray[np.intp]:
+def step_ends(machine: Machine, motion: Motion, method: str) -> Indices:
     """Indices of the samples at which every step of a method must end: all, or those where the excitation bends.
 
     rk45 and implicit step over samples that lie on a straight line, unless contact changes are to be located.
@@ -222,7 +221,7 @@ def step_ends(machine: Machine, motion: Motion, method: str) -> NDArray[np.intp]
     return np.flatnonzero(np.concatenate([[True], ~straight, [True]]))
 
 
-def _needed(motion: Motion, ends: NDArray[np.intp], longest: float) -> int:
+def _needed(motion: Motion, ends: Indices, longest: float) -> int:
     """Steps from each of the samples `ends` to the next, none longer than `longest` [s].
 
     Before the first excitation one step per interval suffices.

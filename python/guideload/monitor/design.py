@@ -58,7 +58,7 @@ class Design:
         settings = self.settings
         return [
             f"Load monitor of {shortened(self.machine.name)}, written by `guideload monitor build`.",
-            f"Period {settings.period:g} s, {settings.quantum:g} m per count, lag {settings.lag} samples.",
+            f"Period {settings.period:g} s, {settings.travel_per_count:g} m per count, lag {settings.lag} samples.",
             f"Smoother of order {self.order}, time constant {self.time_constant:g} samples; "
             f"peak loads on the given motion within {100 * self.peak_error:.1f} %.",
         ]
@@ -108,7 +108,7 @@ class SampledPath:
         begin = 0.0 if motion.velocity is None else float(motion.velocity[0, 0])
         moved = travel_at(motion.time, travel_of(motion.excitation), grid)[:, 0]
         position = moved + begin * (grid - start)
-        if grid.size < 8 or float(np.ptp(position)) < 100.0 * abs(settings.quantum):
+        if grid.size < 8 or float(np.ptp(position)) < 100.0 * abs(settings.travel_per_count):
             raise ArgumentError(
                 "monitor: the motion needs at least 8 samples and a travel of 100 counts, got "
                 f"{grid.size} samples and {float(np.ptp(position)):.3g} m"
@@ -121,9 +121,9 @@ class SampledPath:
         constants, settings = monitor.constants(), monitor.settings
         before = int(constants["settling"]) + int(constants["tap_count"]) + 4
         steady = np.pad(self.position, (before, settings.lag), mode="edge")
-        counts = np.round(steady / settings.quantum + phase).astype(np.int64)
+        counts = np.round(steady / settings.travel_per_count + phase).astype(np.int64)
         stamps = (np.arange(counts.size) * settings.ticks).astype(np.uint32)
-        wrapped = (counts & (2**settings.counter_bits - 1)).astype(np.uint32)
+        wrapped = (counts & (2**settings.encoder_bits - 1)).astype(np.uint32)
         _, _, loads = monitor.push(stamps, wrapped)
         found = loads[before + settings.lag :]
         peaks = [np.hypot(each[..., 0], each[..., 1]).max(axis=0) for each in (found, self.loads)]

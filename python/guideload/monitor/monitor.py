@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from guideload._core import Monitor as CoreMonitor
 from guideload.base.arguments import checked, require_unmasked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Integers
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.life.criteria import Criteria, known_criteria
 from guideload.life.equivalent_load import PLAIN_SUM
@@ -50,7 +51,7 @@ class Monitor(CoreMonitor):
             centers=machine.carriage_places,
             judged=judged,
             period=settings.period,
-            quantum=settings.quantum,
+            quantum=settings.travel_per_count,
             input=settings.of_core,
             taps=taps,
             lag=settings.lag,
@@ -76,7 +77,7 @@ class Monitor(CoreMonitor):
     @checked
     def push(
         self, stamps: ArrayLike, counts: ArrayLike, until_limit: bool = False
-    ) -> tuple[NDArray[np.uint32], NDArray[np.int64], Array]:
+    ) -> tuple[NDArray[np.uint32], Integers, Array]:
         """Take n samples, whole numbers: time stamps in ticks and counter, both of which may wrap or be negative.
 
         until_limit: stop after the sample at which a carriage rises above its limit; the results end there, and the
@@ -87,7 +88,7 @@ class Monitor(CoreMonitor):
         [N], Mx, My, Mz [N m] about the carriage centre. Raises ArgumentError.
         """
         times = _words("stamps", stamps, WORD)
-        found = _words("counts", counts, 2**self.settings.counter_bits)
+        found = _words("counts", counts, 2**self.settings.encoder_bits)
         if times.shape != found.shape:
             raise ArgumentError(
                 f"stamps, counts: expected as many of one as of the other, got {times.size} and {found.size}"
@@ -145,12 +146,13 @@ def _rules(machine: Machine, settings: MonitorSettings) -> tuple[list[Judged], b
 
 def _judged(criteria: Criteria | None, settings: MonitorSettings) -> tuple[Judged, float]:
     """Rule, limit, bin and capacity of a carriage, and its exponent. Without ratings: |Fy| + |Fz|, and no life."""
+    limit = math.inf if settings.load_limit is None else settings.load_limit
     if criteria is None:
-        return (PLAIN_SUM.of_core, settings.limit, settings.bin, 0.0), 3.0
+        return (PLAIN_SUM.of_core, limit, settings.bin, 0.0), 3.0
     for axis in criteria.rule.missing:
         raise criteria.unrated(axis, f"may carry a {axis} moment")
     capacity = float(criteria.life_under(1.0))  # of 1 N, so it is life times load^p
-    return (criteria.rule.of_core, settings.limit, settings.bin, capacity), criteria.rating.exponent
+    return (criteria.rule.of_core, limit, settings.bin, capacity), criteria.rating.exponent
 
 
 def require_supported(machine: Machine) -> None:

@@ -2,72 +2,58 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
-from guideload.base.config import number
-from guideload.base.errors import ArgumentError, ValueRefused
-from guideload.base.ranges import ACCELERATION, LENGTH, PERIOD, PRELOAD
+from pydantic import Field, model_validator
+
+from guideload.base.config import ConfigModel, in_range, optional
+from guideload.base.errors import ValueRefused
+from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 FRACTION = 16  # parts of a count in which the monitor computes positions
 NOISE = 3.0  # counts: rounding of three positions in a second difference, and one count of noise
 BITS = 31  # of a whole number of the monitor, with its sign
+Load = Annotated[float, in_range(FORCE, above=0.0)]
 
 
-@dataclass(frozen=True)
-class MonitorSettings:
-    """Sampling, encoder and limits of a monitor.
+class MonitorSettings(ConfigModel):
+    """Sampling, encoder and limits of a monitor. Raises ConfigError."""
 
-    period            s, between two samples
-    quantum           m of travel per count; negative if the counter counts backwards
-    lag               samples after the instant whose loads come out; 0: the past alone
-    counter_bits      width of the counter
-    ticks             time stamps per period; 1 if the stamp is the number of the sample
-    max_acceleration  m/s2 that the axis cannot exceed: a sample that asks for more is wrong
-    most_missing      samples that may be missing in a row
-    limit             N, of the equivalent load of every carriage; inf: none
-    bin               N, width of a bin of the histogram
+    period: Annotated[float, in_range(PERIOD, above=0.0)] = Field(
+        description='time between two samples, e.g. "1 ms"'
+    )
+    travel_per_count: Annotated[float, in_range(LENGTH, nonzero=True)] = Field(
+        description='travel of the cart per count, e.g. "20 um"; negative if the counter counts backwards'
+    )
+    lag: Annotated[int, Field(ge=0, le=200)] = Field(description="delay of the loads, in samples")
+    encoder_bits: Annotated[int, Field(ge=8, le=32)] = optional("width of the counter", 32)
+    ticks: Annotated[int, Field(ge=1, le=2**24)] = optional(
+        "time stamps per period; 1 if the stamp is the number of the sample", 1
+    )
+    max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] = Field(
+        description="largest acceleration the axis can have: a sample that asks for more is wrong"
+    )
+    most_missing: Annotated[int, Field(ge=0, le=64)] = optional("samples that may be missing in a row", 8)
+    load_limit: Load | None = optional("limit of the equivalent load of every carriage")
+    bin: Load = optional("width of a bin of the histogram of the equivalent load", 500.0)
 
-    Raises ArgumentError.
-    """
-
-    period: float
-    quantum: float
-    lag: int
-    max_acceleration: float
-    counter_bits: int = 32
-    ticks: int = 1
-    most_missing: int = 8
-    limit: float = float("inf")
-    bin: float = 500.0
-
-    def __post_init__(self) -> None:
-        quantities = {"period": PERIOD, "max_acceleration": ACCELERATION, "bin": PRELOAD, "limit": PRELOAD}
-        if self.limit == float("inf"):
-            del quantities["limit"]
-        for name, within in quantities.items():
-            try:
-                number(getattr(self, name), within.unit, above=0.0, within=within)
-            except ValueRefused as refused:
-                raise ArgumentError(f"{name}: {refused}") from None
-        try:
-            number(self.quantum, "m", nonzero=True, within=LENGTH)
-        except ValueRefused as refused:
-            raise ArgumentError(f"quantum: {refused}; it is the travel of the cart per count") from None
-        ranges = {"lag": (0, 200), "counter_bits": (8, 32), "ticks": (1, 2**24), "most_missing": (0, 64)}
-        for name, (least, most) in ranges.items():
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise ArgumentError(f"{name}: expected {least} to {most}, got {value!r}")
+    @model_validator(mode="after")
+    def _fits_the_monitor(self) -> Self:
         if self.most_change * FRACTION >= 2**BITS:
-            raise ArgumentError(
-                f"max_acceleration: {self.max_acceleration:g} m/s2 is {self.most_change:.3g} counts per period "
-                "squared, too many for the monitor: check period and quantum"
+            raise ValueRefused(
+                f"max_acceleration of fewer counts than {self.most_change:.3g} per period squared",
+                self.max_acceleration,
+                "check period and travel_per_count",
             )
+        return self
 
     @property
     def most_change(self) -> float:
         """Largest change of the step from a period to the next, in counts."""
-        return self.max_acceleration * self.period**2 / abs(self.quantum)
+        return self.max_acceleration * self.period**2 / abs(self.travel_per_count)
 
     @property
     def of_core(self) -> list[int]:
@@ -77,7 +63,7 @@ class MonitorSettings:
         return [
             self.ticks,
             self.ticks // 20,
-            self.counter_bits,
+            self.encoder_bits,
             change,
             slack,
             FRACTION,

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.arrays import Array, check_finite, median_step
+from guideload.base.arrays import Array, Indices, Integers, check_finite, median_step
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
@@ -236,7 +236,7 @@ class Motion:
         return replace(motion, wrench=load if motion.wrench is None else motion.wrench + load)
 
 
-def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
+def refined(motion: Motion, parts: Integers) -> Motion:
     """The motion with each interval between stamps in so many equal parts, (n - 1,)."""
     first = np.repeat(np.arange(parts.size), parts)
     share = (np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[first]
@@ -244,7 +244,7 @@ def refined(motion: Motion, parts: NDArray[np.int64]) -> Motion:
     return _at(motion, first, share, stamps[first] + share * np.diff(stamps)[first])
 
 
-def divided(motion: Motion, at: NDArray[np.intp], share: float) -> Motion:
+def divided(motion: Motion, at: Indices, share: float) -> Motion:
     """The motion with one more stamp in the intervals `at`, ascending, after this share of each."""
     stamps, shares = motion.time, np.zeros(motion.time.size - 1 + at.size)
     shares[at + 1 + np.arange(at.size)] = share
@@ -298,7 +298,7 @@ def find_jumps(motion: Motion) -> Array:
     return jumps
 
 
-def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) -> Motion:
+def _at(motion: Motion, first: Integers, shares: Array, time: Array) -> Motion:
     """The motion at `time`, at shares of the intervals that begin with the stamps `first`, and at its end.
 
     Acceleration and process forces are linear between the stamps anyway. The velocity is the parabola through those at
@@ -337,7 +337,7 @@ def _at(motion: Motion, first: NDArray[np.int64], shares: Array, time: Array) ->
     return made
 
 
-def _velocity(motion: Motion, first: NDArray[np.int64], shares: Array) -> Array:
+def _velocity(motion: Motion, first: Integers, shares: Array) -> Array:
     """The velocity (m, 3) at shares (m,) of the intervals that begin with the stamps `first`, by the acceleration."""
     velocity, acceleration, share = motion.velocity, motion.acceleration, shares[:, None]
     assert velocity is not None

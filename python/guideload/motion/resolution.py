@@ -10,9 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.number_text import counted, digits, percent
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.machine import Machine
@@ -136,7 +135,7 @@ class TraceResolution:
         return float(share[at]), float(self.hidden[at]), self.names[at]
 
     @property
-    def participating(self) -> NDArray[np.bool_]:
+    def participating(self) -> Flags:
         """(mode,) whether an acceleration along x excites the mode."""
         return np.asarray(self.participation > PARTICIPATING)
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices
 
 
-def is_late(time: Array) -> NDArray[np.bool_]:
+def is_late(time: Array) -> Flags:
     """Whether a stamp has the value after a jump there: the second of two, and a single one but the last."""
     second = np.append(False, np.diff(time) == 0.0)
     first = np.append(np.diff(time) == 0.0, False)
@@ -17,14 +16,14 @@ def is_late(time: Array) -> NDArray[np.bool_]:
     return np.asarray(second | single)
 
 
-def find_place(stamps: Array, time: Array, late: NDArray[np.bool_]) -> tuple[NDArray[np.intp], Array]:
+def find_place(stamps: Array, time: Array, late: Flags) -> tuple[Indices, Array]:
     """The sample before each stamp, and the seconds since it; negative before the first sample."""
     after = np.where(late, np.searchsorted(time, stamps, "right"), np.searchsorted(time, stamps, "left"))
     lower = np.clip(after - 1, 0, time.size - 1)
     return lower, stamps - time[lower]
 
 
-def sampled(time: Array, values: Array, stamps: Array, late: NDArray[np.bool_]) -> Array:
+def sampled(time: Array, values: Array, stamps: Array, late: Flags) -> Array:
     """A history, linear between its samples and constant beyond them, at the stamps."""
     lower, since = find_place(stamps, time, late)
     upper = np.minimum(lower + 1, time.size - 1)

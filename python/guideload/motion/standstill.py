@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, find_runs
+from guideload.base.arrays import Array, Flags, find_runs
 
 RESTING = 0.01  # of the largest speed: slower may be a standstill
 PARTS = 5  # of a slow stretch; the quietest is in its standstill
@@ -53,13 +52,13 @@ def move_spans(time: Array, acceleration: Array, velocity: Array | None = None) 
     ]
 
 
-def is_moving(time: Array, acceleration: Array, velocity: Array) -> NDArray[np.bool_]:
+def is_moving(time: Array, acceleration: Array, velocity: Array) -> Flags:
     """Whether the cart moves along x at each instant (n,), not what the noise of an estimated speed looks like at rest.
 
     time: (n,) s. acceleration, velocity: (n, 3) m/s2, m/s.
     """
     speed, rate = velocity[:, 0], np.abs(acceleration[:, 0])
-    moving: NDArray[np.bool_] = speed != 0.0
+    moving: Flags = speed != 0.0
     place = np.append(0.0, np.cumsum(0.5 * np.diff(time) * (speed[1:] + speed[:-1])))
     slow = np.abs(speed) <= RESTING * np.abs(speed).max()
     for first, after in zip(*find_runs(slow), strict=True):

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from guideload.base.arrays import Integers
 from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
 from guideload.machine.links import links_of
@@ -88,7 +88,7 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
     yield from _of_mounting_error(machine, carriage.mounting_error, machine.links_of_carriages[i])
 
 
-def _of_mounting_error(machine: Machine, error: Sequence[float], links: NDArray[np.int64]) -> Iterator[Row]:
+def _of_mounting_error(machine: Machine, error: Sequence[float], links: Integers) -> Iterator[Row]:
     directions = machine.link_table().directions
     for i, axis in ((1, "y"), (2, "z")):
         along = [(k, float(directions[k, i])) for k in links.tolist()]

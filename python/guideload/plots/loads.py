@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from guideload.audit.figures import share_of_time
 from guideload.audit.histories import Histories, payload_changes
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.errors import ArgumentError
 from guideload.base.number_text import joined, load_with_unit, percent
 from guideload.base.units import factor
@@ -307,7 +306,7 @@ def _draw_band(
 def _mark_lost(
     ax: Axes,
     time: Array,
-    lost: NDArray[np.bool_],
+    lost: Flags,
     color: str,
     low: float = 0.0,
     height: float = BAR,

@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import check_finite
+from guideload.base.arrays import Indices, check_finite
 from guideload.motion.standstill import move_spans
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from guideload.base.arrays import Array
     from guideload.simulation.result import Result
 
-    Indices = NDArray[np.intp]
 
 COLUMNS = 1500  # of a picture: of more samples, the range within each column is drawn
 MOST_PERIODS = 400.0  # of the lowest mode in a picture: of more, a line would be a solid band

@@ -7,11 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
-from numpy.typing import NDArray
 
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array, median_step
+from guideload.base.arrays import Array, Indices, median_step
 from guideload.base.number_text import digits
 from guideload.base.quantities import Quantities
 from guideload.plots.style import (
@@ -143,9 +142,7 @@ def label_hertz(ax: Axes, natural: Array) -> None:
     label_modes(ax, natural, lambda group: ", ".join(map(digits, natural[group])) + " Hz", 90)
 
 
-def label_modes(
-    ax: Axes, frequencies: Array, text: Callable[[NDArray[np.intp]], str], rotation: float = 0.0
-) -> None:
+def label_modes(ax: Axes, frequencies: Array, text: Callable[[Indices], str], rotation: float = 0.0) -> None:
     """Label ascending natural frequencies on the upper edge; text: label for the indices of close neighbours."""
     low, high = ax.get_xlim()
     near = (LABEL_HEIGHT if rotation else LABEL_WIDTH) * np.log(high / low)

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from guideload.base.arguments import checked
+from guideload.base.arrays import Complex
 from guideload.base.errors import ArgumentError
 from guideload.base.methods import METHODS
 from guideload.method_comparison.step_stability import ON_ANY, Stability
@@ -77,7 +77,7 @@ def _draw_region(ax: Axes, stability: Stability) -> None:
     ax.legend(handles=handles, loc="upper left")
 
 
-def _point_outwards(ax: Axes, points: NDArray[np.complex128], color: str) -> None:
+def _point_outwards(ax: Axes, points: Complex, color: str) -> None:
     """A triangle on the edge of the picture towards each point outside of it."""
     for point in points:
         to_left, to_top = max(1.0, point.real / LEFT), max(1.0, point.imag / TOP)

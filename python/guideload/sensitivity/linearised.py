@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from guideload._core import Scene, VariedSystem
 from guideload.base.arguments import real_array
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.base.errors import ArgumentError
 from guideload.base.ranges import FREQUENCY
 from guideload.sensitivity.columns import Column
@@ -35,7 +35,7 @@ class Linearised:
     """
 
     def __init__(
-        self, columns: tuple[Column, ...], values: Array, free: NDArray[np.intp], system: VariedSystem
+        self, columns: tuple[Column, ...], values: Array, free: Indices, system: VariedSystem
     ) -> None:
         self.columns, self.values, self.free, self.system = columns, values, free, system
         self.scene: Scene = system.scene()

@@ -6,11 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Complex
 
-Complex = NDArray[np.complex128]
 # Relative distance of frequencies that count as one: nearer ones have shapes with less than half of the digits.
 REPEATED = 1e-8
 # Size of x^T (2 lambda M + C) x of a shape of length 1 in the undamped modes, over that of an undamped mode, below

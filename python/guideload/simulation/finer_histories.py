@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.motion.motion import divided
 from guideload.simulation.instants import (
     STEP,
@@ -138,7 +137,7 @@ def _fastest(run: Run) -> float:
     return max(closed, fastest_vibration(run.machine))
 
 
-def _suspects(run: Run, fastest: float) -> NDArray[np.intp]:
+def _suspects(run: Run, fastest: float) -> Indices:
     """Intervals in which a load may bow by more than `MOST_BOW`, by its second differences at the ends.
 
     They contain the changes of slope at samples, so most of these intervals are innocent. Where an interval is longer
@@ -166,7 +165,7 @@ def _suspects(run: Run, fastest: float) -> NDArray[np.intp]:
     return np.flatnonzero(lasts & may)
 
 
-def _bows(run: Run, at: NDArray[np.intp]) -> tuple[Array, float, float]:
+def _bows(run: Run, at: Indices) -> tuple[Array, float, float]:
     """The largest bow of a link load in each interval, the largest dynamic load, and the accuracy of both [N].
 
     at: the intervals that are looked at; for the others the bow is 0.

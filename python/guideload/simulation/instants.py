@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from guideload.base.arrays import Integers
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion, refined
@@ -39,7 +39,7 @@ def excitation_with_enough_instants(
     return with_parts(motion if parts.max() == 1 else motion.excitation, stretches, parts)
 
 
-def enough_parts(machine: Machine, motion: Motion) -> NDArray[np.int64]:
+def enough_parts(machine: Machine, motion: Motion) -> Integers:
     """Parts of each interval (n - 1,), so that there are six stamps or more per period of the fastest vibration.
 
     Of a motion without jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
@@ -73,7 +73,7 @@ def _jumps(motion: Motion) -> bool:
     return starts or bool((np.diff(motion.time) == 0.0).any())
 
 
-def limited(parts: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+def limited(parts: Integers, most: int) -> Integers:
     """The numbers of parts of intervals, the largest of them reduced to the same one so that all are at most `most`."""
     room = max(parts.size, most)
     if parts.sum() <= room:
@@ -87,7 +87,7 @@ def limited(parts: NDArray[np.int64], most: int) -> NDArray[np.int64]:
 
 
 def with_parts(
-    motion: Motion, stretches: Stretches | None, parts: NDArray[np.int64]
+    motion: Motion, stretches: Stretches | None, parts: Integers
 ) -> tuple[Motion, Stretches | None]:
     """The motion with so many parts of each interval, and the stretches of its payloads."""
     if parts.max() == 1:

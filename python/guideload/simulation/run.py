@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import Scene, Solution
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Integers
 from guideload.machine.links import own_axes
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
@@ -212,7 +211,7 @@ class Run:
         return loads if self.feet is None else loads + self.feet.loads(part, self.times)
 
     def _group_loads(
-        self, groups: Sequence[NDArray[np.int64]], places: Array, part: str, solution: Solution | None
+        self, groups: Sequence[Integers], places: Array, part: str, solution: Solution | None
     ) -> Array:
         """Loads (time, group, 6) of groups of links about their centres, in their own axes."""
         loads = (solution or self.solution).group_loads(groups, places, part)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Complex
 from guideload.base.methods import METHODS
 
 RK45 = np.array(METHODS["rk45"].numerator)
@@ -19,7 +19,7 @@ RK45 = np.array(METHODS["rk45"].numerator)
 UNDAMPED = 1e-12
 
 
-def stability_function(method: str, z: ArrayLike) -> NDArray[np.complex128]:
+def stability_function(method: str, z: ArrayLike) -> Complex:
     """R(z) of a method, for an array z = h λ of complex numbers [1]."""
     z = np.asarray(z, dtype=np.complex128)
     of = METHODS[method]

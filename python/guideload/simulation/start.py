@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload._core import load_spread
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Integers
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
@@ -63,5 +62,5 @@ def _first_deviation(machine: Machine, motion: Motion) -> float:
     uncertainty = motion.uncertainty
     stamps = motion.time if uncertainty.time is None else uncertainty.time
     deviation = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
-    no_groups: tuple[Array, list[NDArray[np.int64]], Array] = np.zeros((1, 0, 6)), [], np.zeros((0, 3))
+    no_groups: tuple[Array, list[Integers], Array] = np.zeros((1, 0, 6)), [], np.zeros((0, 3))
     return float(load_spread(machine.nominal_scene, *deviation, motion.time[:1], *no_groups)[0][0])

@@ -12,9 +12,8 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.cores import Submit, cores, threads
 from guideload.motion.uncertainty import Segments
 from guideload.smoothing.stationary import (
@@ -155,7 +154,7 @@ def results(submit: Submit, task: Callable[[Item], Result], items: Iterable[Item
     return [future.result() for future in [submit(task, item) for item in items]]
 
 
-def _divided(segment: Segments, density: Array, chosen: NDArray[np.bool_]) -> Partition:
+def _divided(segment: Segments, density: Array, chosen: Flags) -> Partition:
     """The segments, with the `chosen` ones (segments,) divided into `PARTS`, and their densities."""
     first = np.searchsorted(segment, np.arange(density.size))
     place = (np.arange(segment.size) - first[segment]) / np.bincount(segment)[segment]

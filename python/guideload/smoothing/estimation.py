@@ -77,7 +77,6 @@ class MotionEstimate(Kinematics):
     # weight of each order in the mixture, the largest first; they sum to 1
     weights: dict[int, float] = field(default_factory=lambda: {ORDERS[0]: 1.0})
     noise: float = 0.0  # rms measurement noise, before rounding, in the unit of the samples
-    stationary_density: float = 0.0  # density of the stationary fit, in the same unit
     # frequency and damping with which the axis rings; None if the samples show no ringing
     oscillation: Oscillation | None = None
     warning: str = ""  # if the trace is too noisy or too coarse, else ""
@@ -182,7 +181,6 @@ def _estimate(
         weights=shares,
         noise=noise,
         density=density * density_unit,
-        stationary_density=stationary.density * density_unit,
         jumps=np.column_stack([time[edge] for edge in find_runs(density >= JUMP * stationary.density)]),
         bandwidth=bandwidth,
         note=f"smoother with white derivative {_in_words(shares)} of the {'drive' if oscillation else 'position'}"

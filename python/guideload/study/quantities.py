@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.config import number
 from guideload.base.errors import ConfigError, Problem, ValueRefused, problem_at, refused_at
 from guideload.catalogue.life_target import Repetition, life_target
@@ -71,7 +70,7 @@ class Quantity:
             return number(value, self.unit or "1", above=0.0)
         return 1e-3 * (repetition or Repetition(np.nan, np.nan)).travel(life_target(value))
 
-    def exceeds(self, values: Array, limit: float) -> NDArray[np.bool_]:
+    def exceeds(self, values: Array, limit: float) -> Flags:
         """Whether values exceed a limit; for the limit NaN, whether contact is lost."""
         bound = 0.5 if np.isnan(limit) else limit
         return values < bound if self.smallest_is_worst else values > bound

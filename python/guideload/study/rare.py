@@ -15,12 +15,11 @@ from difflib import get_close_matches
 from os import PathLike
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 from scipy.stats import chi2, t
 
 from guideload.base.arguments import checked, whole_number
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.number_text import percent, scientific
@@ -72,7 +71,7 @@ def subset_simulation(
 
 def _next_level(
     margins: Array, level: float, count: int, generator: np.random.Generator
-) -> tuple[NDArray[np.intp], float, float]:
+) -> tuple[Indices, float, float]:
     """Samples that start chains, the next level (infinite beyond the limit), and the share of samples beyond it.
 
     The share is 0 if no sample is beyond the present level.

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pyarrow.parquet import ParquetWriter
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.atomic import atomic_write, with_ending
 from guideload.base.errors import ArgumentError, DoubtfulResult, shown
 from guideload.base.finite import finite_json
@@ -167,7 +167,7 @@ class StudyResult(StudyColumns):
         return self._event_probability(compare(values, bound), values, confidence)
 
     def _event_probability(
-        self, event: NDArray[np.bool_], values: Array, confidence: float = statistics.CONFIDENCE
+        self, event: Flags, values: Array, confidence: float = statistics.CONFIDENCE
     ) -> Estimate:
         """Probability of an event, in the samples that have a value."""
         counts, samples = (statistics.counted(which, self.replicate) for which in (event, ~np.isnan(values)))

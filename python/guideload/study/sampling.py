@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices
 from guideload.study.distributions import HIGHEST, LOWEST
 
 Words = NDArray[np.uint64]
@@ -185,7 +185,7 @@ class Design:
         row, from_b = self._of_runs(start, stop, self.dimensions)
         return np.asarray(2.0 * row + from_b)
 
-    def _of_runs(self, start: int, stop: int, column: Any) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    def _of_runs(self, start: int, stop: int, column: Any) -> tuple[Indices, Flags]:
         """Rows of runs in a Saltelli design, and whether they have the column, or columns (n, 1), of B."""
         row, matrix = np.divmod(np.arange(start, stop), self._matrices)
         return row, (matrix == 1) | (matrix == 2 + column)

@@ -7,10 +7,9 @@ error of a sample and its sensitivity; where it differs, a third one under the m
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from guideload.audit.second_look import PERTURBATION, SENSITIVE, explained_error, tighter
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.base.errors import GuideloadError
 from guideload.base.methods import METHODS
 from guideload.study.metadata import SecondLooks
@@ -23,8 +22,6 @@ SHARE = 400  # one of so many samples is solved again; a second solution may cos
 FEWEST, MOST = 20, 200
 # Exact where no contact is preloaded.
 EXACT_IF_LINEAR = ("auto", *(name for name, of in METHODS.items() if of.exact_if_linear))
-
-Indices = NDArray[np.intp]
 
 
 def second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks | str:

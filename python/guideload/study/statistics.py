@@ -13,17 +13,17 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import betaincinv, ndtri, stdtrit
 from scipy.stats import binom, rankdata
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.errors import ValueRefused
 
 CONFIDENCE = 0.95
 CURVE = 400  # points of an exceedance curve, more than a picture resolves
 TOO_FEW = "too few samples to estimate what drives it"
-Replicate = NDArray[np.intp] | None
+Replicate = Indices | None
 
 
 class Estimates(NamedTuple):
@@ -56,7 +56,7 @@ class SobolIndices(NamedTuple):
 
     first: Estimates
     total: Estimates
-    rows: NDArray[np.intp]
+    rows: Indices
 
 
 def known(values: ArrayLike) -> Array:
@@ -143,7 +143,7 @@ def fewest_samples(level: float) -> int:
     return int(np.ceil(np.log((1 - CONFIDENCE) / 2) / np.log(max(level, 1 - level))))
 
 
-def counted(event: NDArray[np.bool_], replicate: Replicate) -> Array:
+def counted(event: Flags, replicate: Replicate) -> Array:
     """(replicates,) how often an event occurred in each replicate; (1,) of independent samples."""
     if replicate is None:
         return np.array([np.count_nonzero(event)], dtype=np.float64)

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Integers
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ReadError, RunError, WriteError
 from guideload.base.finite import finite_json
@@ -83,7 +82,6 @@ def status(
     period_now, loads: number of the period and loads (carriages, 5) after the last sample; -1 if they are not known.
     """
     totals, period = monitor.totals(), monitor.settings.period
-    limit = monitor.settings.limit
     carriages = []
     for index, name in enumerate(monitor.carriages):
         largest, at = totals["largest"][index], totals["period_of_largest"][index]
@@ -106,7 +104,7 @@ def status(
         "machine": monitor.machine.name,
         "time_s": period_now * period if period_now >= 0 else None,
         "distance_m": totals["distance"],
-        "limit_N": limit if math.isfinite(limit) else None,
+        "limit_N": monitor.settings.load_limit,
         "is_settling": monitor.is_settling,
         "samples_per_s": per_second,
         "carriages": carriages,
@@ -130,7 +128,7 @@ class Curves:
         self.step = self.per_bucket * period  # s
         self._points: deque[tuple[int, Array]] = deque(maxlen=max(100, round(SECONDS / self.step)))
 
-    def add(self, periods: NDArray[np.int64], loads: Array) -> None:
+    def add(self, periods: Integers, loads: Array) -> None:
         """Loads (n, carriages, 5) of some periods; -1 for those that are not known."""
         known = periods >= 0
         if not known.any():

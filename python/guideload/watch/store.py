@@ -22,7 +22,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Integers
 from guideload.base.atomic import atomic_write
 from guideload.base.errors import ArgumentError, WriteError
 from guideload.base.finite import finite_json
@@ -34,7 +34,7 @@ COMPONENTS = ("Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 RESULTS = ("used", "early", "suspect", "bridged", "counter set", "restarted")
 ROWS = 2**16  # that are converted at once
 
-Pushed = tuple[NDArray[np.uint32], NDArray[np.int64], Array]  # of `Monitor.push`
+Pushed = tuple[NDArray[np.uint32], Integers, Array]  # of `Monitor.push`
 
 
 class Store:
@@ -90,7 +90,7 @@ class Store:
                 self.monitor.push(new["stamp"], new["count"])
                 self.place["ahead"] = self.place.get("ahead", 0) + int(new.size)
 
-    def append(self, stamps: NDArray[np.int64], counts: NDArray[np.int64], pushed: Pushed) -> None:
+    def append(self, stamps: Integers, counts: Integers, pushed: Pushed) -> None:
         """Keep samples that the monitor has just taken."""
         if not self.kept:
             return
@@ -198,7 +198,7 @@ def _heading(monitor: Monitor) -> bytes:
         "machine": monitor.machine.name,
         "carriages": monitor.carriages,
         "period_s": settings.period,
-        "travel_per_count_m": settings.quantum,
+        "travel_per_count_m": settings.travel_per_count,
         "lag": settings.lag,
     }
     return finite_json(described).encode("ascii") + b"\n"

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.arrays import Indices, Integers
 from guideload.base.errors import TraceError
 
-Counts = NDArray[np.int64]
+Counts = Integers
 
 BITS = (16, 24, 32)  # widths that are detected
 # Limit of the step across a wrap: STEP_RATIO times the largest step elsewhere, within these shares of the counter's
@@ -27,7 +28,7 @@ class Unwrapped:
 
     counts: Counts
     bits: int
-    wraps: NDArray[np.intp]
+    wraps: Indices
 
     @property
     def note(self) -> str:

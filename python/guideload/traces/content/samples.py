@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices, Integers
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.units import factor
@@ -44,7 +44,7 @@ class TraceDraft:
     time: Array
     value: Array
     quantum: float
-    place: NDArray[np.intp]
+    place: Indices
     partner: Array | None
     notes: list[str]
     warnings: list[WarningText] = field(default_factory=list)
@@ -58,7 +58,7 @@ class TraceDraft:
         """SI unit of the value."""
         return KINDS[self.kind]
 
-    def keep(self, samples: NDArray[np.intp]) -> None:
+    def keep(self, samples: Indices) -> None:
         """Keep these samples and leave out all others."""
         self.table = self.table.part(samples)
         self.time, self.value, self.place = self.time[samples], self.value[samples], self.place[samples]
@@ -154,7 +154,7 @@ def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> N
             draft.warn("other rate", f"{text}: leave the rate out if the column is right.")
 
 
-def rows_per_value(empty: NDArray[np.bool_]) -> int:
+def rows_per_value(empty: Flags) -> int:
     """Rows of the table per value of a column that is filled in every second or later row; 1 for any other."""
     filled = np.flatnonzero(~empty)
     steps = np.diff(filled)
@@ -190,7 +190,7 @@ def decimal_quantum(values: NDArray[Any]) -> float:
     return 0.0
 
 
-def _common_step(integers: NDArray[np.int64]) -> float:
+def _common_step(integers: Integers) -> float:
     """Greatest common divisor of the changes; 0 unless small and large integers have the same one."""
     size = np.abs(integers)
     middle = np.median(size)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Integers
 from guideload.base.errors import TraceError
 from guideload.traces.content.counters import unwrap
 from guideload.traces.format.headers import Header, known_unit
@@ -127,7 +127,7 @@ def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]
 
 def _read_dates(
     table: Table, name: str, column: NDArray[Any], date_order: str | None
-) -> tuple[NDArray[np.int64], NDArray[np.bool_], str]:
+) -> tuple[Integers, Flags, str]:
     """Nanoseconds (n,) since 1970 in UTC, or in local time if no zone is given; which cells are empty; the notation.
 
     All cells are like the first one, which shows the notation, and whether they have a zone, or AM and PM.
@@ -143,10 +143,10 @@ def _read_dates(
     parts = pc.extract_regex(text, f"^{DATES[notation]}{TIME_OF_DAY}$")
     wrong = pc.is_null(parts).to_numpy(zero_copy_only=False)
 
-    def is_spelled(part: str, *values: str) -> NDArray[np.bool_]:
+    def is_spelled(part: str, *values: str) -> Flags:
         return np.isin(np.asarray(pc.struct_field(parts, part).fill_null("")), values)
 
-    def number(part: str, default: str = "0") -> NDArray[np.int64]:
+    def number(part: str, default: str = "0") -> Integers:
         cells = pc.struct_field(parts, part).fill_null(default)
         return np.asarray(pc.if_else(pc.equal(cells, ""), default, cells).cast(pa.int64()))
 
@@ -180,7 +180,7 @@ def _read_dates(
     return nanoseconds, empty, f"{notation} with zone" if has_zone[first] else notation
 
 
-def _date_order(name: str, sample: str, dates: NDArray[np.int64]) -> str:
+def _date_order(name: str, sample: str, dates: Integers) -> str:
     """ "dmy" or "mdy", by days above 12; "" if all rows are of one day, where the order has no effect.
 
     dates: (3, n), the first and the second number and the year. Raises TraceError if the dates are ambiguous.

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from guideload.base.arrays import Indices, Integers
 from guideload.base.errors import TraceError, ValueRefused, shortened
 from guideload.base.units import factor
 from guideload.traces.format.dialect_detection import decimal_by_groups
@@ -36,7 +37,7 @@ class Table:
     source: str
     columns: Mapping[str, Any]
     row_word: str
-    numbers: Sequence[int] | NDArray[np.int64]
+    numbers: Sequence[int] | Integers
     named: bool = True
     notes: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
@@ -75,7 +76,7 @@ class Table:
         except ValueRefused as error:
             raise TraceError(f"{self.source}: column {name}: {error}") from None
 
-    def part(self, samples: NDArray[np.intp]) -> Table:
+    def part(self, samples: Indices) -> Table:
         """The row numbers of some samples, without the columns: to name the rows in messages."""
         return replace(self, columns={}, numbers=np.asarray(self.numbers)[samples])
 
@@ -134,7 +135,7 @@ class Table:
                 f"{values[far[0]]:.6g} in {self.rows(far)}; check the unit, or cut the trace to a sound part"
             )
 
-    def no_number(self, name: str, bad: NDArray[np.intp], hint: str) -> TraceError:
+    def no_number(self, name: str, bad: Indices, hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.
 
         hint: the way out, unless the text of the first cell suggests another.

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from guideload.base.arrays import Integers
 from guideload.base.cores import threads
 from guideload.base.errors import UnreadableTrace, shortened
 from guideload.traces.format.dialect_detection import (
@@ -157,15 +157,13 @@ def _wide_encoding(content: bytes) -> str:
     return ""
 
 
-def _columns(
-    body: str, dialect: Dialect, decimal: str
-) -> tuple[list[Any], range | NDArray[np.int64], list[str]]:
+def _columns(body: str, dialect: Dialect, decimal: str) -> tuple[list[Any], range | Integers, list[str]]:
     """The columns, the row number of each sample, and notes on rows left out."""
     first = dialect.first + 1
     if not body.strip():
         return [np.empty(0)] * dialect.width, range(first, first), []
     count = (body.count("\n") or body.count("\r")) + (not body.endswith(("\n", "\r")))
-    numbers: range | NDArray[np.int64] = range(first, first + count)
+    numbers: range | Integers = range(first, first + count)
     notes: list[str] = []
     is_clean = dialect.separator != " " and not body.endswith("EOF")
     table = _parsed(body, dialect, decimal, count) if is_clean else None
@@ -228,7 +226,7 @@ def _parsed(body: str, dialect: Dialect, decimal: str, count: int) -> Any:
     return None if ragged or table.num_rows != count else table
 
 
-def _cleaned(body: str, dialect: Dialect, first: int) -> tuple[str, NDArray[np.int64], list[str]]:
+def _cleaned(body: str, dialect: Dialect, first: int) -> tuple[str, Integers, list[str]]:
     """The samples with short rows filled up, without empty lines and comments; their row numbers; notes.
 
     In a table of one column an empty line is an empty cell, unless MANY_EMPTY of the lines are empty.

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.number_text import milliseconds
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
@@ -37,8 +36,8 @@ class Clock:
     step: float
     tick: float
     jitter: float
-    gaps: NDArray[np.intp]
-    still: NDArray[np.bool_]
+    gaps: Indices
+    still: Flags
 
     @property
     def note(self) -> str:
@@ -51,7 +50,7 @@ class Clock:
 
 
 def detect_clock(
-    time: Array, value: Array, is_position: bool, quantum: float, left_out: NDArray[np.bool_] | None = None
+    time: Array, value: Array, is_position: bool, quantum: float, left_out: Flags | None = None
 ) -> Clock:
     """Classify time stamps by their steps, and by the changes of value across long steps.
 
@@ -104,7 +103,7 @@ def apply_clock(draft: TraceDraft, clock: Clock, kind: str, given: str | None) -
         draft.notes.append(f"stamps put on an even grid, moved by {distance:.3g} s rms")
 
 
-def on_grid(time: Array, gaps: NDArray[np.intp]) -> tuple[Array, float]:
+def on_grid(time: Array, gaps: Indices) -> tuple[Array, float]:
     """Uniform stamps by least squares, and the rms distance [s] of the given stamps from them.
 
     The number of missing rows in a gap is its length over the usual step, rounded.
@@ -120,9 +119,7 @@ def on_grid(time: Array, gaps: NDArray[np.intp]) -> tuple[Array, float]:
     return even, float(np.sqrt(np.mean((time - even) ** 2)))
 
 
-def fill_standstills(
-    time: Array, value: Array, gaps: NDArray[np.intp], step: float
-) -> tuple[Array, Array, int]:
+def fill_standstills(time: Array, value: Array, gaps: Indices, step: float) -> tuple[Array, Array, int]:
     """Time and value with the rows that a log on change omits, and the number of these rows.
 
     Before each of `gaps` the last value is repeated at the usual step: forwards from the row before the gap and

@@ -7,12 +7,11 @@ are used, with their stamps. A value may be up to one row of the log older than 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Indices
 from guideload.traces.content.samples import FEWEST_SAMPLES, TraceDraft
 
-Rows = NDArray[np.intp]
+Rows = Indices
 
 MOTION_QUANTA = 4.0  # larger changes are motion; smaller ones also occur in creep
 FEWEST = 12  # distances between changes that are needed to find a hold

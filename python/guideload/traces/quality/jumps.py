@@ -12,11 +12,8 @@ The speed u is the change of a position over its step (n - 1,), or the sample of
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, find_runs
-
-Flags = NDArray[np.bool_]
+from guideload.base.arrays import Array, Flags, find_runs
 
 # Distance of an isolated speed from the median of its four neighbours, over that of the farthest neighbour on the same
 # side; in real motion, neighbours approach the speed. (Hampel's identifier, with the median deviation in place of the

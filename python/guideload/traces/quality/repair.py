@@ -8,16 +8,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, find_runs, median_step
+from guideload.base.arrays import Array, Indices, find_runs, median_step
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.traces.content.samples import TraceDraft, check_length
 from guideload.traces.quality.holds import MOTION_QUANTA
 from guideload.traces.quality.jumps import LONGEST_RUN, drop_outs, speed_jumps
 
-Samples = NDArray[np.intp]
+Samples = Indices
 
 REPAIRS = ("empty", "doubled", "clock", "outliers", "stuck")
 MOST_LEFT_OUT = 0.1  # of the samples; a trace with more damage shows too little
@@ -173,7 +172,7 @@ def outliers(
     return np.setdiff1d(np.arange(time.size), kept)
 
 
-def _excursions(time: Array, value: Array, jumps: NDArray[np.intp]) -> Samples:
+def _excursions(time: Array, value: Array, jumps: Indices) -> Samples:
     """Samples between a jump and the jump back; jumps are indices of steps, step i ends at sample i + 1."""
     excursions: list[int] = []
     last = -1  # step of the last excursion
