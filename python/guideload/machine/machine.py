@@ -371,7 +371,7 @@ class Machine(FileModel):
         rails = [self.rails[rail] for rail in self.rail_of_carriage]
         return feet_on(rails, self.carriages, self.link_table(), position)
 
-    @property
+    @cached_property
     def model_level(self) -> ModelLevel:
         """The lowest model level that covers the laws of all links."""
         return LEVELS[max((LEVEL_OF_KIND[law.kind] for law in self._links.laws), default=0)]

@@ -10,7 +10,6 @@ from guideload.base.arrays import Array, Indices
 from guideload.motion.motion import divided
 from guideload.simulation.instants import (
     STEP,
-    enough_parts,
     fastest_vibration,
     limited,
     slowest_vibration,
@@ -91,10 +90,9 @@ def with_instants_for_peaks(run: Run) -> Run:
 
     From them on, a search between the instants finds each peak. Velocity and position of the cart are left out.
     """
-    parts = enough_parts(run.machine, run.motion)
-    if parts.max(initial=1) == 1:
+    motion, stretches = run.with_enough_instants
+    if motion is run.motion:
         return run
-    motion, stretches = with_parts(run.motion.excitation, run.stretches, parts)
     if run.method != "exact":  # its steps would end at the new stamps
         return replace(run, times=motion.time)
     return replace(run, motion=motion, stretches=stretches, original_times=run.sample_times)
@@ -121,7 +119,8 @@ def _bows_little(run: Run) -> bool:
     some = run.solution.some_positions(1 + run.motion.time.size // SOME)
     largest = np.abs((some - run.machine_at_start.scene.static_position()) @ rows.T).max()
     change = (np.abs(rows) @ run.solution.largest_velocity_change()).max()
-    bow = longest / 8.0 * change / np.sinc(longest * fastest / (2.0 * np.pi))
+    half = 0.5 * longest * fastest
+    bow = longest / 8.0 * change * half / np.sin(half)
     return bool(bow <= max(MOST_BOW * largest, _accuracy(run)))
 
 

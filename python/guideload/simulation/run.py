@@ -120,6 +120,14 @@ class Run:
         longest = float(np.diff(self.sample_times).max(initial=0.0))
         return longest * fastest_vibration(self.machine) > STEP
 
+    @cached_property
+    def with_enough_instants(self) -> tuple[Motion, Stretches | None]:
+        """The excitation with six instants or more per period of the fastest vibration, and its stretches.
+
+        From them on, the core finds the extremes between the instants too.
+        """
+        return excitation_with_enough_instants(self.machine, self.motion, self.stretches)
+
     def extremes(self, dynamic: bool = False, rules: Sequence[Rule | None] | None = None) -> Extremes | None:
         """The extremes of the loads of the carriages. rules: of their equivalent loads, None for a carriage without.
 
@@ -130,7 +138,7 @@ class Run:
             return None
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
-            motion, stretches = excitation_with_enough_instants(machine, motion, stretches)
+            motion, stretches = self.with_enough_instants
         found = (stretches or machine.scene).peaks(
             motion.time,
             motion.acceleration,
