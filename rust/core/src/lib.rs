@@ -123,6 +123,8 @@ pub mod smoother;
 mod system;
 #[cfg(feature = "studies")]
 mod variation;
+#[cfg(test)]
+mod yardstick;
 
 // The short way: a machine by named values, and the method chosen for it.
 pub use live::{Error, Live, Number};
@@ -153,7 +155,8 @@ pub use system::{
 // Read out: records of a run, and loads and motions from its states.
 pub use output::{
     Axes, Axial, Extremes, History, Part, Peaks, Record, Recovery, Ridden, RiddenInstant, Wrench,
-    acceleration, evaluate, group_load, group_load_along, link_load, position, reaction, velocity,
+    acceleration, evaluate, group_load, group_load_along, largest_velocity_change, link_load, position,
+    reaction, velocity,
 };
 
 #[cfg(feature = "std")]

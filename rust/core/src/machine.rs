@@ -4,7 +4,7 @@
 //! excitation, or at every sample, and a [`Live`] step for a controller. It adds nothing to the functions below it but names:
 //! [`Simulation::system`] leads to all of them.
 
-use core::ops::{Index, IndexMut};
+use core::ops::Index;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -106,14 +106,6 @@ impl<T> Index<CarriageId> for PerCarriage<T> {
 
     fn index(&self, carriage: CarriageId) -> &T {
         &self.as_slice()[carriage.0]
-    }
-}
-
-/// # Panics
-/// If the carriage is one of another machine, with more carriages.
-impl<T> IndexMut<CarriageId> for PerCarriage<T> {
-    fn index_mut(&mut self, carriage: CarriageId) -> &mut T {
-        &mut self.as_mut_slice()[carriage.0]
     }
 }
 

@@ -24,11 +24,14 @@ const LAYERS: [&str; 17] = [
     "live",
 ];
 
+/// Files without a layer: the root, and those of unit tests.
+const NO_LAYER: [&str; 3] = ["lib.rs", "tests.rs", "yardstick.rs"];
+
 fn files(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         if entry.is_dir() {
             files(&entry, out);
-        } else if entry.file_name().is_some_and(|name| name != "tests.rs" && name != "lib.rs") {
+        } else if entry.file_name().is_some_and(|name| !NO_LAYER.iter().any(|other| name == *other)) {
             out.push(entry);
         }
     }

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use guideload::input_from;
 use guideload::{Input, RiddenInstant, RunError, State, Summary, System, Wrench, link_load};
-use guideload::{Recovery, acceleration, evaluate, position, reaction, velocity};
+use guideload::{Recovery, acceleration, evaluate, largest_velocity_change, position, reaction, velocity};
 use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, List, filled};
+use crate::convert::{self, CoreError, List, filled, overwritten};
 use crate::interrupt::{compute, try_compute};
 use crate::links::group_loads;
 use crate::riders::Travels;
@@ -108,26 +108,10 @@ impl PySolution {
 
     /// Largest change of each component of the velocity of L from one instant to the next, (6,).
     fn largest_velocity_change<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut largest = [0.0_f64; 6];
-        let (mut changes, mut some) = ([[0.0; 12]; AT_A_TIME], [0.0; 6 * AT_A_TIME]);
+        let mut largest = [0.0; 6];
         for (system, states) in self.each_stretch() {
-            for first in (0..states.len().saturating_sub(1)).step_by(AT_A_TIME) {
-                let pairs = states[first..].windows(2).take(AT_A_TIME);
-                let count = pairs.len();
-                for (change, pair) in changes.iter_mut().zip(pairs) {
-                    for i in 0..12 {
-                        change[i] = pair[1][i] - pair[0][i];
-                    }
-                }
-                // The velocity is linear in the state.
-                let some = &mut some[..6 * count];
-                evaluate(&[velocity(system)], &changes[..count], |_| [0.0; 9], some);
-                for change in some.as_chunks::<6>().0 {
-                    for i in 0..6 {
-                        let size = change[i].abs();
-                        largest[i] = if size > largest[i] { size } else { largest[i] };
-                    }
-                }
+            for (most, size) in largest.iter_mut().zip(largest_velocity_change(system, states)) {
+                *most = f64::max(*most, size);
             }
         }
         Ok(PyArray1::from_slice(py, &largest))
@@ -231,7 +215,7 @@ impl PySolution {
         quantities: impl Fn(&'a System) -> PyResult<Vec<Recovery<'a, ROWS>>>,
         shape: &[usize],
     ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
-        filled(py, shape, |mut rest| {
+        overwritten(py, shape, |mut rest| {
             let mut first = 0;
             for (system, states) in self.each_stretch() {
                 let quantities = quantities(system)?;

@@ -145,23 +145,12 @@ mod tests {
     use crate::Watch;
     use crate::bands::schedule::{Deviation, Schedule};
     use crate::smoother::{Posterior, PosteriorInput, ProcessNoise};
-    use crate::{Body, Free, Scene, System, carriage_links};
-    use nalgebra::{Matrix3, Vector3};
-
-    fn system() -> System {
-        let body = Body::new(800.0, Vector3::new(0.1, -0.6, 0.2), Matrix3::from_diagonal_element(300.0))
-            .expect("a body");
-        let links = [-0.35, 0.35]
-            .map(|z| carriage_links(Vector3::new(0.0, 0.05, z), 0.6, [120e6; 2], [100e3; 2]).expect("links"));
-        let scene = Scene::new(body, links.as_flattened(), Vector3::new(0.0, -9.8, 0.0), Free::GUIDED)
-            .expect("a scene");
-        System::new(&scene).expect("a system")
-    }
+    use crate::yardstick::{cart_links, cart_on};
 
     /// An interval in one piece and in three: z, and the acceleration at the end, are the same.
     #[test]
     fn instants_between_samples_change_nothing() {
-        let system = system();
+        let system = cart_on(&cart_links(1e5));
         let (step, variance, segment) = ([1.0; 9], [1.0; 10], [0; 9]);
         let mut covariance = [0.0; 9];
         (covariance[0], covariance[4], covariance[8]) = (3.0, 3.0, 3.0);

@@ -130,30 +130,14 @@ pub(crate) fn advance_cubic<E: Equations>(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
-
     use super::*;
     use crate::excitation::Instant;
     use crate::system::{System, size};
-    use crate::{Body, Free, Scene, carriage_links};
+    use crate::yardstick::{cart_links, cart_on, number};
 
-    /// A cart with 16 links, undamped, damped, or overdamped by a factor of 40 and of 40 000.
+    /// The cart undamped, damped, or overdamped by a factor of 40 and of 40 000.
     fn systems() -> [System; 4] {
-        [0.0, 1e5, 4e6, 4e9].map(|damping| {
-            let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
-            let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body");
-            let links = [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)].map(|(x, z)| {
-                carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [damping; 2]).expect("a carriage")
-            });
-            let down = Vector3::new(0.0, -9.80665, 0.0);
-            let scene = Scene::new(body, links.as_flattened(), down, Free::GUIDED).expect("a scene");
-            System::new(&scene).expect("a system")
-        })
-    }
-
-    /// Numbers from -1 to 1 that differ.
-    fn number(at: usize) -> f64 {
-        (1.0 + 7.3 * at as f64).sin()
+        [0.0, 1e5, 4e6, 4e9].map(|damping| cart_on(&cart_links(damping)))
     }
 
     /// A motion whose velocity is a parabola in time, and the force under which the system takes it: a cubic over `h` s.

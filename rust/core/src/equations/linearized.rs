@@ -136,35 +136,23 @@ fn whole_force<E: Equations>(equations: &E, state: &State, force: &Force) -> For
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
-
     use crate::equations::{Equations, SmoothEquations};
     use crate::excitation::{Excitation, Instant};
     use crate::system::{LinkRow, State, StateBox, System};
-    use crate::{Body, Free, Law, Link, Scene, carriage_links};
+    use crate::yardstick::{cart_links, cart_on, number};
+    use crate::{Law, Link};
 
-    /// A cart on rows of balls, rows of rollers, or both and springs.
+    /// The cart on rows of balls, rows of rollers, or both and springs.
     fn systems() -> [System; 3] {
         [[1.5, 1.5, 1.5], [10.0 / 9.0; 3], [1.5, 10.0 / 9.0, 0.0]].map(|exponents| {
-            let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
-            let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body");
-            let links = [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)].map(|(x, z)| {
-                carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [1e5; 2]).expect("a carriage")
-            });
-            let mut links = links.as_flattened().to_vec();
+            let mut links = cart_links(1e5);
             for (i, link) in links.iter_mut().enumerate().filter(|(i, _)| exponents[i % 3] > 1.0) {
                 let law = Law::preloaded(link.stiffness(), 600.0 + 40.0 * i as f64, exponents[i % 3]);
                 let law = law.expect("a law");
                 *link = Link::with_law(link.point(), link.direction(), law, 1e5).expect("a link");
             }
-            let down = Vector3::new(0.0, -9.80665, 0.0);
-            System::new(&Scene::new(body, &links, down, Free::GUIDED).expect("a scene")).expect("a system")
+            cart_on(&links)
         })
-    }
-
-    /// Numbers from -1 to 1 that differ.
-    fn number(at: usize) -> f64 {
-        (1.0 + 7.3 * at as f64).sin()
     }
 
     /// Modal force of all loads at a state, without dampers.

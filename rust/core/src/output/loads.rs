@@ -5,9 +5,10 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::axes::Axes;
-use crate::model::Dof;
+use crate::model::{Dof, Free};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_columns, add_scaled, fma, scale};
+use crate::numeric::simd::dispatch;
 use crate::system::{Input, LinkRow, ModelLevel, NO_FORCE, State, System};
 
 /// Part of a load.
@@ -62,6 +63,46 @@ impl<const ROWS: usize> Linear<ROWS> {
         }
         out
     }
+
+    /// Adds the elastic load `load + elastic s` of a link times `direction`.
+    pub(crate) fn add_elastic(&mut self, (load, elastic): (f64, &[f64; 6]), direction: &[f64; ROWS]) {
+        add_scaled(&mut self.constant, direction, load);
+        for (column, load) in self.by_state[..6].iter_mut().zip(elastic) {
+            add_scaled(column, direction, *load);
+        }
+    }
+
+    /// Adds the load of a damper times `direction`.
+    pub(crate) fn add_damping(&mut self, damping: &[f64; 6], direction: &[f64; ROWS]) {
+        for (column, load) in self.by_state[6..].iter_mut().zip(damping) {
+            add_scaled(column, direction, *load);
+        }
+    }
+}
+
+impl Linear<6> {
+    /// Adds a matrix times a quantity.
+    pub(crate) fn add_product(&mut self, matrix: &Matrix6<f64>, of: &Self) {
+        let add = |to: &mut [f64; 6], from: &[f64; 6]| add_scaled(to, &product(matrix, from), 1.0);
+        add(&mut self.constant, &of.constant);
+        self.by_state.iter_mut().zip(&of.by_state).for_each(|(to, from)| add(to, from));
+        self.by_input.iter_mut().zip(&of.by_input).for_each(|(to, from)| add(to, from));
+        self.by_input_at_all |= of.by_input_at_all;
+    }
+
+    /// Sets the rows of the free degrees of freedom to zero.
+    pub(crate) fn clear_free(&mut self, free: Free) {
+        clear_free(&mut self.constant, free);
+        self.by_state.iter_mut().chain(&mut self.by_input).for_each(|column| clear_free(column, free));
+    }
+}
+
+fn product(matrix: &Matrix6<f64>, column: &[f64; 6]) -> [f64; 6] {
+    (matrix * Vector6::from(*column)).into()
+}
+
+fn clear_free(column: &mut [f64; 6], free: Free) {
+    Dof::ALL.into_iter().filter(|&dof| free.contains(dof)).for_each(|dof| column[dof as usize] = 0.0);
 }
 
 /// A nonlinear link, and its contribution to the quantity per unit of its loads.
@@ -185,15 +226,10 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
         let is_nonlinear = !row.link.law().is_linear();
         let idle = row.link.is_damped_in_contact();
         if elastic && !is_nonlinear {
-            add_scaled(&mut self.linear.constant, direction, row.load);
-            for (column, load) in self.linear.by_state[..6].iter_mut().zip(row.elastic) {
-                add_scaled(column, direction, load);
-            }
+            self.linear.add_elastic((row.load, &row.elastic), direction);
         }
         if damping && !idle {
-            for (column, load) in self.linear.by_state[6..].iter_mut().zip(row.damping) {
-                add_scaled(column, direction, load);
-            }
+            self.linear.add_damping(&row.damping, direction);
         }
         let elastic = if elastic && is_nonlinear { *direction } else { none };
         let damping = if damping && idle { *direction } else { none };
@@ -279,6 +315,29 @@ pub fn velocity(system: &System) -> Wrench<'_> {
     out
 }
 
+/// Largest change of each component of the velocity of L from one state to the next: m/s, rad/s.
+pub fn largest_velocity_change(system: &System, states: &[State]) -> [f64; 6] {
+    let velocity = velocity(system);
+    dispatch!(largest_change(&velocity.linear.by_state[6..], states))
+}
+
+#[cfg_attr(feature = "std", inline(always))]
+fn largest_change(by_rate: &[[f64; 6]], states: &[State]) -> [f64; 6] {
+    let mut largest = [0.0; 6];
+    for pair in states.windows(2) {
+        let (before, after) = (&pair[0], &pair[1]);
+        let (mut rates, mut change) = ([0.0; 6], [0.0; 6]);
+        for mode in 0..6 {
+            rates[mode] = after[6 + mode] - before[6 + mode];
+        }
+        add_columns(&mut change, by_rate, &rates);
+        for i in 0..6 {
+            largest[i] = f64::max(largest[i], change[i].abs());
+        }
+    }
+    largest
+}
+
 /// Acceleration `(u'', φ'')` of L in the travelling frame: m/s², rad/s².
 pub fn acceleration(system: &System) -> Wrench<'_> {
     let shapes = system.shapes();
@@ -314,27 +373,15 @@ pub fn acceleration(system: &System) -> Wrench<'_> {
 pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {
     let matrices = system.matrices();
     let mut out = Wrench::nothing(system);
-    out.linear.by_input_at_all = true;
-    let held = |dof: Dof| !system.free().contains(dof);
     let mut add = |matrix: &Matrix6<f64>, term: &Wrench<'a>| {
-        let product = |column: &[f64; 6]| matrix * Vector6::from(*column);
+        out.linear.add_product(matrix, &term.linear);
         for link in term.nonlinear.as_slice() {
-            let rows = |column: &[f64; 6]| {
-                let all = product(column);
-                core::array::from_fn(|row| if held(Dof::ALL[row]) { all[row] } else { 0.0 })
-            };
-            let (elastic, damping) = (rows(&link.elastic), rows(&link.damping));
+            let [elastic, damping] = [&link.elastic, &link.damping].map(|column| {
+                let mut rows = product(matrix, column);
+                clear_free(&mut rows, system.free());
+                rows
+            });
             out.add_nonlinear(NonlinearLink { row: link.row, elastic, damping });
-        }
-        for dof in Dof::ALL.into_iter().filter(|&dof| held(dof)) {
-            let row = dof as usize;
-            out.linear.constant[row] += product(&term.linear.constant)[row];
-            for (to, from) in out.linear.by_state.iter_mut().zip(&term.linear.by_state) {
-                to[row] += product(from)[row];
-            }
-            for (to, from) in out.linear.by_input.iter_mut().zip(&term.linear.by_input) {
-                to[row] += product(from)[row];
-            }
         }
     };
     add(&matrices.mass, &acceleration(system));
@@ -348,5 +395,6 @@ pub fn reaction<'a>(system: &'a System) -> Wrench<'a> {
         outside.linear.by_input[3 + axis][axis] = -1.0;
     }
     add(&Matrix6::identity(), &outside);
+    out.linear.clear_free(system.free());
     out
 }

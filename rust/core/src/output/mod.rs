@@ -22,8 +22,8 @@ pub use evaluate::evaluate;
 pub use extremes::Extremes;
 pub(crate) use loads::Linear;
 pub use loads::{
-    Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, link_load, position, reaction,
-    velocity,
+    Axial, Part, Recovery, Wrench, acceleration, group_load, group_load_along, largest_velocity_change,
+    link_load, position, reaction, velocity,
 };
 #[cfg(feature = "std")]
 pub use mean_loads::ReferenceMotion;

@@ -4,7 +4,6 @@ use nalgebra::{Vector3, Vector6};
 
 use super::system::{SystemDerivative, VariedSystem};
 use crate::output::{Axes, Linear, Part};
-use crate::system::LinkRow;
 use crate::variation::Group;
 
 impl VariedSystem {
@@ -29,7 +28,7 @@ impl VariedSystem {
 /// Derivative of the load of a link along its direction at a fixed state, linearised at rest.
 pub(super) fn link_load(varied: &VariedSystem, column: usize, link: usize, part: Part) -> Linear<1> {
     let mut out = Linear::NOTHING;
-    add(&mut out, varied, &varied.derivatives[column], (link, part), [1.0]);
+    add(&mut out, varied, &varied.derivatives[column], (link, part), &[1.0]);
     out
 }
 
@@ -49,8 +48,9 @@ pub(super) fn group_load(
         let o = axes.components(direction);
         let m = axes.components((row.link.point() - center[0]).cross(&direction));
         let s = axes.components((by.links[link].point - center[1]).cross(&direction));
-        add(&mut out, varied, by, (link, part), [o.x, o.y, o.z, m.x, m.y, m.z]);
-        add_load(&mut out, row, part, [0.0, 0.0, 0.0, s.x, s.y, s.z]);
+        add(&mut out, varied, by, (link, part), &[o.x, o.y, o.z, m.x, m.y, m.z]);
+        let load = (row.load, &row.elastic, &row.damping);
+        add_load(&mut out, load, part, &[0.0, 0.0, 0.0, s.x, s.y, s.z]);
     }
     out
 }
@@ -61,42 +61,30 @@ fn add<const ROWS: usize>(
     varied: &VariedSystem,
     by: &SystemDerivative,
     (link, part): (usize, Part),
-    direction: [f64; ROWS],
+    direction: &[f64; ROWS],
 ) {
     let (row, of) = (&varied.system.rows()[link], &by.links[link]);
     let turned: Vector6<f64> = varied.system.shapes().transpose() * of.row;
     let frequency = varied.system.frequencies();
-    for (entry, &factor) in direction.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
-        if part != Part::Damping {
-            to.constant[entry] += factor * of.load;
-        }
-        for mode in 0..varied.system.mode_count() {
-            let elastic =
-                of.stiffness * row.deflection[mode] + row.stiffness * turned[mode] / frequency[mode];
-            let damping = of.damping * row.rate[mode] + row.link.damping() * turned[mode];
-            if part != Part::Damping {
-                to.by_state[mode][entry] += factor * elastic;
-            }
-            if part != Part::Elastic {
-                to.by_state[6 + mode][entry] += factor * damping;
-            }
-        }
+    let (mut elastic, mut damping) = ([0.0; 6], [0.0; 6]);
+    for mode in 0..varied.system.mode_count() {
+        elastic[mode] = of.stiffness * row.deflection[mode] + row.stiffness * turned[mode] / frequency[mode];
+        damping[mode] = of.damping * row.rate[mode] + row.link.damping() * turned[mode];
     }
+    add_load(to, (of.load, &elastic, &damping), part, direction);
 }
 
-/// Adds the load of a link times `direction`.
-fn add_load<const ROWS: usize>(to: &mut Linear<ROWS>, row: &LinkRow, part: Part, direction: [f64; ROWS]) {
-    for (entry, &factor) in direction.iter().enumerate() {
-        if part != Part::Damping {
-            to.constant[entry] += factor * row.load;
-        }
-        for mode in 0..6 {
-            if part != Part::Damping {
-                to.by_state[mode][entry] += factor * row.elastic[mode];
-            }
-            if part != Part::Elastic {
-                to.by_state[6 + mode][entry] += factor * row.damping[mode];
-            }
-        }
+/// Adds the elastic and the damping load of a link times `direction`.
+fn add_load<const ROWS: usize>(
+    to: &mut Linear<ROWS>,
+    (load, elastic, damping): (f64, &[f64; 6], &[f64; 6]),
+    part: Part,
+    direction: &[f64; ROWS],
+) {
+    if part != Part::Damping {
+        to.add_elastic((load, elastic), direction);
+    }
+    if part != Part::Elastic {
+        to.add_damping(damping, direction);
     }
 }

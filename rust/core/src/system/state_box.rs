@@ -77,13 +77,4 @@ impl StateBox {
     pub fn contains(&self, state: &State) -> bool {
         (0..12).all(|j| state[j] >= self.low[j] && state[j] <= self.high[j])
     }
-
-    /// The middle and half the width of the range of an entry.
-    ///
-    /// # Panics
-    /// If `j` is 12 or more.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub fn entry(&self, j: usize) -> [f64; 2] {
-        [self.middle[j], self.radius[j]]
-    }
 }

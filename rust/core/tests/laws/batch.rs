@@ -1,33 +1,27 @@
 //! A batch equals many single runs: each sample has the same numbers on any thread and beside any other samples.
 
-use guideload::LawParameter;
 use guideload::batch::{
     Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target, time_weights,
 };
-use guideload::reaction;
 use guideload::{
-    Body, Control, Exact, Excitation, Free, Law, Link, ModelLevel, NamedMethod, Output, Part, Radau, Rk45,
-    SampleError, SceneError, State, Wrench, group_load, run,
+    Body, Dof, Exact, Excitation, Free, Law, LawParameter, Link, ModelLevel, NamedMethod, Output, Part,
+    SampleError, SceneError, Start, State, System, Wrench, group_load, reaction,
 };
 use nalgebra::Vector3;
 
 use crate::common::{
-    ADAPTIVE, CART_CENTERS, Machine, Random, cart, close, cycle, exact_bows, mean_and_largest,
-    polynomial_bows, rules,
+    ADAPTIVE, CART_CENTERS, CURVE, Machine, Random, adaptive, at, cart, close, curve, cycle, exact_bows,
+    linear, mean_and_largest, polynomial_bows, preloaded, rules, sided,
 };
 
 /// `cart` with other laws, and its carriages.
 pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
-    let mut machine = cart();
-    for link in &mut machine.links {
-        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
-    }
     let groups = CART_CENTERS.iter().enumerate();
     let groups = groups.map(|(i, center)| {
         let [mean_rule, peak_rule] = [rules()[[0, 1, 4, 5][i]], rules()[[0, 1, 5, 4][3 - i]]];
         Group { mean_rule, peak_rule, ..Group::new((4 * i..4 * i + 4).collect(), (*center).into()) }
     });
-    (machine, groups.collect())
+    (cart().with_laws(|_, _| law), groups.collect())
 }
 
 pub fn base<'a>(machine: &'a Machine, groups: &'a [Group]) -> Base<'a> {
@@ -77,8 +71,8 @@ pub fn draws(random: &mut Random, count: usize) -> Vec<[f64; 14]> {
     (0..count).map(|_| draw()).collect()
 }
 
-/// All measures.
-fn all_measures(groups: usize) -> Vec<Measure> {
+/// All measures of so many groups and of the drive.
+pub fn all_measures(groups: usize) -> Vec<Measure> {
     let mut measures = Vec::new();
     for group in 0..groups {
         for quantity in Quantity::ALL {
@@ -90,17 +84,24 @@ fn all_measures(groups: usize) -> Vec<Measure> {
     measures
 }
 
-/// A motion that owns its samples: with uneven intervals, a jump and external loads.
+/// Whether it is the time of an extreme.
+pub fn is_time(measure: &Measure) -> bool {
+    use Statistic::{TimeOfMax, TimeOfMin};
+    matches!(measure, Measure::Load(_, _, TimeOfMin | TimeOfMax) | Measure::Drive(TimeOfMin | TimeOfMax))
+}
+
+/// A motion that owns its samples.
+#[derive(Clone)]
 pub struct Trace {
-    time: Vec<f64>,
-    acceleration: Vec<[f64; 3]>,
-    wrench: Vec<[f64; 6]>,
-    speed: Vec<f64>,
-    /// Acceleration along x of the travel, which factors on the motion do not change.
-    along_x: Vec<f64>,
+    pub time: Vec<f64>,
+    pub acceleration: Vec<[f64; 3]>,
+    /// External loads, or none.
+    pub wrench: Vec<[f64; 6]>,
+    pub speed: Vec<f64>,
 }
 
 impl Trace {
+    /// With uneven intervals, a jump and external loads.
     pub fn new(random: &mut Random, count: usize) -> Self {
         Self::with_intervals(
             random,
@@ -129,11 +130,9 @@ impl Trace {
             })
             .collect();
         let mut vector = |size| <[f64; 3]>::from(random.vector(size));
-        let acceleration: Vec<[f64; 3]> = (0..count).map(|_| vector(2.0)).collect();
         Self {
             time,
-            along_x: acceleration.iter().map(|a| a[0]).collect(),
-            acceleration,
+            acceleration: (0..count).map(|_| vector(2.0)).collect(),
             wrench: (0..count)
                 .map(|_| {
                     let ([a, b, c], [d, e, f]) = (vector(2000.0), vector(300.0));
@@ -149,19 +148,18 @@ impl Trace {
         let (acceleration, wrench) = (self.acceleration[from], self.wrench[from]);
         self.acceleration[from..=until].fill(acceleration);
         self.wrench[from..=until].fill(wrench);
-        self.along_x[from..=until].fill(acceleration[0]);
         self
     }
 
     /// Without acceleration up to sample `until`.
     fn unmoved(mut self, until: usize) -> Self {
         self.acceleration[..until].fill([0.0; 3]);
-        self.along_x[..until].fill(0.0);
         self
     }
 
-    fn excitation(&self) -> Excitation<'_> {
-        Excitation::new(&self.time, &self.acceleration, Some(&self.wrench)).expect("a sound trace")
+    pub fn excitation(&self) -> Excitation<'_> {
+        let wrench = (!self.wrench.is_empty()).then_some(&self.wrench[..]);
+        Excitation::new(&self.time, &self.acceleration, wrench).expect("a sound trace")
     }
 
     pub fn motion(&self, exponent: f64) -> Motion<'_> {
@@ -169,48 +167,59 @@ impl Trace {
     }
 
     /// The motion with factors on its accelerations and external loads.
-    fn scaled(&self, acceleration: f64, wrench: f64) -> Self {
-        Self {
-            time: self.time.clone(),
-            acceleration: self.acceleration.iter().map(|a| a.map(|x| x * acceleration)).collect(),
-            wrench: self.wrench.iter().map(|a| a.map(|x| x * wrench)).collect(),
-            speed: self.speed.clone(),
-            along_x: self.along_x.clone(),
-        }
+    pub fn scaled(&self, acceleration: f64, wrench: f64) -> Self {
+        let mut scaled = self.clone();
+        scaled.acceleration.as_flattened_mut().iter_mut().for_each(|x| *x *= acceleration);
+        scaled.wrench.as_flattened_mut().iter_mut().for_each(|x| *x *= wrench);
+        scaled
     }
 }
 
-/// The measures of one scene under a motion, from the whole history.
-fn by_hand(
+/// The measures of one scene from its whole history under an excitation. `travel`: the motion without the factors of a sample.
+pub fn by_hand(
     machine: &Machine,
     groups: &[Group],
-    trace: &Trace,
-    exponent: f64,
+    travel: &Motion,
+    excitation: &Excitation,
     measures: &[Measure],
     method: Option<NamedMethod>,
 ) -> Vec<f64> {
-    let (system, excitation) = (machine.system(), trace.excitation());
     let mut states: Vec<State> = Vec::new();
-    let (control, output) = (Control::Adaptive { rtol: 1e-9 }, Output::Samples);
-    match method {
-        Some(NamedMethod::Rk45) => run(&system, &Rk45, control, &excitation, output, &mut states),
-        Some(NamedMethod::Implicit) => run(&system, &Radau, control, &excitation, output, &mut states),
-        _ => run(&system, &Exact::<16>, control, &excitation, output, &mut states),
-    }
-    .expect("a run that succeeds");
+    let (run_by, control) = (method.unwrap_or(NamedMethod::Exact), adaptive(1e-9));
+    run_by
+        .run(&machine.system(), control, Start::AtRest, excitation, Output::Samples, &mut states)
+        .expect("a run that succeeds");
+    let in_lanes = method.is_none() && machine.links.iter().all(|link| link.law().is_linear());
+    let bows_by = if in_lanes { exact_bows } else { polynomial_bows };
+    measures_of(machine, groups, travel, excitation, &states, bows_by, measures)
+}
+
+/// Bows of loads: [`exact_bows`] or [`polynomial_bows`].
+pub type BowsBy = fn(&System, &Excitation, &[Wrench], &[State]) -> Vec<Vec<[f64; 6]>>;
+
+/// The measures of one history by their definitions. `travel`: the motion without the factors of a sample.
+pub fn measures_of(
+    machine: &Machine,
+    groups: &[Group],
+    travel: &Motion,
+    excitation: &Excitation,
+    states: &[State],
+    bows_by: BowsBy,
+    measures: &[Measure],
+) -> Vec<f64> {
+    let system = machine.system();
     let wrenches: Vec<_> = groups
         .iter()
         .map(|group| group_load(&system, group.links.clone(), group.center, Part::Total))
         .collect();
-    let loads_of = |load: &Wrench| -> Vec<[f64; 6]> {
+    let history_of = |load: &Wrench| -> Vec<[f64; 6]> {
         states.iter().enumerate().map(|(k, state)| load.at(state, &excitation.input(k))).collect()
     };
-    let loads: Vec<_> = wrenches.iter().map(loads_of).collect();
-    let in_lanes = method.is_none() && machine.links.iter().all(|link| link.law().is_linear());
-    let bows_by = if in_lanes { exact_bows } else { polynomial_bows };
-    let bows = bows_by(&system, &excitation, &wrenches, &states);
-    let drive = reaction(&system);
-    let weights = time_weights(&excitation);
+    let loads: Vec<_> = wrenches.iter().map(history_of).collect();
+    let bows = bows_by(&system, excitation, &wrenches, states);
+    let reactions = history_of(&reaction(&system));
+    let along_x: Vec<f64> = (0..states.len()).map(|k| travel.excitation.input(k)[0]).collect();
+    let weights = time_weights(excitation);
     let statistic = |history: &[f64], statistic: Statistic| {
         let mut best = 0;
         for k in 0..history.len() {
@@ -222,7 +231,7 @@ fn by_hand(
         }
         match statistic {
             Statistic::Min | Statistic::Max => history[best],
-            Statistic::TimeOfMin | Statistic::TimeOfMax => trace.time[best],
+            Statistic::TimeOfMin | Statistic::TimeOfMax => excitation.time(best),
             Statistic::Rms => history.iter().zip(&weights).map(|(x, w)| w * x * x).sum::<f64>().sqrt(),
             Statistic::Start => history[0],
         }
@@ -238,17 +247,15 @@ fn by_hand(
                 .collect();
             statistic(&history, of)
         }
-        Measure::Drive(of) => {
-            let at = |(k, state)| drive.at(state, &excitation.input(k))[0];
-            statistic(&states.iter().enumerate().map(at).collect::<Vec<_>>(), of)
-        }
+        Measure::Drive(_) if machine.free.contains(Dof::X) => f64::NAN,
+        Measure::Drive(of) => statistic(&reactions.iter().map(|held| held[0]).collect::<Vec<_>>(), of),
         Measure::MeanLoad(group) | Measure::PeakLoad(group) => {
             let rules = [groups[group].mean_rule, groups[group].peak_rule];
             let [mean, largest] = mean_and_largest(
                 rules,
-                &excitation,
-                [&trace.speed[..], &trace.along_x],
-                exponent,
+                excitation,
+                [travel.speed.expect("a speed"), &along_x],
+                travel.exponent,
                 &loads[group],
                 &bows[group],
             );
@@ -257,7 +264,7 @@ fn by_hand(
         Measure::ContactLost(group) => {
             let position = guideload::position(&system);
             let lost = states.iter().any(|state| {
-                let at = nalgebra::Vector6::from(position.at(state, &[0.0; 9]));
+                let at = at(&position, state);
                 groups[group].links.iter().any(|&link| {
                     let (law, d) = (machine.links[link].law(), machine.links[link].row().dot(&at));
                     match law.kind() {
@@ -273,26 +280,28 @@ fn by_hand(
     measures.iter().map(measure).collect()
 }
 
-/// The machine of a row of values, built without a batch.
+/// The machine of a row of values, built without a batch; curves have no stiffness to change.
 fn machine_of(base: &Machine, values: &[f64; 14]) -> Machine {
     let center = base.body.center_of_mass() + Vector3::new(values[1], values[2], values[3]);
     let mut machine = base.clone();
     machine.body = Body::new(1250.0 * values[0], center, base.body.inertia()).expect("a body");
     for (i, link) in machine.links.iter_mut().enumerate() {
-        let law = link.law().with(LawParameter::Stiffness, 6e7 * values[4 + i / 4]).expect("a law");
+        let law = match link.law().kind() {
+            "curve" => *link.law(),
+            _ => link.law().with(LawParameter::Stiffness, 6e7 * values[4 + i / 4]).expect("a law"),
+        };
         *link = Link::with_law(link.point(), link.direction(), law, 5e4 * values[8 + i / 4]).expect("a link");
     }
     machine
 }
 
 fn laws() -> [(Law, Option<NamedMethod>); 5] {
-    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
     [
-        (Law::linear(6e7).expect("a law"), None),
-        (Law::sided(6e7, 6e7, 5e-6).expect("a law"), Some(NamedMethod::Exact)),
-        (Law::sided(6e7, 3e7, 0.0).expect("a law"), None),
-        (Law::curve(&curve).expect("a law"), Some(NamedMethod::Exact)),
-        (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Some(NamedMethod::Implicit)),
+        (linear(6e7), None),
+        (sided(6e7, 6e7, 5e-6), Some(NamedMethod::Exact)),
+        (sided(6e7, 3e7, 0.0), None),
+        (curve(&CURVE), Some(NamedMethod::Exact)),
+        (preloaded(6e7, 300.0, 1.5), Some(NamedMethod::Implicit)),
     ]
 }
 
@@ -324,17 +333,10 @@ fn a_row_equals_a_single_run() {
                 batch.run(values.len(), values.as_flattened(), 1, &mut table).expect("tables that fit");
             assert_eq!(failures, []);
             for (values, row) in values.iter().zip(table.chunks_exact(measures.len())) {
-                let mut values = *values;
-                if law.kind() == "curve" {
-                    values[4..8].fill(1.0);
-                }
-                let sample = if law.kind() == "curve" {
-                    damped(&machine, &values)
-                } else {
-                    machine_of(&machine, &values)
-                };
+                let sample = machine_of(&machine, values);
                 let scaled = trace.scaled(values[12], values[13]);
-                let want = by_hand(&sample, &groups, &scaled, exponent, &measures, method);
+                let travel = trace.motion(exponent);
+                let want = by_hand(&sample, &groups, &travel, &scaled.excitation(), &measures, method);
                 // Step sizes depend on estimated errors, which change with rounding.
                 let tolerance = if method == Some(NamedMethod::Implicit) { 1e-8 } else { 1e-12 };
                 for ((measure, got), want) in measures.iter().zip(row).zip(&want) {
@@ -343,13 +345,8 @@ fn a_row_equals_a_single_run() {
                         Measure::Load(..) | Measure::Drive(_) => 10_000.0,
                         _ => want.abs(),
                     };
-                    let time = matches!(
-                        measure,
-                        Measure::Load(_, _, Statistic::TimeOfMin | Statistic::TimeOfMax)
-                            | Measure::Drive(Statistic::TimeOfMin | Statistic::TimeOfMax)
-                    );
                     // A sum that is zero up to rounding has its extremes at any time.
-                    if !(time && matches!(measure, Measure::Load(_, Quantity::Fx, _))) {
+                    if !(is_time(measure) && matches!(measure, Measure::Load(_, Quantity::Fx, _))) {
                         close(*got, *want, tolerance, scale);
                     }
                 }
@@ -358,22 +355,12 @@ fn a_row_equals_a_single_run() {
     }
 }
 
-/// As [`machine_of`], with unchanged laws.
-fn damped(base: &Machine, values: &[f64; 14]) -> Machine {
-    let mut machine = machine_of(&cart(), values);
-    for (i, (link, known)) in machine.links.iter_mut().zip(&base.links).enumerate() {
-        *link = Link::with_law(known.point(), known.direction(), *known.law(), 5e4 * values[8 + i / 4])
-            .expect("a link");
-    }
-    machine
-}
-
 #[test]
 fn rows_do_not_depend_on_threads_or_other_rows() {
     let mut random = Random::new(5);
     let uneven = Trace::new(&mut random, 12);
     let ticking = Trace::ticking(&mut random, 700).constant(30, 650);
-    let preloaded = (Law::preloaded(6e7, 300.0, 1.5).expect("a law"), Some(NamedMethod::Exponential));
+    let preloaded = (preloaded(6e7, 300.0, 1.5), Some(NamedMethod::Exponential));
     for (law, method) in [laws()[0], laws()[1], laws()[4], preloaded] {
         let trace = if method == Some(NamedMethod::Exponential) { &ticking } else { &uneven };
         let (machine, groups) = cart_on(law);
@@ -402,7 +389,7 @@ fn rows_do_not_depend_on_threads_or_other_rows() {
 
 #[test]
 fn samples_without_a_result_have_a_reason_and_do_not_affect_others() {
-    let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
+    let (machine, groups) = cart_on(sided(6e7, 6e7, 5e-6));
     let trace = Trace::new(&mut Random::new(3), 50);
     let mut changes = vec![
         change(Target::Mass, 0.0, &[(0, 1.0)]),
@@ -454,7 +441,7 @@ fn samples_without_a_result_have_a_reason_and_do_not_affect_others() {
 
 #[test]
 fn an_unsupported_sample_names_the_motion() {
-    let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
+    let (machine, groups) = cart_on(linear(6e7));
     let trace = Trace::new(&mut Random::new(3), 5);
     let changes: Vec<Change> = (0..16)
         .map(|link| change(Target::Law { link, parameter: LawParameter::Stiffness }, 0.0, &[(link % 2, 6e7)]))
@@ -475,7 +462,7 @@ fn an_unsupported_sample_names_the_motion() {
 fn histories_are_those_of_a_single_run() {
     let mut random = Random::new(23);
     let trace = Trace::new(&mut random, 40);
-    let (machine, groups) = cart_on(Law::sided(6e7, 6e7, 5e-6).expect("a law"));
+    let (machine, groups) = cart_on(sided(6e7, 6e7, 5e-6));
     let batch = Batch::new(base(&machine, &groups), trace.motion(3.0), &yardstick(16), &[], None, 1e-6)
         .expect("a batch");
     let mut values = draws(&mut random, 3);
@@ -502,7 +489,7 @@ fn histories_are_those_of_a_single_run() {
 
 #[test]
 fn the_drive_force_with_free_x_and_the_mean_load_at_standstill_are_nan() {
-    let (mut machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
+    let (mut machine, groups) = cart_on(linear(6e7));
     machine.links.push(Link::new(Vector3::zeros(), Vector3::x(), 1e7, 1e4).expect("a link"));
     machine.free = Free::ALL;
     let acceleration = [[0.0; 3]; 3];
@@ -531,7 +518,7 @@ const PEAK: Measure = Measure::Load(0, Quantity::Fy, Statistic::Max);
 #[test]
 fn auto_chooses_the_method_by_the_laws_of_the_sample() {
     // The clearance may be zero: some samples are linear, others are not, and all are exact.
-    let (machine, groups) = cart_on(Law::linear(6e7).expect("a law"));
+    let (machine, groups) = cart_on(linear(6e7));
     let motion_samples = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion_samples[..900]).expect("a motion");
     let motion = Motion { excitation, speed: None, exponent: 3.0 };
@@ -546,7 +533,7 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
     assert_eq!(batch.run(2, &[0.0, 5e-6], 1, &mut table), Ok(vec![]));
     assert_eq!([table[0], table[2]], [0.0, 1.0]);
     for (row, clearance) in [0.0, 5e-6].into_iter().enumerate() {
-        let (machine, _) = cart_on(Law::sided(6e7, 6e7, clearance).expect("a law"));
+        let (machine, _) = cart_on(sided(6e7, 6e7, clearance));
         let system = machine.system();
         let model_level = if clearance == 0.0 { ModelLevel::Linear } else { ModelLevel::PiecewiseLinear };
         assert_eq!(system.model_level(), model_level);
@@ -562,7 +549,7 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
 fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() {
     let mut random = Random::new(8);
     let trace = Trace::ticking(&mut random, 800).constant(100, 700);
-    let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
+    let (machine, groups) = cart_on(preloaded(6e7, 300.0, 1.5));
     let measures: Vec<Measure> = (0..groups.len())
         .flat_map(|group| [Statistic::Min, Statistic::Max].map(|of| Measure::Load(group, Quantity::Fy, of)))
         .collect();
@@ -599,7 +586,7 @@ fn preloaded_samples_side_by_side_take_the_steps_that_they_take_by_themselves() 
 fn a_preloaded_sample_that_fails_in_its_run_leaves_its_neighbours_their_bits() {
     let mut random = Random::new(9);
     let trace = Trace::ticking(&mut random, 200).unmoved(60);
-    let (machine, groups) = cart_on(Law::preloaded(6e7, 300.0, 1.5).expect("a law"));
+    let (machine, groups) = cart_on(preloaded(6e7, 300.0, 1.5));
     let measures = all_measures(groups.len());
     let base = base(&machine, &groups);
     let batch =

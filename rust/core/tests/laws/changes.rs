@@ -1,8 +1,7 @@
 //! Changes: a parameter of a law, a scene with the values of a sample, and refused values.
 
-use guideload::LawParameter;
 use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Target};
-use guideload::{BatchError, Body, ChangeError, Law, Link, SampleError, SceneError, System};
+use guideload::{BatchError, Body, ChangeError, Law, LawParameter, Link, SampleError, SceneError, System};
 use nalgebra::Vector3;
 
 use crate::batch::{Trace, base, cart_on, change, yardstick};

@@ -1,13 +1,11 @@
 //! The yardstick scenes, the motion `cycle`, and helpers of all tests.
 
-use guideload::evaluate;
 use guideload::{
-    Axial, Body, Control, Exact, Excitation, Free, Link, Method, Output, Part, ReferenceMotion, RunError,
-    Scene, State, Summary, System, Wrench, acceleration, carriage_links, group_load, link_load, position,
-    run, velocity,
+    Axial, Body, Control, EquivalentLoad, Exact, Excitation, Free, Interval, Law, Link, Method, Output, Part,
+    Preload, ReferenceMotion, RunError, Scene, State, Summary, System, Wrench, acceleration, carriage_links,
+    evaluate, group_load, link_load, position, run, velocity,
 };
-use guideload::{EquivalentLoad, Interval, Preload};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 
 pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, -9.80665, 0.0);
 
@@ -29,11 +27,47 @@ impl Machine {
         System::new(&self.scene()).expect("a supported body")
     }
 
-    /// The machine with the damping of every link times `factor`, and the same stiffness.
+    /// The machine with the damping of every link times `factor`, and the same laws.
     pub fn with_damping(mut self, factor: f64) -> Self {
         for link in &mut self.links {
-            *link = Link::new(link.point(), link.direction(), link.stiffness(), link.damping() * factor)
-                .expect("a sound link");
+            *link = remade(link, link.point(), link.direction(), *link.law(), link.damping() * factor);
+        }
+        self
+    }
+
+    /// The machine with dampers of `factor` s times the stiffness of their links.
+    pub fn with_proportional_damping(mut self, factor: f64) -> Self {
+        for link in &mut self.links {
+            *link = remade(link, link.point(), link.direction(), *link.law(), factor * link.stiffness());
+        }
+        self
+    }
+
+    /// The machine with other laws, without offsets, and with dampers that always act; `law` receives the index and the stiffness of each
+    /// link.
+    pub fn with_laws(mut self, mut law: impl FnMut(usize, f64) -> Law) -> Self {
+        for (i, link) in self.links.iter_mut().enumerate() {
+            let law = law(i, link.stiffness());
+            *link =
+                Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a sound link");
+        }
+        self
+    }
+
+    /// The machine with dampers that act only outside of the clearances.
+    pub fn damped_in_contact(mut self) -> Self {
+        for link in &mut self.links {
+            *link = link.damped_in_contact().expect("a clearance");
+        }
+        self
+    }
+
+    /// The machine with its body and its links moved by `by` m from L.
+    pub fn moved(mut self, by: Vector3<f64>) -> Self {
+        let body = &self.body;
+        self.body = Body::new(body.mass(), body.center_of_mass() + by, body.inertia()).expect("a body");
+        for link in &mut self.links {
+            *link = remade(link, link.point() + by, link.direction(), *link.law(), link.damping());
         }
         self
     }
@@ -93,8 +127,44 @@ impl Machine {
     }
 }
 
+/// The link with another place, law and damping; its offset stays, and its damper acts in contact only if it did before.
+pub fn remade(link: &Link, point: Vector3<f64>, direction: Vector3<f64>, law: Law, damping: f64) -> Link {
+    let made =
+        Link::with_law(point, direction, law, damping).and_then(|made| made.with_offset(link.offset()));
+    let in_contact = link.is_damped_in_contact();
+    made.and_then(|made| if in_contact { made.damped_in_contact() } else { Ok(made) }).expect("a sound link")
+}
+
 /// A control for the exact method, which ignores it.
 pub const ADAPTIVE: Control = Control::Adaptive { rtol: 1e-6 };
+
+/// Control of the steps by a tolerance.
+pub const fn adaptive(rtol: f64) -> Control {
+    Control::Adaptive { rtol }
+}
+
+/// Exponents of the laws of preloaded balls and rollers.
+pub const BALL: f64 = 1.5;
+pub const ROLLER: f64 = 10.0 / 9.0;
+
+pub fn linear(stiffness: f64) -> Law {
+    Law::linear(stiffness).expect("a law")
+}
+
+pub fn sided(positive: f64, negative: f64, clearance: f64) -> Law {
+    Law::sided(positive, negative, clearance).expect("a law")
+}
+
+pub fn preloaded(stiffness: f64, preload: f64, exponent: f64) -> Law {
+    Law::preloaded(stiffness, preload, exponent).expect("a law")
+}
+
+pub fn curve(points: &[[f64; 2]]) -> Law {
+    Law::curve(points).expect("a law")
+}
+
+/// Points of a curve with a gap and harder ends, m and N.
+pub const CURVE: [[f64; 2]; 5] = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
 
 /// The body of the yardstick.
 pub fn body() -> Body {
@@ -126,6 +196,16 @@ pub fn cart_stiff() -> Machine {
     guided(&CART_CENTERS, 0.12, 2e6, Free::GUIDED)
 }
 
+/// `cart` with a clearance of 5 um in all links.
+pub fn cart_clear() -> Machine {
+    cart().with_laws(|_, k| sided(k, k, 5e-6))
+}
+
+/// `cart` on preloaded balls.
+pub fn preloaded_cart() -> Machine {
+    cart().with_laws(|_, k| preloaded(k, 600.0, BALL))
+}
+
 /// Yardstick `paper`: the two carriages and the three rotations of the paper's section 4.1.
 pub fn paper() -> Machine {
     guided(&[[0.0, 0.05, -0.35], [0.0, 0.05, 0.35]], 0.6, 5e4, Free::PAPER)
@@ -152,6 +232,31 @@ pub fn random_machine(random: &mut Random) -> Machine {
         })
         .collect();
     Machine { body, links, gravity: random.vector(10.0), free: Free::ALL }
+}
+
+/// [`random_machine`] on all kinds of piecewise linear laws, some without stiffness to one side, some damped only in contact.
+pub fn any_machine(random: &mut Random) -> Machine {
+    let machine = random_machine(random);
+    let weight = machine.body.mass() * machine.gravity.norm();
+    let mut machine = machine.with_laws(|i, k| {
+        let sag = weight / k;
+        let gap = sag * random.between(0.05, 0.5);
+        match i % 6 {
+            0 => sided(k, k, gap),
+            1 => sided(k, 0.0, gap),
+            2 => sided(0.0, k, gap),
+            3 => sided(k, 0.3 * k, 0.0),
+            4 => {
+                let points = [[-2.0, -1.5], [-0.5, -0.6], [-0.2, 0.0], [0.1, 0.0], [0.3, 0.5], [1.0, 2.0]];
+                curve(&points.map(|[d, f]| [d * sag, f * k * sag]))
+            }
+            _ => linear(k),
+        }
+    });
+    for link in &mut machine.links[..3] {
+        *link = link.damped_in_contact().expect("a clearance");
+    }
+    machine
 }
 
 /// The motion `cycle`: acceleration along x of a there-and-back jerk-limited move at 1 kHz, 7 062 samples.
@@ -190,6 +295,16 @@ pub fn noise(random: &mut Random, count: usize) -> Vec<[f64; 3]> {
     (0..count).map(|_| random.vector(3.0).into()).collect()
 }
 
+/// Random external loads along and about all three axes.
+pub fn wrenches(random: &mut Random, count: usize, size: f64) -> Vec<[f64; 6]> {
+    (0..count).map(|_| core::array::from_fn(|_| random.between(-size, size))).collect()
+}
+
+/// Times at equal intervals from zero on.
+pub fn ticks(count: usize, step: f64) -> Vec<f64> {
+    (0..count).map(|k| k as f64 * step).collect()
+}
+
 /// Largest magnitude.
 pub fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
@@ -222,9 +337,15 @@ pub fn alike(got: &[f64], want: &[f64], tolerance: f64) -> f64 {
     off
 }
 
+/// Rows and columns of the free degrees of freedom.
+pub fn free_block(matrix: &Matrix6<f64>, free: Free) -> DMatrix<f64> {
+    let dofs: Vec<usize> = free.iter().map(|dof| dof as usize).collect();
+    DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| matrix[(dofs[i], dofs[j])])
+}
+
 /// A wrench at one state without excitation.
-pub fn at(wrench: &Wrench, state: &State) -> nalgebra::Vector6<f64> {
-    nalgebra::Vector6::from(wrench.at(state, &[0.0; 9]))
+pub fn at(wrench: &Wrench, state: &State) -> Vector6<f64> {
+    Vector6::from(wrench.at(state, &[0.0; 9]))
 }
 
 /// Xorshift64* (Vigna 2016): the same numbers on every machine.

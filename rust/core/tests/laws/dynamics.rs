@@ -1,11 +1,10 @@
 //! Motion: energy, and the closed forms of one degree of freedom.
 
-use guideload::{Body, Dof, Exact, Excitation, Free, Link, Output, State};
-use guideload::{position, velocity};
+use guideload::{Body, Dof, Exact, Excitation, Free, Link, Output, State, position, velocity};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::common::{
-    ADAPTIVE, GRAVITY, Machine, Random, alike, at, cart, close, largest, one_dof, random_machine,
+    ADAPTIVE, GRAVITY, Machine, Random, alike, at, cart, close, largest, one_dof, random_machine, ticks,
 };
 
 /// Energy of the motion about the static position, from the matrices and not from the state's own norm.
@@ -172,20 +171,16 @@ fn assert_closed_form(time: &[f64], samples: &[f64], tolerance: f64) {
     }
 }
 
-fn grid(count: usize, step: f64) -> Vec<f64> {
-    (0..count).map(|k| k as f64 * step).collect()
-}
-
 #[test]
 fn one_dof_answers_a_step_in_closed_form() {
     // Roundings of a hundred steps and of the closed form.
-    assert_closed_form(&grid(101, 2e-3), &[2.2; 101], 1e-13);
+    assert_closed_form(&ticks(101, 2e-3), &[2.2; 101], 1e-13);
 }
 
 #[test]
 fn one_dof_answers_a_ramp_in_closed_form() {
-    let ramp: Vec<f64> = grid(101, 2e-3).iter().map(|t| 25.0 * t).collect();
-    assert_closed_form(&grid(101, 2e-3), &ramp, 1e-13);
+    let ramp: Vec<f64> = ticks(101, 2e-3).iter().map(|t| 25.0 * t).collect();
+    assert_closed_form(&ticks(101, 2e-3), &ramp, 1e-13);
 }
 
 #[test]
@@ -215,7 +210,7 @@ fn a_coupled_defective_scene_is_exact() {
     let free = Free::only(&[Dof::Y, Dof::Z]);
     let machine = Machine { body, links: vec![link(0), link(1)], gravity: GRAVITY, free };
     let mut random = Random::new(34);
-    let time = grid(100, 1e-3);
+    let time = ticks(100, 1e-3);
     let acceleration: Vec<Vector3<f64>> = (0..100).map(|_| random.vector(3.0)).collect();
     let samples: Vec<[f64; 3]> = acceleration.iter().map(|&a| a.into()).collect();
     let got = machine.exact_loads(&Excitation::new(&time, &samples, None).expect("sound"));

@@ -1,9 +1,9 @@
 //! Samples: changes of a trace that must not change the loads.
 
-use guideload::{Control, Excitation, ExcitationError, Output, Radau, Rk45};
+use guideload::{Excitation, ExcitationError, Output, Radau, Rk45};
 
 use crate::common::{
-    ADAPTIVE, Machine, Random, alike, cart, cart_stiff, largest, noise, paper, random_machine,
+    ADAPTIVE, Machine, Random, adaptive, alike, cart, cart_stiff, largest, noise, paper, random_machine,
 };
 
 fn machines(random: &mut Random) -> Vec<Machine> {
@@ -116,7 +116,7 @@ fn nanosecond_samples_need_no_more_work() {
     let samples = noise(&mut random, 50);
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let exact = cart().exact_loads(&excitation);
-    let control = Control::Adaptive { rtol: 1e-9 };
+    let control = adaptive(1e-9);
     let (states, summary) = cart().states(&Rk45, control, &excitation);
     alike(&cart().loads_of(&states), &exact, 1e-8); // Ten times the tolerance.
     let (states, implicit) = cart().states(&Radau, control, &excitation);
@@ -128,7 +128,7 @@ fn nanosecond_samples_need_no_more_work() {
 fn one_sample_is_the_static_load() {
     let excitation = Excitation::new(&[0.4], &[[2.2, 0.0, 0.0]], None).expect("sound");
     for output in [Output::Samples, Output::Times(&[0.4])] {
-        let (states, outcome) = cart().run(&Rk45, Control::Adaptive { rtol: 1e-6 }, &excitation, output);
+        let (states, outcome) = cart().run(&Rk45, adaptive(1e-6), &excitation, output);
         assert_eq!(states, [[0.0; 12]]);
         let summary = outcome.expect("a run that succeeds");
         assert_eq!((summary.steps, summary.rejected, summary.recorded), (0, 0, 1));

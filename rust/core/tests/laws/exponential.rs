@@ -1,35 +1,27 @@
 //! The exponential method: its order, its tolerance, what it leaves as it is, and what it refuses.
 
 use guideload::{
-    Control, Exact, Excitation, Exponential, Law, Link, NamedMethod, Output, Radau, Rk45, RunError, Start,
-    State, Summary, position, velocity,
+    Control, Exact, Excitation, Exponential, Link, NamedMethod, Output, Radau, Rk45, RunError, Start, State,
+    Summary, position, velocity,
 };
 use nalgebra::Vector6;
 
 use crate::common::{
-    ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, difference, largest, noise, one_dof, random_machine,
+    ADAPTIVE, BALL, CURVE, Machine, ROLLER, Random, adaptive, cart, cart_clear, cart_stiff, curve, cycle,
+    difference, largest, linear, noise, one_dof, preloaded, random_machine, sided, wrenches,
 };
 use crate::leaps::{Needless, compare_with};
 
-const BALL: f64 = 1.5;
-const ROLLER: f64 = 10.0 / 9.0;
-
 /// The machine with preloaded links of the same stiffness, except every `spring`th one, which stays a spring.
-fn pressed(mut machine: Machine, preload: f64, exponent: f64, spring: usize) -> Machine {
-    for (i, link) in machine.links.iter_mut().enumerate().filter(|(i, _)| (i + 1) % spring != 0) {
-        let law =
-            Law::preloaded(link.stiffness(), preload * (1.0 + 0.1 * i as f64), exponent).expect("a law");
-        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
-    }
-    machine
+fn pressed(machine: Machine, preload: f64, exponent: f64, spring: usize) -> Machine {
+    machine.with_laws(|i, k| match (i + 1) % spring {
+        0 => linear(k),
+        _ => preloaded(k, preload * (1.0 + 0.1 * i as f64), exponent),
+    })
 }
 
 /// No spring among the links.
 const NONE: usize = usize::MAX;
-
-fn tight(rtol: f64) -> Control {
-    Control::Adaptive { rtol }
-}
 
 fn shaken(count: usize, seed: u64) -> Vec<[f64; 3]> {
     noise(&mut Random::new(seed), count)
@@ -51,9 +43,9 @@ fn loads(machine: &Machine, run: (Vec<State>, Summary)) -> (Vec<f64>, Summary) {
 
 #[track_caller]
 fn assert_within_tolerance(name: &str, machine: &Machine, excitation: &Excitation) {
-    let truth = machine.loads_of(&machine.states(&Radau, tight(1e-12), excitation).0);
+    let truth = machine.loads_of(&machine.states(&Radau, adaptive(1e-12), excitation).0);
     for rtol in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let run = machine.states(&Exponential::<16>, tight(rtol), excitation);
+        let run = machine.states(&Exponential::<16>, adaptive(rtol), excitation);
         let (found, summary) = loads(machine, run);
         let off = difference(&found, &truth) / summary.load_scale;
         println!(
@@ -71,7 +63,7 @@ fn assert_within_tolerance(name: &str, machine: &Machine, excitation: &Excitatio
 fn errors_at_end(machine: &Machine, counts: [u32; 2]) -> [f64; 2] {
     let (time, samples) = ([0.0, 0.05], [[0.0; 3], [15.0, 5.0, 5.0]]);
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let truth = machine.states(&Radau, tight(1e-13), &excitation).0[1];
+    let truth = machine.states(&Radau, adaptive(1e-13), &excitation).0[1];
     counts.map(|steps| {
         let control = Control::Fixed { step: 0.05 / f64::from(steps) };
         let (states, summary) = machine.states(&Exponential::<16>, control, &excitation);
@@ -123,11 +115,11 @@ fn the_tolerance_is_kept_where_a_body_vibrates_freely_and_moves_again() {
         pressed(cart().with_damping(0.3), 2000.0, BALL, NONE),
         pressed(cart_stiff(), 600.0, BALL, 2),
     ] {
-        let truth = machine.loads_of(&machine.states(&Radau, tight(1e-12), &excitation).0);
+        let truth = machine.loads_of(&machine.states(&Radau, adaptive(1e-12), &excitation).0);
         let mut last = f64::INFINITY;
         for rtol in [1e-3, 1e-5, 1e-7] {
-            let run = machine.states(&Exponential::<16>, tight(rtol), &excitation);
-            let method = (&Exponential::<16>, tight(rtol));
+            let run = machine.states(&Exponential::<16>, adaptive(rtol), &excitation);
+            let method = (&Exponential::<16>, adaptive(rtol));
             let part = compare_with(&mut Needless::default(), &machine, method, &excitation, 1e-12);
             let (found, summary) = loads(&machine, run);
             let off = difference(&found, &truth) / summary.load_scale;
@@ -146,12 +138,13 @@ fn an_undamped_free_vibration_keeps_its_phase() {
     let mut samples = vec![[0.0; 3]; 20_000];
     samples[..40].fill([0.0, 1.0, 0.0]);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-    let truth = machine.loads_of(&machine.states(&Radau, tight(1e-12), &excitation).0);
+    let truth = machine.loads_of(&machine.states(&Radau, adaptive(1e-12), &excitation).0);
     let mut parts = Vec::new();
     for rtol in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-        let (found, summary) = loads(&machine, machine.states(&Exponential::<16>, tight(rtol), &excitation));
+        let (found, summary) =
+            loads(&machine, machine.states(&Exponential::<16>, adaptive(rtol), &excitation));
         let off = difference(&found, &truth) / summary.load_scale;
-        let method = (&Exponential::<16>, tight(rtol));
+        let method = (&Exponential::<16>, adaptive(rtol));
         let part = compare_with(&mut Needless::default(), &machine, method, &excitation, 1e-11);
         println!("{rtol:e}: {:.3} x, {part:.2} left out", off / rtol);
         assert!(off <= 2.0 * rtol, "at {rtol:e}: off by {} x the tolerance", off / rtol);
@@ -176,7 +169,7 @@ fn a_free_vibration_ends_with_the_constant_excitation() {
             accelerations[k][0] = 0.3 * f64::from(u8::from((600..1290).contains(&k)));
         }
         let excitation = Excitation::new(&time, &accelerations, Some(&loads)).expect("sound");
-        let truth = machine.loads_of(&machine.states(&Radau, tight(1e-10), &excitation).0);
+        let truth = machine.loads_of(&machine.states(&Radau, adaptive(1e-10), &excitation).0);
         let (found, summary) =
             self::loads(&machine, machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
         assert!(difference(&found, &truth) <= 1e-6 * summary.load_scale, "{first}");
@@ -194,7 +187,7 @@ fn free_vibrations_in_intervals_of_two_lengths_are_kept_apart() {
     let samples: Vec<[f64; 3]> = (0..1200).map(|k| [pulse(k), 0.0, 0.0]).collect();
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let machine = pressed(cart(), 600.0, BALL, NONE);
-    let truth = machine.loads_of(&machine.states(&Radau, tight(1e-10), &excitation).0);
+    let truth = machine.loads_of(&machine.states(&Radau, adaptive(1e-10), &excitation).0);
     let (found, summary) = loads(&machine, machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
     assert!(difference(&found, &truth) <= 1e-6 * summary.load_scale);
 }
@@ -211,7 +204,7 @@ fn samples_in_step_with_a_vibration_do_not_hide_it() {
             .map(|k| [0.0, 20.0 * f64::from(u8::from((first..first + 20).contains(&k))), 0.0])
             .collect();
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
-        let truth = machine.loads_of(&machine.states(&Radau, tight(1e-11), &excitation).0);
+        let truth = machine.loads_of(&machine.states(&Radau, adaptive(1e-11), &excitation).0);
         let (found, summary) = loads(&machine, machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
         let off = difference(&found, &truth) / summary.load_scale;
         assert!(off <= 2e-5, "{first}: {off:e}");
@@ -235,7 +228,7 @@ fn a_vibration_without_load_scale_is_not_linear() {
         machine.loads_of(&states)
     };
     let truth = loads(NamedMethod::Rk45, Control::Fixed { step: 1e-5 });
-    let found = loads(NamedMethod::Exponential, tight(1e-6));
+    let found = loads(NamedMethod::Exponential, adaptive(1e-6));
     assert!(difference(&found, &truth) <= 1e-3 * largest(&truth));
 }
 
@@ -249,10 +242,10 @@ fn rows_that_a_small_vibration_opens_are_counted() {
     // A row opens under √8 times the preload.
     for distance in [1e-3, 1e-4, 1e-5] {
         let machine = pressed(free.clone(), weight / 8f64.sqrt() * (1.0 + distance), BALL, NONE);
-        let (_, located) = machine.states(&Rk45, tight(1e-10), &excitation);
+        let (_, located) = machine.states(&Rk45, adaptive(1e-10), &excitation);
         assert!(located.contact_changes > 20);
         for rtol in [1e-3, 1e-4, 1e-6] {
-            let (_, counted) = machine.states(&Exponential::<16>, tight(rtol), &excitation);
+            let (_, counted) = machine.states(&Exponential::<16>, adaptive(rtol), &excitation);
             assert_eq!(counted.contact_changes, located.contact_changes, "{distance:e} {rtol:e}");
         }
     }
@@ -266,8 +259,7 @@ fn the_tolerance_is_kept_at_any_time_stamps_under_any_load() {
         let weight = machine.body.mass() * machine.gravity.norm();
         let machine = pressed(machine, weight * random.between(0.02, 0.3), exponent, 5);
         let (samples, time) = (noise(&mut random, 100), jittered(&mut random, 100));
-        let wrench: Vec<[f64; 6]> =
-            (0..100).map(|_| core::array::from_fn(|_| random.between(-300.0, 300.0))).collect();
+        let wrench = wrenches(&mut random, 100, 300.0);
         let excitation = Excitation::new(&time, &samples, Some(&wrench)).expect("sound");
         assert_within_tolerance("random", &machine, &excitation);
     }
@@ -281,7 +273,7 @@ fn an_undamped_vibration_keeps_its_energy() {
     let mut samples = vec![[0.0; 3]; 1500];
     samples[..40].fill([0.0, 20.0, 0.0]);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-    let (states, summary) = machine.states(&Exponential::<16>, tight(1e-9), &excitation);
+    let (states, summary) = machine.states(&Exponential::<16>, adaptive(1e-9), &excitation);
     assert!(summary.contact_changes > 100, "{summary:?}");
     let (system, mass) = (machine.system(), machine.body.mass());
     let (at, speed) = (position(&system), velocity(&system));
@@ -300,12 +292,7 @@ fn an_undamped_vibration_keeps_its_energy() {
 fn without_preload_it_is_the_exact_method_bit_for_bit() {
     let samples = shaken(200, 903);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-    let mut play = cart();
-    for link in &mut play.links {
-        let law = Law::sided(6e7, 6e7, 5e-6).expect("a law");
-        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
-    }
-    for machine in [cart(), cart_stiff(), play] {
+    for machine in [cart(), cart_stiff(), cart_clear()] {
         let exact = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
         assert!(machine.states(&Exponential::<16>, ADAPTIVE, &excitation) == exact);
     }
@@ -319,7 +306,7 @@ fn a_preload_far_beyond_the_loads_is_a_spring() {
     for machine in [cart(), cart_stiff(), cart().with_damping(0.0)] {
         let exact = machine.exact_loads(&excitation);
         let spring = pressed(machine, 1e8, BALL, NONE);
-        let run = spring.states(&Exponential::<16>, tight(1e-6), &excitation);
+        let run = spring.states(&Exponential::<16>, adaptive(1e-6), &excitation);
         let (found, summary) = loads(&spring, run);
         let (got, size) = (difference(&found, &exact), largest(&exact));
         assert!(got <= 1e-9 * size, "{got} of {size}");
@@ -339,7 +326,7 @@ fn a_body_at_rest_stays_at_rest() {
         for (machine, allowed) in
             [(pressed(cart(), 300.0, ROLLER, 2), 0.0), (pressed(cart(), 300.0, BALL, NONE), 1e-12)]
         {
-            for control in [tight(1e-10), Control::Fixed { step: 3e-4 }] {
+            for control in [adaptive(1e-10), Control::Fixed { step: 3e-4 }] {
                 let (states, summary) = machine.states(&Exponential::<16>, control, &excitation);
                 let rest = machine.loads_of(&[[0.0; 12]]);
                 for state in &states {
@@ -363,18 +350,18 @@ fn loads_between_the_samples_are_as_accurate_as_at_them() {
         pressed(cart_stiff(), 600.0, ROLLER, 3),
     ] {
         let truth =
-            machine.loads_of(&machine.run(&Radau, tight(1e-12), &excitation, Output::Times(&times)).0);
+            machine.loads_of(&machine.run(&Radau, adaptive(1e-12), &excitation, Output::Times(&times)).0);
         for rtol in [1e-4, 1e-8] {
             let (states, outcome) =
-                machine.run(&Exponential::<16>, tight(rtol), &excitation, Output::Times(&times));
+                machine.run(&Exponential::<16>, adaptive(rtol), &excitation, Output::Times(&times));
             let off = difference(&machine.loads_of(&states), &truth) / outcome.expect("a run").load_scale;
             println!("{rtol:e}: between {:.2} x", off / rtol);
             assert!(off <= 10.0 * rtol, "{rtol:e}: {} x the tolerance", off / rtol);
         }
         // Roundings of a sample's time move the state by its rate times 1e-17 s.
-        let (states, _) = machine.states(&Exponential::<16>, tight(1e-8), &excitation);
+        let (states, _) = machine.states(&Exponential::<16>, adaptive(1e-8), &excitation);
         let (again, _) =
-            machine.run(&Exponential::<16>, tight(1e-8), &excitation, Output::Times(&at_samples));
+            machine.run(&Exponential::<16>, adaptive(1e-8), &excitation, Output::Times(&at_samples));
         let (states, again) = (machine.loads_of(&states), machine.loads_of(&again));
         assert!(difference(&states, &again) <= 1e-7 * largest(&states));
     }
@@ -387,10 +374,10 @@ fn changes_of_contact_are_those_that_rk45_locates() {
     let excitation = Excitation::uniform(0.0, 1e-3, &cycle[..3000]).expect("sound");
     for (preload, exponent) in [(600.0, BALL), (150.0, BALL), (600.0, ROLLER)] {
         let machine = pressed(cart(), preload, exponent, NONE);
-        let (_, located) = machine.states(&Rk45, tight(1e-9), &excitation);
+        let (_, located) = machine.states(&Rk45, adaptive(1e-9), &excitation);
         assert!(located.contact_changes > 0);
         for rtol in [1e-5, 1e-8] {
-            let (_, counted) = machine.states(&Exponential::<16>, tight(rtol), &excitation);
+            let (_, counted) = machine.states(&Exponential::<16>, adaptive(rtol), &excitation);
             assert_eq!(counted.contact_changes, located.contact_changes);
         }
     }
@@ -402,8 +389,8 @@ fn the_size_of_the_cache_changes_no_more_than_rounding() {
     let time = jittered(&mut Random::new(908), 100);
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let machine = pressed(cart(), 600.0, BALL, NONE);
-    let one = machine.loads_of(&machine.states(&Exponential::<1>, tight(1e-8), &excitation).0);
-    let many = machine.loads_of(&machine.states(&Exponential::<16>, tight(1e-8), &excitation).0);
+    let one = machine.loads_of(&machine.states(&Exponential::<1>, adaptive(1e-8), &excitation).0);
+    let many = machine.loads_of(&machine.states(&Exponential::<16>, adaptive(1e-8), &excitation).0);
     assert!(difference(&one, &many) <= 1e-12 * largest(&one));
 }
 
@@ -428,18 +415,16 @@ fn edges_beside_preload_and_wrong_settings_are_refused() {
         machine.run(&Exponential::<16>, control, &excitation, Output::Samples).1
     };
     for rtol in [1e-14, 0.2, -1e-6] {
-        assert_eq!(outcome(&machine, tight(rtol)), Err(RunError::Tolerance { got: rtol }));
+        assert_eq!(outcome(&machine, adaptive(rtol)), Err(RunError::Tolerance { got: rtol }));
     }
     for step in [0.0, f64::INFINITY] {
         assert_eq!(outcome(&machine, Control::Fixed { step }), Err(RunError::Step { got: step }));
     }
     let short = outcome(&machine, Control::Fixed { step: 1e-17 });
     assert!(matches!(short, Err(RunError::ShortSteps { step: 1e-17, .. })), "{short:?}");
-    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
-    for law in [Law::sided(6e7, 6e7, 5e-6), Law::sided(6e7, 3e7, 0.0), Law::curve(&curve)] {
+    for law in [sided(6e7, 6e7, 5e-6), sided(6e7, 3e7, 0.0), curve(&CURVE)] {
         let link = machine.links[3];
-        machine.links[3] =
-            Link::with_law(link.point(), link.direction(), law.expect("a law"), 5e4).expect("a link");
+        machine.links[3] = Link::with_law(link.point(), link.direction(), law, 5e4).expect("a link");
         let error = outcome(&machine, ADAPTIVE).expect_err("refused");
         assert_eq!(error, RunError::NotExponential { link: 3 });
         assert!(error.to_string().contains("expected \"rk45\", \"implicit\" or \"auto\""));

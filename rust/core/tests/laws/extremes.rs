@@ -6,7 +6,7 @@ use guideload::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-use crate::common::{ADAPTIVE, GRAVITY, Machine, cart, difference, largest, one_dof};
+use crate::common::{ADAPTIVE, GRAVITY, Machine, adaptive, cart, difference, largest, one_dof};
 
 /// Springs along y and z, and one damper along y + z: the motion y - z is undamped, though both directions have damping.
 #[test]
@@ -28,7 +28,7 @@ fn methods_agree_where_modes_are_damped_only_together() {
         let machine = Machine { body, links, gravity: GRAVITY, free };
         let exact = machine.exact_loads(&excitation);
         for rtol in [1e-4, 1e-6, 1e-8] {
-            let control = Control::Adaptive { rtol };
+            let control = adaptive(rtol);
             let (states, summary) = machine.states(&Rk45, control, &excitation);
             let bound = 10.0 * rtol * summary.load_scale; // What is asked of any two methods.
             assert!(difference(&machine.loads_of(&states), &exact) < bound, "rk45 {b} {rtol}");
@@ -69,7 +69,7 @@ fn unix_time_is_as_good_as_any() {
     let samples = [[0.0; 3], [2.0, 0.0, 0.0], [0.0; 3], [0.0; 3]];
     let at = |start: f64| {
         let excitation = Excitation::uniform(start, 0.0078125, &samples).expect("sound"); // 2^-7 s: no rounding of times
-        [Control::Fixed { step: 1e-6 }, Control::Adaptive { rtol: 1e-12 }]
+        [Control::Fixed { step: 1e-6 }, adaptive(1e-12)]
             .map(|control| cart().states(&Rk45, control, &excitation).0)
     };
     assert_eq!(at(0.0), at(1_700_000_000.0));

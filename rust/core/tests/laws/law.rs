@@ -2,10 +2,7 @@
 
 use guideload::{Law, SceneError};
 
-use crate::common::{Random, close};
-
-const BALL: f64 = 1.5;
-const ROLLER: f64 = 10.0 / 9.0;
+use crate::common::{BALL, ROLLER, Random, close};
 
 /// A bent curve with a flat, a gap and a force at zero.
 const BENT: [[f64; 2]; 6] =

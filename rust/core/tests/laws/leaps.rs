@@ -1,12 +1,14 @@
 //! Leaps over samples that a record does not need: all states of a leap are within its bounds, and no contact change is missed.
 
 use guideload::{
-    Control, Dof, Exact, Excitation, Free, Input, Law, Link, Method, Output, Record, RunError, State,
-    StateBox, run,
+    Control, Dof, Exact, Excitation, Free, Input, Link, Method, Output, Record, RunError, State, StateBox,
+    run,
 };
 
 use crate::batch::cart_on;
-use crate::common::{ADAPTIVE, Machine, Random, cart, cart_stiff, cycle, noise, one_dof, random_machine};
+use crate::common::{
+    ADAPTIVE, CURVE, Machine, Random, cart, cart_stiff, curve, cycle, noise, one_dof, random_machine, sided,
+};
 
 /// Needs no instant: stores the boxes of all leaps, each with the number of instants before it, and the other instants.
 #[derive(Default)]
@@ -120,16 +122,10 @@ fn bounds_of_leaps_contain_the_states_of_linear_machines() {
 #[test]
 fn leaps_miss_no_contact_change() {
     let mut random = Random::new(72);
-    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
-    let laws = [
-        Law::sided(6e7, 6e7, 5e-6),
-        Law::sided(6e7, 2e7, 1e-6),
-        Law::curve(&curve),
-        Law::sided(6e7, 6e7, 2e-4),
-    ];
+    let laws = [sided(6e7, 6e7, 5e-6), sided(6e7, 2e7, 1e-6), curve(&CURVE), sided(6e7, 6e7, 2e-4)];
     let mut parts = Vec::new();
     for law in laws {
-        let (mut machine, _) = cart_on(law.expect("a law"));
+        let (mut machine, _) = cart_on(law);
         for idle in [false, true] {
             if idle {
                 for link in &mut machine.links {
@@ -198,7 +194,7 @@ fn leaps_pass_over_equal_intervals_only() {
 /// A body without links in contact in one direction drifts through its clearance, and meets the other side.
 #[test]
 fn a_leap_ends_before_a_drifting_body_meets_a_side() {
-    let wide = Law::sided(6e7, 6e7, 3e-3).expect("a law");
+    let wide = sided(6e7, 6e7, 3e-3);
     let mut machine = cart();
     for link in &mut machine.links {
         if link.direction().z.abs() > 0.5 {
@@ -222,7 +218,7 @@ fn a_contact_change_between_samples_is_not_leapt_over() {
     let frequency = std::f64::consts::TAU / period;
     let mut machine = one_dof(frequency, 0.0);
     let stiffness = 100.0 * frequency * frequency;
-    let law = Law::sided(stiffness, stiffness, 1e-4).expect("a law");
+    let law = sided(stiffness, stiffness, 1e-4);
     let link = machine.links[0];
     machine.links[0] = Link::with_law(link.point(), link.direction(), law, 0.0).expect("a link");
     // A pulse swings the body with `size` times its deflection under gravity; at the end of its samples it is at rest position.

@@ -1,14 +1,13 @@
 //! The methods: agreement of loads, work, and steps at samples.
 
 use guideload::{
-    Control, Exact, Excitation, Exponential, Law, Link, Method, NamedMethod, Output, Radau, Rk45, RunError,
-    Start, State, Summary,
+    Control, Exact, Excitation, Exponential, Method, NamedMethod, Output, Radau, Rk45, RunError, Start,
+    State, Summary,
 };
 
-use crate::batch::cart_on;
 use crate::common::{
-    ADAPTIVE, Machine, Random, cart, cart_stiff, close, cycle, difference, largest, noise, paper,
-    random_machine,
+    ADAPTIVE, Machine, Random, adaptive, cart, cart_clear, cart_stiff, close, cycle, difference, largest,
+    noise, paper, preloaded_cart, random_machine, wrenches,
 };
 
 /// Largest difference of the link loads from the exact ones, relative to the load scale, as a multiple of the tolerance.
@@ -19,7 +18,7 @@ fn misses<M: Method>(
     exact: &[f64],
     rtol: f64,
 ) -> (f64, Summary) {
-    let (states, summary) = machine.states(method, Control::Adaptive { rtol }, excitation);
+    let (states, summary) = machine.states(method, adaptive(rtol), excitation);
     (difference(&machine.loads_of(&states), exact) / summary.load_scale / rtol, summary)
 }
 
@@ -113,8 +112,7 @@ fn methods_agree_on_any_scene_under_any_load() {
     for _ in 0..4 {
         let machine = random_machine(&mut random);
         let samples = noise(&mut random, 100);
-        let wrench: Vec<[f64; 6]> =
-            (0..100).map(|_| core::array::from_fn(|_| random.between(-300.0, 300.0))).collect();
+        let wrench = wrenches(&mut random, 100, 300.0);
         let mut time = vec![0.0];
         for k in 1..100 {
             time.push(time[k - 1] + 10f64.powf(random.between(-5.0, -2.0)));
@@ -145,7 +143,7 @@ fn a_pulse_after_rest_is_never_missed() {
         };
         for decade in 2..=10 {
             let rtol = 10f64.powi(-decade);
-            let control = Control::Adaptive { rtol };
+            let control = adaptive(rtol);
             for (states, summary) in
                 [machine.states(&Rk45, control, &excitation), machine.states(&Radau, control, &excitation)]
             {
@@ -169,7 +167,7 @@ fn work_is_bounded() {
         cycle[400..2400].iter().map(|a| [a[0] + random.between(-0.17, 0.17), 0.0, 0.0]).collect();
     let noisy = Excitation::uniform(0.0, 1e-3, &noisy).expect("sound");
     for excitation in [clean, noisy] {
-        let control = Control::Adaptive { rtol: 1e-6 };
+        let control = adaptive(1e-6);
         let least = straights(&excitation);
         let (_, exact) = cart().states(&Exact::<16>, control, &excitation);
         assert_eq!((exact.steps, exact.rejected), (1999, 0));
@@ -179,7 +177,7 @@ fn work_is_bounded() {
         let (_, rk45) = cart().states(&Rk45, control, &excitation);
         assert!((least..=1999 + 20).contains(&rk45.steps), "{least} {rk45:?}");
         // At least one step between two bends, at any tolerance.
-        let (_, loose) = cart().states(&Radau, Control::Adaptive { rtol: 0.1 }, &excitation);
+        let (_, loose) = cart().states(&Radau, adaptive(0.1), &excitation);
         assert!(loose.steps >= least, "{least} {loose:?}");
     }
 }
@@ -192,8 +190,8 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
         let at_samples: Vec<f64> = (0..130).map(|k| excitation.time(k)).collect();
         // Roundings of a knot's time move the state by its rate times 1e-17 s; the rest of the step is the same.
         same(&machine, &Exact::<16>, ADAPTIVE, &excitation, &at_samples, 1e-11);
-        same(&machine, &Radau, Control::Adaptive { rtol: 1e-8 }, &excitation, &at_samples, 1e-11);
-        same(&machine, &Rk45, Control::Adaptive { rtol: 1e-8 }, &excitation, &at_samples, 1e-11);
+        same(&machine, &Radau, adaptive(1e-8), &excitation, &at_samples, 1e-11);
+        same(&machine, &Rk45, adaptive(1e-8), &excitation, &at_samples, 1e-11);
 
         let between: Vec<f64> = (0..500).map(|k| 0.129 * (f64::from(k) + 0.5) / 500.0).collect();
         let output = Output::Times(&between);
@@ -211,7 +209,7 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
             assert!(off <= 1e-11 * largest(&exact));
         }
         for rtol in [1e-4, 1e-6, 1e-8] {
-            let control = Control::Adaptive { rtol };
+            let control = adaptive(rtol);
             let radau = machine.loads_of(&machine.run(&Radau, control, &excitation, output).0);
             let rk45 = machine.loads_of(&machine.run(&Rk45, control, &excitation, output).0);
             for (name, loads) in [("radau", radau), ("rk45", rk45)] {
@@ -238,18 +236,16 @@ fn steps_made_two_at_a_time_are_steps_made_one_by_one() {
     }
     let mut samples = noise(&mut random, time.len());
     samples.as_flattened_mut().iter_mut().for_each(|acceleration| *acceleration *= 0.1);
-    let wrench: Vec<[f64; 6]> =
-        samples.iter().map(|_| core::array::from_fn(|_| random.between(-30.0, 30.0))).collect();
+    let wrench = wrenches(&mut random, samples.len(), 30.0);
     let excitation = Excitation::new(&time, &samples, Some(&wrench)).expect("sound");
-    let clearance = Law::sided(6e7, 6e7, 5e-6).expect("a law");
-    for machine in [random_machine(&mut random), cart_stiff(), cart_on(clearance).0] {
+    for machine in [random_machine(&mut random), cart_stiff(), cart_clear()] {
         same(&machine, &Exact::<16>, ADAPTIVE, &excitation, &time, 1e-13);
     }
 }
 
 #[test]
 fn a_method_by_its_name_equals_the_method() {
-    let (machine, motion) = (preloaded(), start_of_cycle());
+    let (machine, motion) = (preloaded_cart(), start_of_cycle());
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("sound");
     let by_name_on = |machine: &Machine, name| {
         let (named, mut states): (_, Vec<State>) = (NamedMethod::from_name(name).expect("known"), Vec::new());
@@ -264,16 +260,6 @@ fn a_method_by_its_name_equals_the_method() {
     assert!(by_name("rk45") == machine.states(&Rk45, ADAPTIVE, &excitation));
     assert!(by_name("implicit") == machine.states(&Radau, ADAPTIVE, &excitation));
     assert_eq!(NamedMethod::from_name("Exact"), None);
-}
-
-/// The cart on preloaded balls.
-fn preloaded() -> Machine {
-    let mut machine = cart();
-    for link in &mut machine.links {
-        let law = Law::preloaded(link.stiffness(), 600.0, 1.5).expect("a law");
-        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
-    }
-    machine
 }
 
 fn same<M: Method>(
@@ -317,7 +303,7 @@ impl guideload::Record for Until {
 fn a_record_stops_a_run() {
     let motion = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion).expect("a motion");
-    let (system, preloaded) = (cart().system(), preloaded().system());
+    let (system, preloaded) = (cart().system(), preloaded_cart().system());
     for &method in NamedMethod::ALL {
         let mut record = Until { instants: 0, most: 2000 };
         let system = if method == NamedMethod::Exponential { &preloaded } else { &system };

@@ -7,38 +7,19 @@ use guideload::{
 use nalgebra::{Matrix3, Vector3};
 
 use crate::common::{
-    ADAPTIVE, GRAVITY, Machine, Random, alike, cart, close, difference, largest, noise, one_dof,
-    random_machine,
+    ADAPTIVE, BALL, GRAVITY, Machine, ROLLER, Random, adaptive, alike, cart, close, curve, difference,
+    largest, linear, noise, one_dof, preloaded, random_machine, sided,
 };
-
-const BALL: f64 = 1.5;
-const ROLLER: f64 = 10.0 / 9.0;
-
-fn sided(positive: f64, negative: f64, clearance: f64) -> Law {
-    Law::sided(positive, negative, clearance).expect("a law")
-}
-
-fn preloaded(stiffness: f64, preload: f64, exponent: f64) -> Law {
-    Law::preloaded(stiffness, preload, exponent).expect("a law")
-}
-
-/// The same machine with other laws; `law` is given the index and the stiffness of each link.
-fn with_laws(mut machine: Machine, mut law: impl FnMut(usize, f64) -> Law) -> Machine {
-    for (i, link) in machine.links.iter_mut().enumerate() {
-        let law = law(i, link.stiffness());
-        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a sound link");
-    }
-    machine
-}
+use crate::contacts::rk45_order;
 
 /// The cart with play, sides and a curve, some dampers in contact only; every fourth link is `other`.
 fn mixed_cart(mut other: impl FnMut(f64) -> Law) -> Machine {
-    let mut machine = with_laws(cart(), |i, k| match i % 4 {
+    let mut machine = cart().with_laws(|i, k| match i % 4 {
         0 => sided(k, k, 5e-6),
         1 => sided(k, 0.4 * k, 0.0),
         2 => {
             let points = [[-2e-4, -1.5e-4], [-6e-6, -5e-6], [0.0, 0.0], [1e-6, 0.0], [1e-4, 2e-4]];
-            Law::curve(&points.map(|[d, f]| [d, f * k])).expect("a law")
+            curve(&points.map(|[d, f]| [d, f * k]))
         }
         _ => other(k),
     });
@@ -48,14 +29,10 @@ fn mixed_cart(mut other: impl FnMut(f64) -> Law) -> Machine {
     machine
 }
 
-fn tight(rtol: f64) -> Control {
-    Control::Adaptive { rtol }
-}
-
 /// Loads and work of a run by rk45, and by implicit.
 fn both(machine: &Machine, excitation: &Excitation, rtol: f64) -> [(Vec<f64>, Summary); 2] {
     let loads = |(states, summary): (Vec<State>, Summary)| (machine.loads_of(&states), summary);
-    let control = tight(rtol);
+    let control = adaptive(rtol);
     [loads(machine.states(&Rk45, control, excitation)), loads(machine.states(&Radau, control, excitation))]
 }
 
@@ -65,9 +42,9 @@ fn beside_a_preload_that_is_never_reached_the_solution_is_the_exact_one() {
     let samples =
         noise(&mut Random::new(502), 60).into_iter().map(|a| a.map(|a| 2.0 * a)).collect::<Vec<_>>();
     let excitation = Excitation::uniform(0.0, 2e-3, &samples).expect("sound");
-    let linear = mixed_cart(|k| Law::linear(k).expect("a law"));
-    let (states, exact) = linear.states(&Exact::<16>, ADAPTIVE, &excitation);
-    let truth = linear.loads_of(&states);
+    let springs = mixed_cart(linear);
+    let (states, exact) = springs.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let truth = springs.loads_of(&states);
     assert!(exact.contact_changes > 50, "{exact:?}");
     for exponent in [BALL, ROLLER] {
         let machine = mixed_cart(|k| preloaded(k, 1e10, exponent));
@@ -88,20 +65,12 @@ fn beside_a_preload_that_is_never_reached_the_solution_is_the_exact_one() {
 #[test]
 fn rk45_keeps_its_order_behind_edges_beside_a_preload() {
     let machine =
-        with_laws(cart(), |i, k| if i % 4 == 3 { preloaded(k, 1e5, BALL) } else { sided(k, k, 5e-6) });
+        cart().with_laws(|i, k| if i % 4 == 3 { preloaded(k, 1e5, BALL) } else { sided(k, k, 5e-6) });
     let time = [0.0, 0.05];
     let samples = [[0.0; 3], [15.0, 5.0, 5.0]];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let end = |states: Vec<State>| machine.loads_of(&states[1..]);
-    let (states, summary) = machine.states(&Radau, tight(1e-12), &excitation);
-    let truth = end(states);
-    assert!(summary.contact_changes >= 6, "{summary:?}");
-    let error = |steps: f64| {
-        let (states, _) = machine.states(&Rk45, Control::Fixed { step: 0.05 / steps }, &excitation);
-        difference(&end(states), &truth)
-    };
-    let order = (error(400.0) / error(800.0)).ln() / 2f64.ln();
-    close(order, 5.0, 0.3, 1.0);
+    let truth = machine.states(&Radau, adaptive(1e-12), &excitation);
+    close(rk45_order(&machine, &excitation, truth), 5.0, 0.3, 1.0);
 }
 
 /// Laws of every kind in every mixture, opening rows among them: at each tolerance both methods are within a few times of it.
@@ -112,7 +81,7 @@ fn the_tolerance_is_kept_on_any_mixture_of_laws() {
     for _ in 0..6 {
         let machine = random_machine(&mut random);
         let weight = machine.body.mass() * machine.gravity.norm();
-        let machine = with_laws(machine, |_, k| {
+        let machine = machine.with_laws(|_, k| {
             let (load, size) = (weight * random.between(0.01, 0.3), random.between(0.0, 1.0));
             match (random.between(0.0, 5.0)) as usize {
                 0 => sided(k, size * k, load / k),
@@ -145,13 +114,13 @@ fn the_tolerance_is_kept_on_any_mixture_of_laws() {
 #[test]
 fn a_step_that_ends_just_before_a_row_opens_keeps_the_tolerance() {
     for (exponent, ratio) in [(BALL, 10.0), (BALL, 30.0), (ROLLER, 3.0), (ROLLER, 10.0), (ROLLER, 30.0)] {
-        let machine = with_laws(one_dof(40.0, ratio), |_, k| preloaded(k, 2e3, exponent));
+        let machine = one_dof(40.0, ratio).with_laws(|_, k| preloaded(k, 2e3, exponent));
         let machine = Machine { gravity: Vector3::zeros(), ..machine };
         let samples = |end: f64| [[0.0; 3], [0.0, -200.0 / 3.0 * end, 0.0]];
         let opens = |end: f64| {
             let (time, samples) = ([0.0, end], samples(end));
             let excitation = Excitation::new(&time, &samples, None).expect("sound");
-            machine.states(&Radau, tight(1e-9), &excitation).1.contact_changes > 0
+            machine.states(&Radau, adaptive(1e-9), &excitation).1.contact_changes > 0
         };
         let (mut before, mut after) = (0.0, 3.0);
         assert!(opens(after));
@@ -163,7 +132,7 @@ fn a_step_that_ends_just_before_a_row_opens_keeps_the_tolerance() {
             let time = [0.0, before * (1.0 - gap)];
             let samples = samples(time[1]);
             let excitation = Excitation::new(&time, &samples, None).expect("sound");
-            let (states, summary) = machine.states(&Radau, tight(1e-11), &excitation);
+            let (states, summary) = machine.states(&Radau, adaptive(1e-11), &excitation);
             let truth = machine.loads_of(&states);
             for rtol in [1e-5, 1e-6, 1e-7] {
                 for (loads, _) in both(&machine, &excitation, rtol) {
@@ -200,10 +169,10 @@ fn a_machine_that_stands_still_does_not_diverge() {
     samples.extend([[2.2, 0.0, 0.0]; 10]);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     for preload in [1.0, 1e3, 1e9] {
-        let machine = with_laws(cart(), |_, k| preloaded(k, preload, BALL));
+        let machine = cart().with_laws(|_, k| preloaded(k, preload, BALL));
         let still = Excitation::uniform(0.0, 1e-3, &samples[..30]).expect("sound");
         let [(rest, _), _] = both(&machine, &still, 1e-6);
-        for (loads, _) in [Control::Fixed { step: 1e-5 }, tight(1e-9)].map(|control| {
+        for (loads, _) in [Control::Fixed { step: 1e-5 }, adaptive(1e-9)].map(|control| {
             let (states, summary) = machine.states(&Rk45, control, &excitation);
             (machine.loads_of(&states), summary)
         }) {
@@ -262,13 +231,12 @@ fn light_machine() -> (Machine, Vec<f64>, Vec<[f64; 3]>) {
         [2.38e-6, 211.0],
         [2.68e-6, 233.0],
     ];
-    let mut curve: Vec<[f64; 2]> = half.iter().rev().map(|[d, f]| [-d, -f]).collect();
-    curve.push([0.0, 0.0]);
-    curve.extend(half);
-    let linear = |k| Law::linear(k).expect("a law");
+    let mut points: Vec<[f64; 2]> = half.iter().rev().map(|[d, f]| [-d, -f]).collect();
+    points.push([0.0, 0.0]);
+    points.extend(half);
     let (left, right) = ([0.117, -1.17], [0.0, 1.17]);
     let carriages = [
-        (-1.12, left, 0.192, [7340.0, 6610.0], linear(4.16e7), Law::curve(&curve).expect("a law")),
+        (-1.12, left, 0.192, [7340.0, 6610.0], linear(4.16e7), curve(&points)),
         (-1.03, right, 0.317, [428.0, 386.0], preloaded(1.42e5, 0.0752, ROLLER), sided(8.3e6, 1.42e5, 0.0)),
         (
             0.764,

@@ -1,20 +1,14 @@
 //! Natural frequencies, shapes, damping ratios, eigenvalues.
 
 use guideload::{Free, Link, Mode, Scene, System, eigenvalues, modes};
-use nalgebra::{Complex, DMatrix, Matrix6, Vector6};
+use nalgebra::{Complex, Vector6};
 
-use crate::common::{Machine, Random, cart, cart_stiff, close, one_dof, paper, random_machine};
+use crate::common::{Machine, Random, cart, cart_stiff, close, free_block, one_dof, paper, random_machine};
 
 fn machines(random: &mut Random) -> Vec<Machine> {
     let mut machines: Vec<_> = (0..20).map(|_| random_machine(random)).collect();
     machines.extend([cart(), paper(), cart_stiff()]);
     machines
-}
-
-/// Rows and columns of the free degrees of freedom.
-fn free_block(matrix: &Matrix6<f64>, free: Free) -> DMatrix<f64> {
-    let dofs: Vec<usize> = free.iter().map(|dof| dof as usize).collect();
-    DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| matrix[(dofs[i], dofs[j])])
 }
 
 fn free_rows(vector: &Vector6<f64>, free: Free) -> nalgebra::DVector<f64> {
@@ -73,12 +67,9 @@ fn one_dof_has_the_frequency_and_damping_of_the_textbook() {
 #[test]
 fn proportional_damping_gives_each_mode_its_ratio() {
     let mut random = Random::new(62);
-    for mut machine in machines(&mut random) {
+    for machine in machines(&mut random) {
         let beta = 1e-4;
-        for link in &mut machine.links {
-            *link = Link::new(link.point(), link.direction(), link.stiffness(), beta * link.stiffness())
-                .expect("a link");
-        }
+        let machine = machine.with_proportional_damping(beta);
         let system = machine.system();
         let highest = system.frequencies().iter().copied().fold(0.0, f64::max);
         for (i, mode) in modes(&system).enumerate() {

@@ -1,18 +1,21 @@
 //! Offsets of the feet of links: mounting errors and rails of unequal height.
 
-use guideload::batch::{Batch, Group, Measure, Motion, Quantity, Statistic, Target};
+use guideload::batch::{Batch, Measure, Motion, Quantity, Statistic, Target};
 use guideload::{Dof, Exact, Excitation, Free, Law, Link, NamedMethod, Radau, Rk45, SceneError, System};
 use nalgebra::Vector6;
 
-use crate::batch::{base, cart_on, change};
-use crate::common::{ADAPTIVE, Machine, Random, alike, at, cart, close, cycle, largest, random_machine};
+use crate::batch::{base, by_hand, cart_on, change};
+use crate::common::{
+    ADAPTIVE, Machine, Random, adaptive, alike, at, cart, close, curve, cycle, largest, linear, preloaded,
+    random_machine, sided,
+};
 
 fn laws() -> [Law; 4] {
     [
-        Law::linear(6e7).expect("a law"),
-        Law::sided(6e7, 4e7, 3e-6).expect("a law"),
-        Law::preloaded(6e7, 800.0, 1.5).expect("a law"),
-        Law::curve(&[[-2e-5, -900.0], [0.0, 0.0], [1e-5, 300.0], [3e-5, 2000.0]]).expect("a law"),
+        linear(6e7),
+        sided(6e7, 4e7, 3e-6),
+        preloaded(6e7, 800.0, 1.5),
+        curve(&[[-2e-5, -900.0], [0.0, 0.0], [1e-5, 300.0], [3e-5, 2000.0]]),
     ]
 }
 
@@ -61,17 +64,15 @@ fn two_springs_share_the_offset_of_one_as_springs_in_series() {
 #[test]
 fn a_moved_clearance_is_a_moved_curve() {
     let (c, k, e) = (3e-6, 6e7, 2e-6);
-    let (clear, _) = cart_on(Law::sided(k, k, c).expect("a law"));
+    let (clear, _) = cart_on(sided(k, k, c));
     // Only motions that the weight decides: across its clearance the body could start at any place.
     let clear = clear.with_free(Free::only(&[Dof::Y, Dof::Rx, Dof::Rz]));
     let clear = moved(clear, &Vector6::zeros(), |index| if index < 8 { e } else { -e });
-    let mut curved = clear.clone();
-    for (index, link) in curved.links.iter_mut().enumerate() {
+    let curved = clear.clone().with_laws(|index, _| {
         let by = if index < 8 { e } else { -e };
         let points = [[-1e-4 - c + by, -k * 1e-4], [-c + by, 0.0], [c + by, 0.0], [1e-4 + c + by, k * 1e-4]];
-        let law = Law::curve(&points).expect("a law");
-        *link = Link::with_law(link.point(), link.direction(), law, link.damping()).expect("a link");
-    }
+        curve(&points)
+    });
     alike(&loads_at_rest(&clear), &loads_at_rest(&curved), 1e-9);
     let motion = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &motion[..1500]).expect("an excitation");
@@ -112,7 +113,7 @@ fn methods_agree_on_machines_with_mounting_errors() {
     let excitation = Excitation::uniform(0.0, 1e-3, &motion[..1500]).expect("an excitation");
     let machine = moved(cart_on(laws()[1]).0, &Vector6::zeros(), |_| random.between(-4e-6, 4e-6));
     let exact = machine.exact_loads(&excitation);
-    let tight = guideload::Control::Adaptive { rtol: 1e-10 };
+    let tight = adaptive(1e-10);
     let (states, _) = machine.states(&Rk45, tight, &excitation);
     alike(&machine.loads_of(&states), &exact, 1e-7);
 }
@@ -136,26 +137,11 @@ fn a_batch_varies_offsets_as_single_machines_have_them() {
         assert!(failed.is_empty());
         for (value, row) in values.iter().zip(rows.as_chunks::<2>().0) {
             let one = moved(machine.clone(), &Vector6::zeros(), |i| if i < 8 { 1e-6 + value } else { 0.0 });
-            let wanted = single(&one, &groups, &excitation);
+            let wanted = by_hand(&one, &groups, &motion, &excitation, &measures, Some(NamedMethod::Exact));
             close(row[0], wanted[0], 1e-7, 3000.0);
             close(row[1], wanted[1], 1e-7, 3000.0);
         }
     }
-}
-
-/// Largest Fy of the first group and largest force of the drive, N.
-fn single(machine: &Machine, groups: &[Group], excitation: &Excitation) -> [f64; 2] {
-    let system = machine.system();
-    let load = guideload::group_load(&system, 0..4, groups[0].center, guideload::Part::Total);
-    let drive = guideload::reaction(&system);
-    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, excitation);
-    let mut most = [f64::NEG_INFINITY; 2];
-    for (k, state) in states.iter().enumerate() {
-        let input = excitation.input(k);
-        most[0] = f64::max(most[0], load.at(state, &input)[1]);
-        most[1] = f64::max(most[1], drive.at(state, &input)[0]);
-    }
-    most
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use guideload::{Control, Exact, Excitation, Method, Output, Radau, Rk45, State};
 
-use crate::common::{ADAPTIVE, Machine, cart, difference, largest, one_dof};
+use crate::common::{ADAPTIVE, Machine, adaptive, cart, difference, largest, one_dof};
 
 /// One long interval with a step of the acceleration and then a slope.
 const SAMPLES: [[f64; 3]; 2] = [[1.0, 2.0, -1.0], [-2.0, 1.0, 2.0]];
@@ -88,7 +88,7 @@ fn assert_order_of_estimate<M: Method>(method: &M, order: f64, tolerances: [f64;
     let time = [0.0, 20.0];
     let excitation = Excitation::new(&time, &SAMPLES, None).expect("sound");
     let [loose, tight] = tolerances.map(|rtol| {
-        let (_, summary) = machine.states(method, Control::Adaptive { rtol }, &excitation);
+        let (_, summary) = machine.states(method, adaptive(rtol), &excitation);
         assert!(summary.rejected < summary.steps / 50 + 20, "{summary:?}");
         summary.steps as f64
     });

@@ -3,13 +3,14 @@
 
 use guideload::batch::{Batch, Group, Measure, Motion, Quantity, Statistic};
 use guideload::{
-    Control, Exact, Excitation, Exponential, Extremes, Law, Method, NamedMethod, Output, Part, Peaks, Rk45,
+    Control, Exact, Excitation, Exponential, Extremes, Method, NamedMethod, Output, Part, Peaks, Rk45,
     RunError, State, Summary, Wrench, evaluate, group_load, reaction, run,
 };
 
 use crate::batch::{base, cart_on, draws, yardstick};
 use crate::common::{
-    ADAPTIVE, CART_CENTERS, Machine, Random, alike, cart, close, cycle, largest, noise, rules,
+    ADAPTIVE, BALL, CART_CENTERS, CURVE, Machine, Random, alike, cart, cart_clear, close, curve, cycle,
+    largest, linear, noise, preloaded, rules, sided, ticks,
 };
 use crate::contacts::refined;
 
@@ -23,7 +24,7 @@ fn compare<M: Method>(
     with_drive: bool,
     tolerance: f64,
 ) -> [Result<Summary, RunError>; 2] {
-    let time: Vec<f64> = (0..samples.len()).map(|k| k as f64 * 1e-3).collect();
+    let time = ticks(samples.len(), 1e-3);
     let excitation = Excitation::uniform(0.0, 1e-3, samples).expect("sound");
     let system = machine.system();
     let groups = CART_CENTERS.into_iter().enumerate();
@@ -119,15 +120,11 @@ fn motion(random: &mut Random) -> Vec<[f64; 3]> {
 fn peaks_are_the_extremes_at_all_times() {
     let mut random = Random::new(61);
     let samples = motion(&mut random);
-    let on = |law: Result<Law, _>| cart_on(law.expect("a law")).0;
-    let play = on(Law::sided(6e7, 6e7, 5e-6));
-    let mut idle = play.clone();
-    for link in &mut idle.links {
-        *link = link.damped_in_contact().expect("a clearance");
-    }
-    let curve = [[-3e-5, -2000.0], [-4e-6, 0.0], [3e-6, 0.0], [2e-5, 900.0], [4e-5, 3000.0]];
+    let on = |law| cart().with_laws(|_, _| law);
+    let play = cart_clear();
+    let idle = play.clone().damped_in_contact();
     let mut with_leaps = 0;
-    for machine in [cart(), cart().with_damping(0.1), play, idle, on(Law::curve(&curve))] {
+    for machine in [cart(), cart().with_damping(0.1), play, idle, on(curve(&CURVE))] {
         // The drive force depends on the acceleration at every sample, so none is left out.
         for with_drive in [false, true] {
             let outcomes = compare(&machine, &Exact::<16>, ADAPTIVE, &samples, with_drive, 0.0);
@@ -140,7 +137,7 @@ fn peaks_are_the_extremes_at_all_times() {
     }
     assert!(with_leaps >= 3);
     for exponent in [1.5, 10.0 / 9.0] {
-        let machine = on(Law::preloaded(6e7, 300.0, exponent));
+        let machine = on(preloaded(6e7, 300.0, exponent));
         let [peaks, history] = compare(&machine, &Rk45, ADAPTIVE, &samples, false, 1e-5);
         assert_eq!(peaks.expect("a run"), history.expect("a run"));
         let outcomes = compare(&machine, &Exponential::<16>, ADAPTIVE, &samples, false, 1e-5);
@@ -177,13 +174,11 @@ fn extremes_of_a_study_do_not_depend_on_what_else_is_asked() {
         other => other,
     });
     let all: Vec<Measure> = few.iter().copied().chain(squares).collect();
-    let (play, preloaded) = (Law::sided(6e7, 6e7, 5e-6), Law::preloaded(6e7, 300.0, 1.5));
-    for (law, always_damped) in [(play, true), (play, false), (preloaded, true)] {
-        let (mut machine, groups) = cart_on(law.expect("a law"));
+    let (play, balls) = (sided(6e7, 6e7, 5e-6), preloaded(6e7, 300.0, BALL));
+    for (law, always_damped) in [(play, true), (play, false), (balls, true)] {
+        let (mut machine, groups) = cart_on(law);
         if !always_damped {
-            for link in &mut machine.links {
-                *link = link.damped_in_contact().expect("a clearance");
-            }
+            machine = machine.damped_in_contact();
         }
         let mut changes = yardstick(machine.links.len());
         changes.truncate(changes.len() - 2);
@@ -217,21 +212,21 @@ fn studies_find_the_extremes_at_any_time() {
     let mut samples = cycle()[550..900].to_vec();
     samples.extend(noise(&mut random, 60));
     samples.extend(vec![[0.0; 3]; 90]);
-    let (play, preloaded) = (Law::sided(6e7, 6e7, 5e-6), Law::preloaded(6e7, 300.0, 1.5));
+    let (play, balls) = (sided(6e7, 6e7, 5e-6), preloaded(6e7, 300.0, BALL));
     for (law, method) in [
-        (Law::linear(6e7), None),
-        (Law::linear(6e7), Some(NamedMethod::Rk45)),
+        (linear(6e7), None),
+        (linear(6e7), Some(NamedMethod::Rk45)),
         (play, None),
-        (preloaded, None),
-        (preloaded, Some(NamedMethod::Implicit)),
+        (balls, None),
+        (balls, Some(NamedMethod::Implicit)),
     ] {
-        let (machine, mut groups) = cart_on(law.expect("a law"));
+        let (machine, mut groups) = cart_on(law);
         for (group, rule) in groups.iter_mut().zip(rules()) {
             group.peak_rule = rule;
         }
         let mut measures = extremes_of_components(groups.len());
         measures.extend((0..groups.len()).map(Measure::PeakLoad));
-        let tolerance = if method.is_none() && law != preloaded { 1e-11 } else { 1e-6 };
+        let tolerance = if method.is_none() && law != balls { 1e-11 } else { 1e-6 };
         let study = Study { machine, groups, measures, method, values: draws(&mut random, 4) };
         let [higher, all] = study.compare(1e-3, &samples, tolerance);
         assert!(higher > all / 10, "{higher} of {all} are higher between the samples");
@@ -243,8 +238,8 @@ fn studies_find_the_extremes_at_any_time() {
 fn extremes_under_noise_are_not_below_those_of_dense_samples() {
     for seed in 0..30 {
         let mut random = Random::new(100 + seed);
-        let law = if seed % 3 == 0 { Law::sided(6e7, 6e7, 5e-6) } else { Law::linear(6e7) };
-        let (machine, groups) = cart_on(law.expect("a law"));
+        let law = if seed % 3 == 0 { sided(6e7, 6e7, 5e-6) } else { linear(6e7) };
+        let (machine, groups) = cart_on(law);
         let machine = machine.with_damping(random.between(0.02, 3.0));
         let mut samples = noise(&mut random, 150);
         samples.extend(vec![[0.0; 3]; 40]);
@@ -277,7 +272,7 @@ struct Study {
 impl Study {
     /// Compares the measures at any time with those of samples 16 times as dense. Returns how many are higher than at the samples, and all.
     fn compare(&self, step: f64, samples: &[[f64; 3]], tolerance: f64) -> [usize; 2] {
-        let time: Vec<f64> = (0..samples.len()).map(|k| k as f64 * step).collect();
+        let time = ticks(samples.len(), step);
         let (times, dense) = refined(&time, samples, 16);
         let coarse = Excitation::new(&time, samples, None).expect("sound");
         let fine = Excitation::new(&times, &dense, None).expect("sound");

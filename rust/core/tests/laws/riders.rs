@@ -1,16 +1,19 @@
 //! Riders: bodies that move along the main body.
 
 use guideload::{
-    Body, Control, Exact, Excitation, ExcitationError, Exponential, Law, Link, MAX_RIDERS, Method, Output,
-    Part, Radau, Ridden, RiddenInstant, Rider, RiderMotion, Rk45, RunError, State, System, Wrench,
-    acceleration, group_load, load_scale, position, reaction, run, velocity,
+    Body, Control, Exact, Excitation, ExcitationError, Exponential, MAX_RIDERS, Method, Output, Part, Radau,
+    Ridden, RiddenInstant, Rider, RiderMotion, Rk45, RunError, State, System, Wrench, acceleration,
+    group_load, load_scale, position, reaction, run, velocity,
 };
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-use crate::common::{GRAVITY, Machine, Random, alike, cart, cart_stiff, close, difference, largest};
+use crate::common::{
+    GRAVITY, Machine, Random, adaptive, alike, cart, cart_clear, cart_stiff, close, difference, largest,
+    preloaded_cart,
+};
 
 const STEP: f64 = 1e-3;
-const TIGHT: Control = Control::Adaptive { rtol: 1e-12 };
+const TIGHT: Control = adaptive(1e-12);
 
 fn slide() -> Rider {
     let inertia = Matrix3::new(9.0, 1.0, 0.5, 1.0, 12.0, -0.7, 0.5, -0.7, 15.0);
@@ -193,7 +196,7 @@ fn the_error_stays_below_the_tolerance() {
         let want = ridden_loads(&machine, &Radau, TIGHT, 3000.0);
         let scale = largest(&want);
         for rtol in [1e-3, 1e-5, 1e-7] {
-            let control = Control::Adaptive { rtol };
+            let control = adaptive(rtol);
             let implicit = difference(&ridden_loads(&machine, &Radau, control, 3000.0), &want) / scale;
             let explicit = difference(&ridden_loads(&machine, &Rk45, control, 3000.0), &want) / scale;
             assert!(implicit < 3.0 * rtol && explicit < 3.0 * rtol, "{rtol:e}: {implicit:e} {explicit:e}");
@@ -223,13 +226,9 @@ fn a_slow_rider_at_constant_speed_moves_its_weight_only() {
 /// Clearance and preload under a moving rider: the two methods agree.
 #[test]
 fn riders_move_on_nonlinear_links() {
-    let laws = [Law::sided(6e7, 6e7, 5e-6).expect("a law"), Law::preloaded(6e7, 600.0, 1.5).expect("a law")];
-    for law in laws {
-        let mut machine = carrying(cart(), 0.0);
-        for link in &mut machine.links {
-            *link = Link::with_law(link.point(), link.direction(), law, 5e4).expect("a link");
-        }
-        let control = Control::Adaptive { rtol: 1e-9 };
+    for machine in [cart_clear(), preloaded_cart()] {
+        let machine = carrying(machine, 0.0);
+        let control = adaptive(1e-9);
         let want = ridden_loads(&machine, &Radau, control, 3000.0);
         alike(&ridden_loads(&machine, &Rk45, control, 3000.0), &want, 1e-7);
     }

@@ -1,9 +1,11 @@
 //! Steps that are too long, tolerances that are too tight, and methods that are stable at any step.
 
 use guideload::{Control, Exact, Excitation, OtherMethod, Output, Radau, Rk45, RunError};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
-use crate::common::{ADAPTIVE, Machine, cart, cart_stiff, difference, largest, one_dof};
+use crate::common::{
+    ADAPTIVE, Machine, adaptive, cart, cart_stiff, difference, free_block, largest, one_dof,
+};
 
 /// Step of the fastest real eigenvalue of an overdamped degree of freedom, as a multiple of 1 / |λ|.
 fn rk45_at(z: f64, steps: u32) -> (Vec<[f64; 12]>, Result<guideload::Summary, RunError>) {
@@ -58,7 +60,7 @@ fn quasi_static(machine: &Machine, acceleration: [f64; 3]) -> Vec<f64> {
     let dofs: Vec<usize> = machine.free.iter().map(|dof| dof as usize).collect();
     let n = dofs.len();
     let matrices = system.matrices();
-    let k = DMatrix::from_fn(n, n, |i, j| matrices.stiffness[(dofs[i], dofs[j])]);
+    let k = free_block(&matrices.stiffness, machine.free);
     let force = DVector::from_fn(n, |i, _| {
         let inertia: f64 = (0..3).map(|axis| matrices.mass[(dofs[i], axis)] * acceleration[axis]).sum();
         matrices.weight[dofs[i]] - inertia
@@ -121,16 +123,16 @@ fn invalid_controls_are_refused() {
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
     let outcome = |control| cart().run(&Rk45, control, &excitation, Output::Samples).1;
     for rtol in [1e-14, 0.2, 0.0, -1e-6] {
-        assert_eq!(outcome(Control::Adaptive { rtol }), Err(RunError::Tolerance { got: rtol }));
-        let exact = cart().run(&Exact::<16>, Control::Adaptive { rtol }, &excitation, Output::Samples).1;
+        assert_eq!(outcome(adaptive(rtol)), Err(RunError::Tolerance { got: rtol }));
+        let exact = cart().run(&Exact::<16>, adaptive(rtol), &excitation, Output::Samples).1;
         assert_eq!(exact, Err(RunError::Tolerance { got: rtol }));
     }
-    assert!(matches!(outcome(Control::Adaptive { rtol: f64::NAN }), Err(RunError::Tolerance { .. })));
+    assert!(matches!(outcome(adaptive(f64::NAN)), Err(RunError::Tolerance { .. })));
     for step in [0.0, -1e-3, f64::INFINITY] {
         assert_eq!(outcome(Control::Fixed { step }), Err(RunError::Step { got: step }));
     }
     for rtol in [1e-13, 0.1] {
-        assert!(outcome(Control::Adaptive { rtol }).is_ok());
+        assert!(outcome(adaptive(rtol)).is_ok());
     }
     for (times, index) in [(vec![0.0, -1e-9], 1), (vec![3e-3], 0), (vec![1e-3, 5e-4], 1), (vec![f64::NAN], 0)]
     {
@@ -150,7 +152,7 @@ fn a_tolerance_below_rounding_is_reported_with_its_numbers() {
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let mut machine = one_dof(1e4, 0.0);
     machine.gravity.y = 0.0;
-    let (_, outcome) = machine.run(&Rk45, Control::Adaptive { rtol: 1e-13 }, &excitation, Output::Samples);
+    let (_, outcome) = machine.run(&Rk45, adaptive(1e-13), &excitation, Output::Samples);
     match outcome {
         Err(RunError::StepTooSmall { time, step, error, other }) => {
             assert!((0.0..100.0).contains(&time) && step > 0.0 && error > 1.0, "{time} {step} {error}");

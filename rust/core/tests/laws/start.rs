@@ -1,41 +1,25 @@
 //! The state in which a run starts.
 
-use guideload::batch::{Base, Batch, Group, Measure, Motion};
+use guideload::batch::{Batch, Group, Measure, Motion};
 use guideload::{
-    Body, Control, Dof, Exact, Excitation, Free, Law, Link, Method, NamedMethod, Output, Radau, Rk45,
-    RunError, Start, State, position, run_from, velocity,
+    Body, Control, Dof, Exact, Excitation, Free, Link, Method, NamedMethod, Output, Radau, Rk45, RunError,
+    Start, State, position, run_from, velocity,
 };
 use nalgebra::{Matrix3, Vector3, Vector6};
 
+use crate::batch::{base, measures_of};
 use crate::common::{
-    ADAPTIVE, GRAVITY, Machine, Random, alike, at, cart, close, largest, noise, random_machine,
+    ADAPTIVE, GRAVITY, Machine, Random, adaptive, alike, at, cart, cart_clear, close, curve, largest, noise,
+    polynomial_bows, preloaded_cart, random_machine, sided, ticks,
 };
 
-const TIGHT: Control = Control::Adaptive { rtol: 1e-12 };
-
-/// The cart with other laws in all links.
-fn with_laws(law: impl Fn(f64) -> Law) -> Machine {
-    let mut machine = cart();
-    for link in &mut machine.links {
-        *link = Link::with_law(link.point(), link.direction(), law(link.stiffness()), link.damping())
-            .expect("a link");
-    }
-    machine
-}
-
-fn preloaded() -> Machine {
-    with_laws(|k| Law::preloaded(k, 600.0, 1.5).expect("a law"))
-}
+const TIGHT: Control = adaptive(1e-12);
 
 fn curved() -> Machine {
-    with_laws(|k| {
+    cart().with_laws(|_, k| {
         let points = [(-2e-4, -1.5e-4 * k), (-2e-5, -1e-5 * k), (3e-5, 2e-5 * k), (2e-4, 1.8e-4 * k)];
-        Law::curve(&points.map(|(d, f)| [d, f])).expect("a law")
+        curve(&points.map(|(d, f)| [d, f]))
     })
-}
-
-fn clear() -> Machine {
-    with_laws(|k| Law::sided(k, k, 5e-6).expect("a law"))
 }
 
 fn states<M: Method>(machine: &Machine, method: &M, start: Start, excitation: &Excitation) -> Vec<State> {
@@ -49,9 +33,9 @@ fn states<M: Method>(machine: &Machine, method: &M, start: Start, excitation: &E
 fn a_constant_excitation_does_not_move_a_body_that_starts_quasi_statically() {
     let wrench = [[150.0, -900.0, 400.0, 60.0, -80.0, 120.0]; 50];
     let acceleration = [[2.0, 0.3, -0.4]; 50];
-    let time: Vec<f64> = (0..50).map(|k| 0.002 * k as f64).collect();
+    let time = ticks(50, 0.002);
     let excitation = Excitation::new(&time, &acceleration, Some(&wrench)).expect("sound");
-    for machine in [cart(), curved(), clear(), preloaded()] {
+    for machine in [cart(), curved(), cart_clear(), preloaded_cart()] {
         let smooth = !machine.links[0].law().is_piecewise_linear();
         let mut runs = vec![
             states(&machine, &Rk45, Start::QuasiStatic, &excitation),
@@ -82,10 +66,10 @@ fn a_constant_excitation_does_not_move_a_body_that_starts_quasi_statically() {
 fn a_run_continues_from_the_state_of_another() {
     let mut random = Random::new(91);
     let mut machines: Vec<_> = (0..3).map(|_| random_machine(&mut random)).collect();
-    machines.extend([cart(), curved(), clear(), preloaded()]);
+    machines.extend([cart(), curved(), cart_clear(), preloaded_cart()]);
     for machine in machines {
         let acceleration = noise(&mut random, 61);
-        let time: Vec<f64> = (0..61).map(|k| 0.001 * k as f64).collect();
+        let time = ticks(61, 0.001);
         let excitation = |from: usize, to: usize| {
             Excitation::new(&time[from..to], &acceleration[from..to], None).expect("sound")
         };
@@ -114,7 +98,7 @@ fn a_zero_first_sample_changes_no_bit() {
     let mut acceleration = noise(&mut random, 40);
     acceleration[0] = [0.0; 3];
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
-    for machine in [cart(), curved(), clear()] {
+    for machine in [cart(), curved(), cart_clear()] {
         let [rest, still] = [Start::AtRest, Start::QuasiStatic]
             .map(|start| states(&machine, &Exact::<16>, start, &excitation));
         assert_eq!(rest, still);
@@ -128,36 +112,20 @@ fn batches_start_as_single_runs_do() {
     let excitation = Excitation::uniform(0.0, 2e-3, &acceleration).expect("sound");
     for machine in [cart(), curved()] {
         let groups = [Group::new((0..4).collect(), Vector3::zeros())];
-        let base = Base {
-            mass: machine.body.mass(),
-            center_of_mass: machine.body.center_of_mass(),
-            inertia: Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0),
-            inertia_about_reference: false,
-            links: &machine.links,
-            gravity: machine.gravity,
-            base_compliance: None,
-            free: machine.free,
-            groups: &groups,
-            payloads: &[],
-        };
         let names = ["start", "max", "min", "rms"];
         let measures: Vec<Measure> =
             names.iter().flat_map(|name| Measure::from_names("resultant", 0, name)).collect();
         let motion = Motion { excitation, speed: None, exponent: 3.0 };
         for start in [Start::AtRest, Start::QuasiStatic] {
-            let batch = Batch::new(base, motion, &[], &measures, None, 1e-6).expect("a batch");
+            let batch =
+                Batch::new(base(&machine, &groups), motion, &[], &measures, None, 1e-6).expect("a batch");
             let mut out = [0.0; 4];
             let failures = batch.with_start(start).at_samples().run(1, &[], 1, &mut out).expect("a run");
             assert!(failures.is_empty());
-            let system = machine.system();
-            let group = guideload::group_load(&system, 0..4, Vector3::zeros(), guideload::Part::Total);
-            let sizes: Vec<f64> = states(&machine, &Exact::<16>, start, &excitation)
-                .iter()
-                .map(|state| at(&group, state))
-                .map(|load| load[1].hypot(load[2]))
-                .collect();
-            close(out[0], sizes[0], 1e-12, largest(&sizes));
-            close(out[1], largest(&sizes), 1e-12, largest(&sizes));
+            let states = states(&machine, &Exact::<16>, start, &excitation);
+            let want =
+                measures_of(&machine, &groups, &motion, &excitation, &states, polynomial_bows, &measures);
+            alike(&out, &want, 1e-12);
         }
     }
 }
@@ -166,7 +134,7 @@ fn batches_start_as_single_runs_do() {
 fn starts_that_no_machine_has_are_refused() {
     let excitation = Excitation::uniform(0.0, 0.1, &[[0.0, -30.0, 0.0]; 3]).expect("sound");
     let body = Body::new(10.0, Vector3::zeros(), Matrix3::identity()).expect("a body");
-    let law = Law::sided(0.0, 1e6, 0.0).expect("a law");
+    let law = sided(0.0, 1e6, 0.0);
     let links = vec![Link::with_law(Vector3::zeros(), Vector3::y(), law, 100.0).expect("a link")];
     let lifted = Machine { body, links, gravity: GRAVITY, free: Free::only(&[Dof::Y]) };
     let (method, mut states): (_, Vec<State>) = (NamedMethod::Exact, Vec::new());

@@ -2,15 +2,13 @@
 
 use core::cell::Cell;
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::newton::SHARES;
 use super::tangent::COUNTS;
 use super::*;
 use crate::excitation::{Forcing, Instant};
 use crate::integrate::Rk45;
 use crate::system::{Force, NO_FORCE, Square, System};
-use crate::{Body, Free, Scene, carriage_links};
+use crate::yardstick::{cart_links, cart_on};
 
 /// Force and stiffness of a spring at a deflection.
 type Law = fn(f64) -> (f64, f64);
@@ -121,18 +119,8 @@ fn no_drive() -> Forcing {
     Forcing::new(&cart(), &[0.0; 9], [1.0; 2])
 }
 
-/// The yardstick `cart`.
 fn cart() -> System {
-    let inertia = Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0);
-    let body = Body::new(1250.0, Vector3::new(0.12, -0.65, 0.18), inertia).expect("a body");
-    let links: Vec<_> = [(-0.5, -0.35), (-0.5, 0.35), (0.5, -0.35), (0.5, 0.35)]
-        .iter()
-        .flat_map(|&(x, z)| {
-            carriage_links(Vector3::new(x, 0.05, z), 0.12, [1.2e8; 2], [1e5; 2]).expect("a carriage")
-        })
-        .collect();
-    let gravity = Vector3::new(0.0, -9.80665, 0.0);
-    System::new(&Scene::new(body, &links, gravity, Free::GUIDED).expect("a scene")).expect("supported")
+    cart_on(&cart_links(1e5))
 }
 
 /// Preloaded ball contact, k0 = 6e7 N/m and 600 N: one row opens at 30 µm.
