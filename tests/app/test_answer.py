@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 pytest.importorskip("tomlkit", reason="the extra guideload[app] is not installed")
 
+from app_folder import PRODUCTS, write_project
+
 import guideload
 from guideload.app.answer import Answer, Refusal, Solver
 from guideload.app.envelope import BUCKETS, envelope
@@ -19,18 +21,10 @@ from guideload.app.files import Folder
 from guideload.app.runner import SHORT, Runner
 from guideload.app.state import Session, State
 
-PRODUCTS = {
-    ("carriages", i, key): value
-    for i in range(4)
-    for key, value in (("product", "HGH35CA"), ("preload_class", "ZA"))
-}
-
 
 @pytest.fixture
 def session(tmp_path: Path) -> Session:
-    (tmp_path / "machine.toml").write_text(guideload.file_template("manipulator"))
-    (tmp_path / "moves.toml").write_text(guideload.file_template("moves").replace("repeat = 2", "repeat = 1"))
-    return Session(Folder(tmp_path))
+    return Session(Folder(write_project(tmp_path)))
 
 
 def answered(session: Session) -> Answer:

@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed")
 
+from app_folder import PRODUCTS, write_project
 from browser import browser, served, until
 from watched import new_monitor, samples, text_of, write_monitor
 
@@ -29,9 +30,16 @@ def driver() -> Iterator[Any]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "machine.toml").write_text(guideload.file_template("manipulator"))
-    (tmp_path / "moves.toml").write_text(guideload.file_template("moves").replace("repeat = 2", "repeat = 1"))
-    return tmp_path
+    return write_project(tmp_path)
+
+
+@pytest.fixture
+def page(driver: Any, folder: Path) -> Iterator[Any]:
+    """The driver with the page of `folder` open, and its first answer on it."""
+    with served(folder) as server:
+        driver.get(server.link)
+        load(driver)
+        yield driver
 
 
 def text(driver: Any, selector: str) -> str:
@@ -92,6 +100,20 @@ def opened(driver: Any, view: str) -> None:
     until(lambda: (driver.find_element("xpath", path).click(), True)[1], f"view {view}")
 
 
+def saved(folder: Path, before: guideload.Machine) -> guideload.Machine:
+    """The machine in the file, once it is another one than before."""
+    return until(
+        lambda: (now := guideload.Machine.from_toml(folder / "machine.toml")) != before and now,
+        "a saved file",
+    )
+
+
+def of_library(folder: Path) -> guideload.Result:
+    """What the library computes of the files in the folder."""
+    machine = guideload.Machine.from_toml(folder / "machine.toml")
+    return guideload.simulate(machine, guideload.Moves.from_toml(folder / "moves.toml").motion())
+
+
 def drag(driver: Any, part: str, right: int, steps: int = 8) -> None:
     """Drag a part of the scene by its name to the right of the screen [px]."""
     where = until(
@@ -135,44 +157,33 @@ def test_nothing_is_asked_of_another_host(driver: Any, folder: Path) -> None:
         assert asked and hosts <= {f"127.0.0.1:{port}"}
 
 
-def test_a_value_that_is_typed_changes_the_answer_and_undo_brings_it_back(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        fill(driver, "machine-body-mass", "2500 kg")
-        after = changed(driver, before)
-        machine = guideload.Machine.from_text(
-            (folder / "machine.toml").read_text().replace('"1250 kg"', '"2500 kg"')
-        )
-        motion = guideload.Moves.from_toml(folder / "moves.toml").motion()
-        peak = guideload.simulate(machine, motion).peaks()["peak_resultant_N"].max()
-        assert float(after.removesuffix(" N").replace("\u202f", "")) == pytest.approx(peak, abs=0.5)
-        press(driver, "Undo")
-        assert changed(driver, after) == before
+def test_a_value_that_is_typed_changes_the_answer_and_undo_brings_it_back(page: Any, folder: Path) -> None:
+    before = load(page)
+    fill(page, "machine-body-mass", "2500")
+    after = changed(page, before)
+    assert field(page, "machine-body-mass").get_attribute("value") == "2500 kg"
+    machine = guideload.Machine.from_text(
+        (folder / "machine.toml").read_text().replace('"1250 kg"', '"2500 kg"')
+    )
+    motion = guideload.Moves.from_toml(folder / "moves.toml").motion()
+    peak = guideload.simulate(machine, motion).peaks()["peak_resultant_N"].max()
+    assert float(after.removesuffix(" N").replace("\u202f", "")) == pytest.approx(peak, abs=0.5)
+    press(page, "Undo")
+    assert changed(page, after) == before
 
 
-def test_a_number_without_unit_is_shown_with_it(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        fill(driver, "machine-body-mass", "2500")
-        changed(driver, before)
-        assert field(driver, "machine-body-mass").get_attribute("value") == "2500 kg"
-
-
-def test_a_product_is_offered_by_its_name_and_by_maker_and_size(driver: Any, folder: Path) -> None:
+def test_a_product_is_offered_by_its_name_and_by_maker_and_size(page: Any) -> None:
     options = "return [...arguments[0].list.options].map((one) => [one.value, one.label]);"
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        shown = dict(driver.execute_script(options, field(driver, "machine-carriages-0-product")))
-        assert list(shown) == [one.name for one in guideload.packaged_catalogue().products]
-        assert shown["HGH25CA"] == "HIWIN 25 HGH25CA"
+    shown = dict(page.execute_script(options, field(page, "machine-carriages-0-product")))
+    assert list(shown) == [one.name for one in guideload.packaged_catalogue().products]
+    assert shown["HGH25CA"] == "HIWIN 25 HGH25CA"
 
 
 def test_a_field_that_was_empty_leaves_the_keyboard_in_the_next_one(driver: Any, folder: Path) -> None:
     keys = pytest.importorskip("selenium.webdriver").Keys
-    (folder / "machine.toml").write_text(guideload.file_template("vertical"))
+    file = folder / "machine.toml"
+    file.write_text(guideload.file_template("vertical"))
+    before = guideload.Machine.from_toml(file)
     with served(folder) as server:
         driver.get(server.link)
         load(driver)
@@ -184,60 +195,43 @@ def test_a_field_that_was_empty_leaves_the_keyboard_in_the_next_one(driver: Any,
         for text in ("ACME", "A. Designer"):
             driver.switch_to.active_element.send_keys(text, keys.TAB)
         press(driver, "Save")
-        saved = until(
-            lambda: (m := guideload.Machine.from_toml(folder / "machine.toml")).report.author and m,
-            "a saved file",
-        )
-        assert (saved.name, saved.report.customer, saved.report.author) == (
-            "Vertical axis",
-            "ACME",
-            "A. Designer",
-        )
+        now = saved(folder, before)
+        assert (now.name, now.report.customer, now.report.author) == ("Vertical axis", "ACME", "A. Designer")
 
 
-def test_a_wrong_value_is_refused_beside_its_field_and_the_answer_stays(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        fill(driver, "machine-body-mass", "12 kN")
-        message = until(lambda: text(driver, ".q-field--error .q-field__messages"), "the reason")
-        assert 'body.mass: expected a mass in kg, got "12 kN"' in message
-        assert load(driver) == before and "the last state" in text(driver, ".verdict")
-        fill(driver, "machine-body-mass", "1300 kg")
-        changed(driver, before)
-        assert not text(driver, ".q-field--error .q-field__messages")
+def test_a_wrong_value_is_refused_beside_its_field_and_the_answer_stays(page: Any) -> None:
+    before = load(page)
+    fill(page, "machine-body-mass", "12 kN")
+    message = until(lambda: text(page, ".q-field--error .q-field__messages"), "the reason")
+    assert 'body.mass: expected a mass in kg, got "12 kN"' in message
+    assert load(page) == before and "the last state" in text(page, ".verdict")
+    fill(page, "machine-body-mass", "1300 kg")
+    changed(page, before)
+    assert not text(page, ".q-field--error .q-field__messages")
 
 
-def test_a_carriage_is_dragged_along_its_rail(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        drag(driver, "carriage 1", 40)
-        changed(driver, before)
-        press(driver, "Save")
-        start = guideload.Machine.from_text(guideload.file_template("manipulator"))
-        saved = until(
-            lambda: (m := guideload.Machine.from_toml(folder / "machine.toml")) != start and m, "a saved file"
-        )
-        moved = [a.x != b.x for a, b in zip(start.carriages, saved.carriages, strict=True)]
-        assert moved == [False, True, False, False] and saved.body == start.body
-        press(driver, "Undo")
-        until(lambda: load(driver) == before, "one step of undo for the whole drag")
+def test_a_carriage_is_dragged_along_its_rail(page: Any, folder: Path) -> None:
+    start = guideload.Machine.from_toml(folder / "machine.toml")
+    before = load(page)
+    drag(page, "carriage 1", 40)
+    changed(page, before)
+    press(page, "Save")
+    now = saved(folder, start)
+    moved = [a.x != b.x for a, b in zip(start.carriages, now.carriages, strict=True)]
+    assert moved == [False, True, False, False] and now.body == start.body
+    press(page, "Undo")
+    until(lambda: load(page) == before, "one step of undo for the whole drag")
 
 
-def test_the_keyboard_moves_the_centre_of_mass(driver: Any, folder: Path) -> None:
+def test_the_keyboard_moves_the_centre_of_mass(page: Any) -> None:
     keys = pytest.importorskip("selenium.webdriver").Keys
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        until(lambda: driver.find_element("xpath", "//button[normalize-space(.)='z +']")).send_keys(
-            keys.ENTER
-        )
-        changed(driver, before)
-        assert "100 mm" in field(driver, "machine-body-center_of_mass").get_attribute("value")
+    before = load(page)
+    until(lambda: page.find_element("xpath", "//button[normalize-space(.)='z +']")).send_keys(keys.ENTER)
+    changed(page, before)
+    assert "100 mm" in field(page, "machine-body-center_of_mass").get_attribute("value")
 
 
-def test_the_wheel_zooms_the_picture_with_ctrl_only(driver: Any, folder: Path) -> None:
+def test_the_wheel_zooms_the_picture_with_ctrl_only(page: Any) -> None:
     turned = """
         const scene = getElement(+document.querySelector('.scene').id.slice(1));
         const distance = () => scene.camera.position.distanceTo(scene.controls.target), before = distance();
@@ -246,11 +240,8 @@ def test_the_wheel_zooms_the_picture_with_ctrl_only(driver: Any, folder: Path) -
         scene.controls.update();
         return [turn.defaultPrevented, distance() > 1.01 * before];
     """
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        until(lambda: driver.execute_script(turned, True) == [True, True], "a picture that is zoomed")
-        until(lambda: driver.execute_script(turned, False) == [False, False], "a page that scrolls")
+    until(lambda: page.execute_script(turned, True) == [True, True], "a picture that is zoomed")
+    until(lambda: page.execute_script(turned, False) == [False, False], "a page that scrolls")
 
 
 def give(driver: Any, file: Path) -> None:
@@ -260,76 +251,58 @@ def give(driver: Any, file: Path) -> None:
     until(lambda: driver.find_element("css selector", "input[type=file]")).send_keys(str(file))
 
 
-def test_a_trace_is_dropped_and_its_inspection_shown(
-    driver: Any, folder: Path, tmp_path_factory: Any
-) -> None:
+def test_a_trace_is_dropped_and_its_inspection_shown(page: Any, folder: Path, tmp_path_factory: Any) -> None:
     outside = tmp_path_factory.mktemp("outside") / "measured.csv"
     outside.write_text(guideload.file_template("trace"))
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        give(driver, outside)
-        changed(driver, before)
-        until(lambda: "measured.csv, column motor_speed_rpm" in text(driver, "main"), "the inspection")
-        assert (folder / "measured.csv").read_bytes() == outside.read_bytes()
-        press(driver, "planned moves")
-        until(lambda: load(driver) == before, "the load under the planned moves")
+    before = load(page)
+    give(page, outside)
+    changed(page, before)
+    until(lambda: "measured.csv, column motor_speed_rpm" in text(page, "main"), "the inspection")
+    assert (folder / "measured.csv").read_bytes() == outside.read_bytes()
+    press(page, "planned moves")
+    until(lambda: load(page) == before, "the load under the planned moves")
 
 
 def test_a_broken_trace_is_refused_in_words_and_the_moves_are_run_again(
-    driver: Any, folder: Path, tmp_path_factory: Any
+    page: Any, folder: Path, tmp_path_factory: Any
 ) -> None:
     broken = tmp_path_factory.mktemp("outside") / "broken.csv"
     broken.write_text("time [s],speed [m/s]\n0,0\n0.001,abc\n")
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        give(driver, broken)
-        message = until(
-            lambda: (found := text(driver, ".verdict")) and "broken.csv" in found and found, "the reason"
-        )
-        with pytest.raises(guideload.TraceError) as refused:
-            guideload.read_trace(broken)
-        assert str(refused.value).partition("broken.csv")[2][:40] in message
-        press(driver, "planned moves")
-        until(lambda: "last state" not in text(driver, ".verdict") and load(driver) == before, "the moves")
+    before = load(page)
+    give(page, broken)
+    message = until(
+        lambda: (found := text(page, ".verdict")) and "broken.csv" in found and found, "the reason"
+    )
+    with pytest.raises(guideload.TraceError) as refused:
+        guideload.read_trace(broken)
+    assert str(refused.value).partition("broken.csv")[2][:40] in message
+    press(page, "planned moves")
+    until(lambda: "last state" not in text(page, ".verdict") and load(page) == before, "the moves")
 
 
-def test_a_product_is_taken_from_the_table(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        opened(driver, "Decide")
-        field = until(lambda: driver.find_element("xpath", "//input[@aria-label='products, e.g. HIWIN 25']"))
-        field.send_keys(pytest.importorskip("selenium.webdriver").Keys.CONTROL, "a")
-        field.send_keys("HIWIN 25")
-        press(driver, "Size")
-        row = until(
-            lambda: driver.find_element("xpath", "//td[contains(., 'HGH25CA')]"), "a row of the table"
-        )
-        driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", row)
-        until(lambda: (row.click(), True)[1])
-        changed(driver, before)
-        until(lambda: "Static safety" in text(driver, ".figures"), "the static safety")
-        press(driver, "Save")
-        saved = until(
-            lambda: any((m := guideload.Machine.from_toml(folder / "machine.toml")).product_of_carriage) and m
-        )
-        assert {one.name for one in saved.product_of_carriage if one} == {"HGH25CA"}
+def test_a_product_is_taken_from_the_table(page: Any, folder: Path) -> None:
+    start = guideload.Machine.from_toml(folder / "machine.toml")
+    before = load(page)
+    opened(page, "Decide")
+    field = until(lambda: page.find_element("xpath", "//input[@aria-label='products, e.g. HIWIN 25']"))
+    field.send_keys(pytest.importorskip("selenium.webdriver").Keys.CONTROL, "a")
+    field.send_keys("HIWIN 25")
+    press(page, "Size")
+    row = until(lambda: page.find_element("xpath", "//td[contains(., 'HGH25CA')]"), "a row of the table")
+    page.execute_script("arguments[0].scrollIntoView({block: 'center'})", row)
+    until(lambda: (row.click(), True)[1])
+    changed(page, before)
+    until(lambda: "Static safety" in text(page, ".figures"), "the static safety")
+    press(page, "Save")
+    products = saved(folder, start).product_of_carriage
+    assert {one.name for one in products if one} == {"HGH25CA"}
 
 
-def test_the_report_is_written_as_the_command_line_writes_it(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        opened(driver, "Keep")
-        press(driver, "Write the report")
-        page = until(lambda: (folder / "report.html").read_text(), "a report")
-        result = guideload.simulate(
-            guideload.Machine.from_toml(folder / "machine.toml"),
-            guideload.Moves.from_toml(folder / "moves.toml").motion(),
-        )
-        assert page == guideload.html_report.run_page(result)
+def test_the_report_is_written_as_the_command_line_writes_it(page: Any, folder: Path) -> None:
+    opened(page, "Keep")
+    press(page, "Write the report")
+    written = until(lambda: (folder / "report.html").read_text(), "a report")
+    assert written == guideload.html_report.run_page(of_library(folder))
 
 
 def test_two_tabs_show_one_machine(driver: Any, folder: Path) -> None:
@@ -370,14 +343,12 @@ def test_nothing_is_lost_when_the_server_is_killed(driver: Any, folder: Path) ->
         until(lambda: '"2000 kg"' in (folder / "machine.toml").read_text(), "a saved file")
 
 
-def test_a_file_that_another_program_changes_is_read_again(driver: Any, folder: Path) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        before = load(driver)
-        file = folder / "machine.toml"
-        file.write_text(file.read_text().replace('"1250 kg"', '"1900 kg"'))
-        changed(driver, before)
-        assert field(driver, "machine-body-mass").get_attribute("value") == "1900 kg"
+def test_a_file_that_another_program_changes_is_read_again(page: Any, folder: Path) -> None:
+    before = load(page)
+    file = folder / "machine.toml"
+    file.write_text(file.read_text().replace('"1250 kg"', '"1900 kg"'))
+    changed(page, before)
+    assert field(page, "machine-body-mass").get_attribute("value") == "1900 kg"
 
 
 # Text whose contrast with its background is below 4.5 (WCAG AA); disabled parts are exempt.
@@ -404,59 +375,50 @@ return found;
 CONTROLS = {"button", "textbox", "combobox", "checkbox", "slider", "tab", "spinbutton", "radio", "switch"}
 
 
-@pytest.mark.parametrize("view", ["Machine", "Motion", "Decide", "Keep", "Monitor"])
-def test_every_control_has_a_name_and_every_text_its_contrast(driver: Any, folder: Path, view: str) -> None:
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        opened(driver, view)
-        until(lambda: text(driver, "[role=tabpanel]"), view)
-        nodes = driver.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+def test_every_control_has_a_name_and_every_text_its_contrast(page: Any) -> None:
+    shown = ""
+    for view in ("Machine", "Motion", "Decide", "Keep", "Monitor"):
+        opened(page, view)
+        shown = until(lambda last=shown: (now := text(page, "[role=tabpanel]")) != last and now, view)
+        nodes = page.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
         controls = [
             one for one in nodes if one.get("role", {}).get("value") in CONTROLS and not one.get("ignored")
         ]
         nameless = [one["role"]["value"] for one in controls if not one.get("name", {}).get("value")]
-        assert len(controls) > 5 and not nameless, nameless
-        assert not driver.execute_script(PALE)
+        assert len(controls) > 5 and not nameless, (view, nameless)
+        pale = page.execute_script(PALE)
+        assert not pale, (view, pale)
 
 
-def test_the_chart_keeps_the_peak_at_every_zoom(driver: Any, folder: Path) -> None:
+def test_the_chart_keeps_the_peak_at_every_zoom(page: Any, folder: Path) -> None:
     drawn = """
         const chart = getElement(+document.querySelector('.answer .history').id.slice(1)).chart;
         return chart.getOption().series.map((one) => one.data);
     """
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        result = guideload.simulate(
-            guideload.Machine.from_toml(folder / "machine.toml"),
-            guideload.Moves.from_toml(folder / "moves.toml").motion(),
-        )
-        time, loads = result.quantities["time"], result.quantities["resultant"]
-        until(lambda: len(driver.execute_script(drawn)) == 4, "the histories")
-        driver.execute_script(
-            "getElement(+document.querySelector('.answer .history').id.slice(1)).chart"
-            ".dispatchAction({type: 'dataZoom', start: 0, end: 2})"
-        )
-        inside = time <= time[0] + 0.02 * (time[-1] - time[0])
+    result = of_library(folder)
+    time, loads = result.quantities["time"], result.quantities["resultant"]
+    until(lambda: len(page.execute_script(drawn)) == 4, "the histories")
+    page.execute_script(
+        "getElement(+document.querySelector('.answer .history').id.slice(1)).chart"
+        ".dispatchAction({type: 'dataZoom', start: 0, end: 2})"
+    )
+    inside = time <= time[0] + 0.02 * (time[-1] - time[0])
 
-        def fine() -> bool:
-            """The stretch in view has all its samples, and the whole its peaks."""
-            lines = [np.array(line) for line in driver.execute_script(drawn)]
-            return all(
-                (line[:, 0] <= time[inside][-1] + 1e-6).sum() == inside.sum()
-                and np.isclose(line[:, 1].max(), loads[:, i].max(), rtol=1e-4)
-                for i, line in enumerate(lines)
-            )
+    def fine() -> bool:
+        """The stretch in view has all its samples, and the whole its peaks."""
+        lines = [np.array(line) for line in page.execute_script(drawn)]
+        return all(
+            (line[:, 0] <= time[inside][-1] + 1e-6).sum() == inside.sum()
+            and np.isclose(line[:, 1].max(), loads[:, i].max(), rtol=1e-4)
+            for i, line in enumerate(lines)
+        )
 
-        until(fine, "a finer stretch with all peaks")
+    until(fine, "a finer stretch with all peaks")
 
 
 def test_limit_drivers_study_and_variants_say_what_the_library_says(driver: Any, folder: Path) -> None:
     file = folder / "machine.toml"
-    products = {"product": "HGH35CA", "preload_class": "ZA"}
-    changes = {("carriages", i, key): value for i in range(4) for key, value in products.items()}
-    file.write_text(with_values(file.read_text(), changes | {("life", "life"): "10000 h"}))
+    file.write_text(with_values(file.read_text(), PRODUCTS | {("life", "life"): "10000 h"}))
     machine = guideload.Machine.from_toml(file)
     motion = guideload.Moves.from_toml(folder / "moves.toml").motion()
     with served(folder) as server:
@@ -482,7 +444,7 @@ def test_limit_drivers_study_and_variants_say_what_the_library_says(driver: Any,
         until(lambda: "The machines are the same" in text(driver, ".views"), "the comparison")
 
 
-def test_a_mode_swings_the_body_as_its_shape_says(driver: Any, folder: Path) -> None:
+def test_a_mode_swings_the_body_as_its_shape_says(page: Any, folder: Path) -> None:
     """The ghost turns and moves about the origin, both in proportion to the shape."""
     place = """
         const scene = getElement(+document.querySelector('.scene').id.slice(1));
@@ -490,31 +452,25 @@ def test_a_mode_swings_the_body_as_its_shape_says(driver: Any, folder: Path) -> 
         const {x, y, z, w} = ghost.quaternion;
         return ghost.visible ? [...ghost.position.toArray(), 2 * x / w, 2 * y / w, 2 * z / w] : null;
     """
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        path = "//label[contains(., 'mode (damping)')]"
-        shapes = guideload.Modes.of(guideload.Machine.from_toml(folder / "machine.toml")).shape
-        for number in (0, 3):
-            until(lambda: (driver.find_element("xpath", path).click(), True)[1], "the list of modes")
-            option = f"(//div[@role='option'])[{number + 2}]"  # the first is none
-            until(lambda option=option: (driver.find_element("xpath", option).click(), True)[1], option)
+    path = "//label[contains(., 'mode (damping)')]"
+    shapes = guideload.Modes.of(guideload.Machine.from_toml(folder / "machine.toml")).shape
+    for number in (0, 3):
+        until(lambda: (page.find_element("xpath", path).click(), True)[1], "the list of modes")
+        option = f"(//div[@role='option'])[{number + 2}]"  # the first is none
+        until(lambda option=option: (page.find_element("xpath", option).click(), True)[1], option)
 
-            def swings(shape: Any = shapes[number]) -> bool:
-                seen = np.array(driver.execute_script(place))
-                along = float(seen @ shape) / float(np.linalg.norm(seen) * np.linalg.norm(shape))
-                return bool(np.linalg.norm(seen) > 1e-4) and abs(abs(along) - 1.0) < 1e-9
+        def swings(shape: Any = shapes[number]) -> bool:
+            seen = np.array(page.execute_script(place))
+            along = float(seen @ shape) / float(np.linalg.norm(seen) * np.linalg.norm(shape))
+            return bool(np.linalg.norm(seen) > 1e-4) and abs(abs(along) - 1.0) < 1e-9
 
-            until(swings, f"mode {number}")
+        until(swings, f"mode {number}")
 
 
 def test_the_report_draws_where_the_life_is_used(driver: Any, folder: Path) -> None:
     file = folder / "machine.toml"
-    products = {"product": "HGH35CA", "preload_class": "ZA"}
-    changes = {("carriages", i, key): value for i in range(4) for key, value in products.items()}
-    file.write_text(with_values(file.read_text(), changes))
-    motion = guideload.Moves.from_toml(folder / "moves.toml").motion()
-    places = guideload.life_of(guideload.simulate(guideload.Machine.from_toml(file), motion)).places
+    file.write_text(with_values(file.read_text(), PRODUCTS))
+    places = guideload.life_of(of_library(folder)).places
     total = sum(one.damage.sum() for one in places)
     drawn = """
         const charts = [...document.querySelectorAll('.answer .history')];
@@ -530,50 +486,38 @@ def test_the_report_draws_where_the_life_is_used(driver: Any, folder: Path) -> N
             assert max(y for _, y in line) == pytest.approx(100.0 * one.density.max() / total, rel=1e-4)
 
 
-def test_a_watch_is_seen_live_and_its_end_is_told(driver: Any, folder: Path) -> None:
+def test_a_watch_is_seen_live_and_its_end_is_told(page: Any, folder: Path) -> None:
     """What `guideload monitor watch -o` writes is on the page while samples come in."""
     stamps, counts = samples()
-    command = [
-        sys.executable,
-        "-m",
-        "guideload",
-        "monitor",
-        "watch",
-        str(write_monitor(folder)),
-        "-o",
-        "loads",
-    ]
-    with served(folder) as server:
-        driver.get(server.link)
-        load(driver)
-        opened(driver, "Monitor")
-        until(lambda: "No watch has written" in text(driver, ".views"), "that there is no watch")
-        watch = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
-        try:
-            assert watch.stdin is not None
-            watch.stdin.write(text_of(stamps[:3000], counts[:3000]))
-            watch.stdin.flush()
-            until(lambda: "3000 samples: all good" in text(driver, ".views"), "the samples that came in")
-            assert "live: " in text(driver, ".views")
-            watch.stdin.write(text_of(stamps[3000:], counts[3000:]))
-            watch.stdin.close()
-            assert watch.wait() == 0
-        finally:
-            watch.kill()
-            watch.wait()
-        until(lambda: "ended " in text(driver, ".views"), "the end of the watch")
-        monitor = new_monitor()
-        monitor.push(stamps, counts)
-        largest = max(one[5] for one in monitor.totals()["largest"]) ** 0.5
-        until(lambda: f"{stamps.size} samples: all good" in text(driver, ".views"), "all samples")
-        assert f"the largest resultant so far is {largest:.0f} N" in text(driver, ".views")
-        drawn = (
-            "return getElement(+[...document.querySelectorAll('.views .history')].at(-1).id.slice(1))"
-            ".chart.getOption().series.map((one) => one.data)"
-        )
-        lines = driver.execute_script(drawn)
-        assert len(lines) == 4
-        state = guideload.WatchState.read(folder / "loads")
-        assert [[line[i][1] for line in lines] for i in range(len(state.points))] == [
-            p[1:] for p in state.points
-        ]
+    words = ["monitor", "watch", str(write_monitor(folder)), "-o", "loads"]
+    command = [sys.executable, "-m", "guideload", *words]
+    opened(page, "Monitor")
+    until(lambda: "No watch has written" in text(page, ".views"), "that there is no watch")
+    watch = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    try:
+        assert watch.stdin is not None
+        watch.stdin.write(text_of(stamps[:3000], counts[:3000]))
+        watch.stdin.flush()
+        until(lambda: "3000 samples: all good" in text(page, ".views"), "the samples that came in")
+        assert "live: " in text(page, ".views")
+        watch.stdin.write(text_of(stamps[3000:], counts[3000:]))
+        watch.stdin.close()
+        assert watch.wait() == 0
+    finally:
+        watch.kill()
+        watch.wait()
+    until(lambda: "ended " in text(page, ".views"), "the end of the watch")
+    monitor = new_monitor()
+    monitor.push(stamps, counts)
+    largest = max(one[5] for one in monitor.totals()["largest"]) ** 0.5
+    until(lambda: f"{stamps.size} samples: all good" in text(page, ".views"), "all samples")
+    assert f"the largest resultant so far is {largest:.0f} N" in text(page, ".views")
+    drawn = (
+        "return getElement(+[...document.querySelectorAll('.views .history')].at(-1).id.slice(1))"
+        ".chart.getOption().series.map((one) => one.data)"
+    )
+    lines = page.execute_script(drawn)
+    assert len(lines) == 4
+    state = guideload.WatchState.read(folder / "loads")
+    shown = [[line[i][1] for line in lines] for i in range(len(state.points))]
+    assert shown == [point[1:] for point in state.points]

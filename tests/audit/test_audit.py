@@ -335,17 +335,12 @@ def test_later_instants_of_a_motion_that_begins_under_way_have_no_warning() -> N
 # ---- energy and impacts
 
 
-def rattling() -> Machine:
-    """Dampers that set in at once."""
-    return ref.cart(clearance_y=5e-6, clearance_z=5e-6, damping_in_contact=True)
-
-
 def test_dampers_that_set_in_between_two_instants_are_not_held_against_the_solution() -> None:
     """The energy they take is known to one interval only: the resolution says so, and falls with the interval."""
     residuals, resolutions = [], []
     for count in (1, 4, 16):
         times = np.linspace(0.0, 1.0, 1000 * count + 1)
-        found = simulate(rattling(), Motion.along_x(TIME, PUSH), times=times).audit.energy
+        found = simulate(ref.rattling(), Motion.along_x(TIME, PUSH), times=times).audit.energy
         assert found is not None and found.residual < found.resolution
         residuals.append(found.residual)
         resolutions.append(found.resolution)

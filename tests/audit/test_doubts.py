@@ -22,14 +22,9 @@ def rough(count: int = 400, step: float = 4e-3, size: float = 1.0) -> Motion:
     return Motion.along_x(np.arange(count) * step, np.where(np.arange(count) > 0, pull, 0.0))
 
 
-def rattling(**keys: object) -> Machine:
-    """Dampers that set in at once: every touch is an impact, and multiplies what differs before it."""
-    return ref.cart(clearance_y=5e-6, clearance_z=5e-6, damping_in_contact=True, **keys)
-
-
 def rattling_and_preloaded() -> Machine:
     """Three rattling carriages, and a preloaded one."""
-    loose, pressed = rattling(), ref.preloaded(3000.0)
+    loose, pressed = ref.rattling(), ref.preloaded(3000.0)
     return loose.model_copy(update={"carriages": (*loose.carriages[:3], *pressed.carriages[3:])})
 
 
@@ -176,10 +171,10 @@ def test_given_instants_do_not_matter_to_the_second_look() -> None:
 def test_impacts_that_amplify_small_differences_are_told_on_every_method(method: str) -> None:
     """The figure is what a motion larger by 1e-9 really changes; where damping always acts, that is nothing."""
     motion = shaken()
-    result = simulate(rattling(), motion, method, times=motion.time)
+    result = simulate(ref.rattling(), motion, method, times=motion.time)
     larger = replace(motion, acceleration=(1.0 + 1e-9) * motion.acceleration)
     load, other = (
-        simulate(rattling(), one, times=one.time).data["link_load"].values for one in (motion, larger)
+        simulate(ref.rattling(), one, times=one.time).data["link_load"].values for one in (motion, larger)
     )
     change = np.abs(load - other).max() / np.abs(result.data["link_load"].values).max()
     look = result.audit.second_look
@@ -202,7 +197,7 @@ def test_impacts_beside_preload_are_told(method: str) -> None:
 def test_strict_makes_a_doubt_an_error() -> None:
     for call in (simulate, peak_loads):
         with pytest.raises(DoubtfulResult, match=IMPACTS):
-            call(rattling(), shaken(), strict=True)
+            call(ref.rattling(), shaken(), strict=True)
     right = simulate(ref.cart_clear(), rough(), strict=True)
     assert right.audit.second_look is not None
     np.testing.assert_array_equal(
@@ -211,7 +206,7 @@ def test_strict_makes_a_doubt_an_error() -> None:
 
 
 def test_the_first_lines_of_the_report_and_the_representation_tell_a_doubt() -> None:
-    doubtful, right = simulate(rattling(), shaken()), simulate(ref.cart(), rough())
+    doubtful, right = simulate(ref.rattling(), shaken()), simulate(ref.cart(), rough())
     head = " ".join(" ".join(report.result_report(doubtful).text().split("\n\n")[:3]).split())
     assert "warnings: Doubtful: " in head and IMPACTS in head
     assert IMPACTS in repr(doubtful)

@@ -13,6 +13,7 @@ import lives
 import numpy as np
 import pytest
 from command_line import EXAMPLES, MACHINE, guideload
+from machines import with_mass
 from moves import GENTLE, Move
 
 from guideload import (
@@ -73,7 +74,7 @@ def estimated() -> Machine:
 def rated(mass: float = 1250.0, **drive: Any) -> Machine:
     """A cart with a product."""
     cart = lives.cart(drive=Drive(gear_ratio=12.0, pinion_diameter=0.1273, **drive))
-    return cart.model_copy(update={"body": cart.body.model_copy(update={"mass": mass})})
+    return with_mass(cart, mass)
 
 
 def static_in_newtons() -> Machine:

@@ -77,20 +77,17 @@ def print_tables(scenes: list[Measured], pulse: dict[str, list[float]]) -> None:
     """Of each method and scene the time for ACCURACY, and the least error; who misses a pulse of 20 ms after rest."""
     names = dict.fromkeys(job.name for scene in scenes for job in scene.jobs)
     titles = [scene.case.title for scene in scenes]
-    print(harness.row(f"ms for a load error of at most {ACCURACY:.0e}", *titles))
-    print(harness.row("---", *("---:" for _ in titles)))
+    print(harness.heading(f"ms for a load error of at most {ACCURACY:.0e}", *titles))
     for name in names:
         best = [quickest(scene.of(name), ACCURACY) for scene in scenes]
         print(harness.row(name, *(f"{job.median * 1e3:.3g}" if job else "" for job in best)))
     print()
-    print(harness.row("least error of the load", *titles))
-    print(harness.row("---", *("---:" for _ in titles)))
+    print(harness.heading("least error of the load", *titles))
     for name in names:
         errors = [min((job.error for job in scene.of(name)), default=np.inf) for scene in scenes]
         print(harness.row(name, *(f"{error:.0e}" if np.isfinite(error) else "" for error in errors)))
     print()
-    print(harness.row("dynamic error at rtol", *(f"{rtol:.0e}" for rtol in PULSE_TOLERANCES)))
-    print(harness.row("---", *("---:" for _ in PULSE_TOLERANCES)))
+    print(harness.heading("dynamic error at rtol", *(f"{rtol:.0e}" for rtol in PULSE_TOLERANCES)))
     for name, errors in pulse.items():
         cells = [pulse_text(error) for error in errors]
         print(harness.row(name, *cells, *[""] * (len(PULSE_TOLERANCES) - len(cells))))

@@ -22,7 +22,7 @@ from typing import get_args
 
 import harness
 import numpy as np
-from harness import by_turns, row, timed
+from harness import by_turns, heading, row, timed
 from reference import cart, cart_clear, cycle, noisy, preloaded
 
 from guideload import GuideloadError, Machine, Motion, peak_loads, simulate
@@ -35,8 +35,8 @@ NAMES = "from guideload import Machine, motion_from_trace, read_trace, simulate"
 
 def main() -> None:
     """Measure all, print all."""
-    print(row("scene", "method", "simulate", "spread", "peak_loads", "spread", "peak_loads / simulate"))
-    print(row("---", "---", *["---:"] * 5))
+    cells = "scene", "method", "simulate", "spread", "peak_loads", "spread", "peak_loads / simulate"
+    print(heading(*cells, words=2))
     for scene, machine in {
         "linear": cart(),
         "5 um clearance": cart_clear(),

@@ -79,6 +79,11 @@ def row(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
 
 
+def heading(*cells: str, words: int = 1) -> str:
+    """The two rows at the top of a Markdown table; its first `words` columns hold words, the others numbers."""
+    return f"{row(*cells)}\n{row(*(['---'] * words + ['---:'] * (len(cells) - words)))}"
+
+
 def write_block(page: Path, name: str, block: str) -> None:
     """Put a block between the lines `<!-- NAME -->` and `<!-- end of NAME -->` of a page."""
     begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"

@@ -20,7 +20,7 @@ from itertools import product
 
 import harness
 import numpy as np
-from hammer_tests import deflections, hammer_test, unknown, with_corners
+from hammer_tests import deflections, hammer_test, response_curves, unknown, with_corners
 from motor_records import OFFSET, SEAL, VISCOUS, axis, from_standstill, moves, seen, soft_axis
 from reference import cart, preloaded
 from scipy.signal import lfilter
@@ -29,7 +29,7 @@ from guideload import Machine
 from guideload.identification.measured import Measured
 from guideload.identification.model import Excitation, Model, parse_load_place, parse_place
 from guideload.identification.motor_force import MotorForce, X
-from guideload.identification.responses import FrequencyResponses, ResponseCurve
+from guideload.identification.responses import FrequencyResponses
 from guideload.identification.result import identify
 from guideload.identification.sensor_log import Channel, SensorLog
 from guideload.identification.unknowns import UnknownTable
@@ -85,18 +85,10 @@ def responses(
     model: Model, truth: Array, rng: np.random.Generator, seed: int, *, known: bool = True
 ) -> tuple[Measured, Truths]:
     """With noise of 5 %, which is known; or of 1 %, of which nothing is known."""
-    hertz, level, curves = np.linspace(10.0, 200.0, 40), 0.05 if known else 0.01, []
-    empty = np.zeros(hertz.size, dtype=np.complex128)
-    for force in ("p0 y", "p4 z"):
-        for place in ("p1 y", "p3 y", "p2 z"):
-            curve = ResponseCurve(
-                parse_place(force, model.machine), parse_place(place, model.machine), 2, hertz, empty
-            )
-            value = curve.computed(model.at(truth))[0]
-            noise = rng.standard_normal((hertz.size, 2)) @ [1.0, 1.0j]
-            curves.append(ResponseCurve(curve.force, curve.place, 2, hertz, value * (1.0 + level * noise)))
+    level = 0.05 if known else 0.01
+    curves = response_curves(model, truth, np.linspace(10.0, 200.0, 40), level, rng)
     stated = (level, 1e-6) if known else (0.05, 0.005)  # the latter where an identify file has neither
-    return FrequencyResponses("responses", tuple(curves), *stated, known, known), {}
+    return FrequencyResponses("responses", curves, *stated, known, known), {}
 
 
 def at_rest(model: Model, truth: Array, rng: np.random.Generator, seed: int) -> tuple[Measured, Truths]:
@@ -217,12 +209,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("names", nargs="*", help=f"cases: {', '.join(CASES)}")
     asked = parser.parse_args()
-    print(
-        harness.row(
-            "case", "seeds", "true value inside", "identified", "friction, offset, delay", "time of one"
-        )
-    )
-    print(harness.row(*["---"] * 6))
+    cells = "case", "seeds", "true value inside", "identified", "friction, offset, delay", "time of one"
+    print(harness.heading(*cells, words=6))
     for name in asked.names or CASES:
         print(coverage(name, asked.seeds), flush=True)
 

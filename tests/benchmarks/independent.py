@@ -23,8 +23,9 @@ from typing import Any
 import harness
 import numpy as np
 import reference as ref
-from harness import row
+from harness import heading, row
 from numpy.typing import NDArray
+from rider_reference import cross
 
 from guideload import Machine, Motion, simulate
 
@@ -201,8 +202,7 @@ class Finite:
     def body(self, given: Any, at: Sequence[float] = (0.0, 0.0, 0.0)) -> int:
         """A rigid body whose reference point starts at a place."""
         r = np.array(given.center_of_mass) - np.array(at)
-        cross = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
-        about = given.central_inertia() - given.mass * cross @ cross
+        about = given.central_inertia() - given.mass * cross(r) @ cross(r)
         node = self.system.AddNode(self.item.NodeRigidBodyRxyz(referenceCoordinates=[*at, 0.0, 0.0, 0.0]))
         inertia = [about[0, 0], about[1, 1], about[2, 2], about[1, 2], about[0, 2], about[0, 1]]
         rigid = self.item.ObjectRigidBody(
@@ -624,8 +624,7 @@ def main() -> None:
     parser.add_argument("--only", default="", metavar="WORD", help="features whose name has this word")
     asked = parser.parse_args()
     warnings.simplefilter("ignore", DeprecationWarning)
-    lines = [row("feature", *(f"scale {scale:g}" for scale in SCALES), "Exudyn's two steps")]
-    lines.append(row("---", *["---:"] * (len(SCALES) + 1)))
+    lines = [heading("feature", *(f"scale {scale:g}" for scale in SCALES), "Exudyn's two steps")]
     print("\n".join(lines), flush=True)
     for feature in FEATURES:
         if asked.only not in feature.name:

@@ -273,8 +273,7 @@ def run() -> None:
     parser.add_argument("--pictures", action="store_true", help="write docs/images/measured-NAME.png")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"cases: {', '.join(CASES)}")
     asked = parser.parse_args()
-    print(harness.row("case", "identified", "predicted", "difference", "inside 95 %"))
-    print(harness.row(*["---"] * 5))
+    print(harness.heading("case", "identified", "predicted", "difference", "inside 95 %", words=5))
     for name in asked.names or CASES:
         case, files = CASES[name]
         with tempfile.TemporaryDirectory() as folder, look():

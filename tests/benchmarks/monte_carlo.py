@@ -37,7 +37,7 @@ from pathlib import Path
 
 import harness
 import numpy as np
-from harness import on_cores, row, timed
+from harness import heading, on_cores, row, timed
 from peers.batch_roster import BatchPeer, clear_peers, linear_peers
 from peers.scatter import Peaks, Scatter
 from scattered import CHECKED, Case, cases
@@ -160,8 +160,7 @@ def run_million() -> str:
 def print_table(done: dict[str, list[Job]]) -> None:
     """Rates of all on all cases, the error on the first that each has; then what failed."""
     ran = [{job.name: job for job in jobs if job.times and job.counted} for jobs in done.values()]
-    print(row("scenes/s per core", *done, "error"))
-    print(row("---", *("---:" for _ in done), "---:"))
+    print(heading("scenes/s per core", *done, "error"))
     for name in dict.fromkeys(name for jobs in ran for name in jobs):
         found = [jobs.get(name) for jobs in ran]
         cells = [short(job.rate) if job else "" for job in found]

@@ -31,6 +31,7 @@ from typing import Any
 import harness
 import numpy as np
 from harness import timed
+from machines import with_carriages
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from reference import cart, core_batch, cycle, example
@@ -150,14 +151,7 @@ def measured(title: str, law: str, jobs: list[Job], rounds: int) -> Line:
 def drawn_motions(quick: bool) -> list[str]:
     """What a motion for each scene costs, by what is recorded, in the packaged study."""
     machine, motion = example()
-    clear = machine.model_copy(
-        update={
-            "carriages": tuple(
-                one.model_copy(update={"clearance_y": CLEARANCE, "clearance_z": CLEARANCE})
-                for one in machine.carriages
-            )
-        }
-    )
+    clear = with_carriages(machine, clearance_y=CLEARANCE, clearance_z=CLEARANCE)
     vary = [{"path": "body.mass", "distribution": "uniform", "plus_minus": "10 %"}]
     found = []
     for law, one, scenes in (*((LAWS[0], machine, 1024),) * len(RECORDED), (LAWS[1], clear, 32)):

@@ -26,7 +26,7 @@ from typing import Any
 
 import harness
 import numpy as np
-from harness import row, write_block
+from harness import heading, row, write_block
 from peers.small import Equations, Solve, scipy_leg, sundials_leg
 from torture import RTOL, Scene
 from torture_scenes import scenes
@@ -189,8 +189,7 @@ def outcomes(method: str) -> list[Outcome]:
 def tables(found: dict[str, list[Outcome]]) -> str:
     """Counts of each method, errors of each method on each scene, what refusals say."""
     kinds = ("right", "slow", "refused", "wrong")
-    lines = [row("method", "right", "slow", "refused", "**silently wrong**", "median time, ms")]
-    lines.append(row("---", *["---:"] * 5))
+    lines = [heading("method", "right", "slow", "refused", "**silently wrong**", "median time, ms")]
     for method, of in found.items():
         counts = [sum(one.kind == kind for one in of) for kind in kinds]
         finished = [one.seconds for one in of if np.isfinite(one.seconds)]
@@ -201,11 +200,11 @@ def tables(found: dict[str, list[Outcome]]) -> str:
         of = {name: one for name, one in found.items() if name.split()[0].rstrip(",") in family.split()}
         if not of:
             continue
-        lines += ["", row("scene", *(name.removeprefix("SciPy ").removeprefix("guideload ") for name in of))]
-        lines.append(row("---", *["---:"] * len(of)))
+        names = (name.removeprefix("SciPy ").removeprefix("guideload ") for name in of)
+        lines += ["", heading("scene", *names)]
         for index, scene in enumerate(scenes()):
             lines.append(row(scene.name, *(one[index].cell for one in of.values())))
-    lines += ["", row("refused", "by", "what it says"), row("---", "---", "---")]
+    lines += ["", heading("refused", "by", "what it says", words=3)]
     for method, of in found.items():
         said: dict[str, list[str]] = {}
         for scene, one in zip(scenes(), of, strict=True):
@@ -217,7 +216,7 @@ def tables(found: dict[str, list[Outcome]]) -> str:
 
 def table_of_scenes() -> str:
     """Scene, what makes it hard, reference."""
-    lines = [row("scene", "what makes it hard", "reference"), row("---", "---", "---")]
+    lines = [heading("scene", "what makes it hard", "reference", words=3)]
     for scene in scenes():
         count = sum(len(axis.events) for axis in scene.paths)
         events = f"closed form, {count} events" if count else "closed form"

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-from command_line import MACHINE, guideload, refused, write_trace
-from golden_pages import POINT
+from command_line import guideload, refused, write_rated
+from golden_pages import POINT, write_files
 
 from guideload import Machine, Motion, Result, Study, read_forces, simulate
-from guideload.cli.inputs import EXAMPLES, read_motion
+from guideload.cli.inputs import read_motion
 
 MOVE = "distance=0.4 m, speed=1 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.5 s"
 
@@ -20,14 +19,7 @@ MOVE = "distance=0.4 m, speed=1 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A machine with a point, a trace, and the trace with columns of forces, in the working directory."""
     monkeypatch.chdir(tmp_path)
-    text = Path(MACHINE).read_text(encoding="utf-8")
-    Path("machine.toml").write_text(f"{text}\n{POINT}", encoding="utf-8")
-    write_trace(tmp_path / "trace.csv", 900, 0.2)
-    rows = pd.read_csv("trace.csv")
-    rows["Fx [N]"] = 800.0 * np.sin(300.0 * rows["time_s"])
-    rows["Mz [N m]"] = 50.0
-    rows.to_csv("both.csv", index=False)
-    rows.drop(columns="velocity_m_s").to_csv("forces.csv", index=False)
+    write_files(tmp_path)
     return tmp_path
 
 
@@ -47,12 +39,9 @@ def test_a_file_of_its_own_and_columns_of_the_trace_agree() -> None:
     for given in (["--forces-at", "tool"], ["--forces", "both.csv", "--forces-at", "tool"]):
         columns = loads("both.csv", "--column", "velocity_m_s", *given, "--forces-axes", "point").data
         assert np.array_equal(columns["force"], own["force"])
-    assert (
-        "process forces of forces.csv at tool"
-        in guideload(
-            "check", "machine.toml", "trace.csv", "--forces", "forces.csv", "--forces-at", "tool"
-        ).stdout
-    )
+    forces = ["--forces", "forces.csv", "--forces-at", "tool"]
+    checked = guideload("check", "machine.toml", "trace.csv", *forces).stdout
+    assert "process forces of forces.csv at tool" in checked
 
 
 @pytest.mark.parametrize(
@@ -62,15 +51,10 @@ def test_a_file_of_its_own_and_columns_of_the_trace_agree() -> None:
 )  # fmt: skip
 def test_other_commands_take_forces(command: str) -> None:
     name, *options = command.split()
-    Path("catalogue.toml").write_bytes((EXAMPLES / "catalogue.toml").read_bytes())
     traces = ["trace.csv", "both.csv", "--column", "velocity_m_s"] if name == "compare" else ["trace.csv"]
     forces = ["--forces", "forces.csv", "--forces-at", "tool"]
     if name in ("life", "limit"):
-        text = Path("machine.toml").read_text(encoding="utf-8")
-        text = f'catalogue = "catalogue.toml"\n{text}'.replace(
-            "[[carriages]]\n", '[[carriages]]\nproduct = "HGH25CA"\npreload_class = "ZA"\n'
-        )
-        Path("machine.toml").write_text(text, encoding="utf-8")
+        write_rated(Path(), POINT)
     assert guideload(name, "machine.toml", *traces, *forces, *options).stdout
 
 

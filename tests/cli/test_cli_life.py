@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from command_line import TRACE, guideload
+from command_line import TRACE, guideload, write_rated
 from unrendered import leave_unrendered
 
 from guideload.base.number_text import kilometres, rounded
@@ -25,13 +25,7 @@ CATALOGUE = EXAMPLES / "catalogue.toml"
 @pytest.fixture(scope="module")
 def machine_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The packaged example with products."""
-    folder = tmp_path_factory.mktemp("machine")
-    (folder / "catalogue.toml").write_bytes(CATALOGUE.read_bytes())
-    text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
-    text = text.replace('name = "Cl', 'catalogue = "catalogue.toml"\nname = "Cl')
-    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
-    (folder / "machine.toml").write_text(text, encoding="utf-8")
-    return folder / "machine.toml"
+    return write_rated(tmp_path_factory.mktemp("machine"))
 
 
 def test_rules_on_the_command_line_are_those_of_a_file() -> None:

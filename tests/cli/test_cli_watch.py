@@ -4,13 +4,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
+from waiting import until
 from watched import new_monitor, samples, text_of, write_monitor
 
 from guideload import WatchState
@@ -77,13 +76,6 @@ def test_stamps_in_seconds(tmp_path: Path) -> None:
     assert watch(tmp_path, "--seconds", text="".join(lines).encode()).stdout == watch(tmp_path).stdout
 
 
-def until(holds: Callable[[], bool]) -> None:
-    end = time.monotonic() + 60.0
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_killed_started_again_and_ended_by_ctrl_c(tmp_path: Path) -> None:
     """After SIGKILL and a new start every sample is there once; Ctrl-C ends it with a summary and exit code 130."""
@@ -104,14 +96,14 @@ def test_killed_started_again_and_ended_by_ctrl_c(tmp_path: Path) -> None:
     half = len(TEXT) // 2
     path.write_bytes(TEXT[:half])
     first = start()
-    until(has_another)
+    until(has_another, "a journal", 60.0)
     (journal,) = out.glob("_*.journal")
     first.kill()
     first.communicate()
     with path.open("ab") as file:
         file.write(TEXT[half:])
     second = start()
-    until(lambda: has_another(journal))
+    until(lambda: has_another(journal), "another journal", 60.0)
     second.send_signal(signal.SIGINT)
     said = " ".join(second.communicate()[0].split())
     assert second.returncode == INTERRUPTED
@@ -142,7 +134,7 @@ def test_a_terminal_and_the_state_in_the_folder_show_the_loads_meanwhile(tmp_pat
     def has_half() -> bool:
         return (out / WatchState.FILE).exists() and WatchState.read(out).status["input"]["samples"] == 2500
 
-    until(has_half)
+    until(has_half, "half of the samples", 60.0)
     found = WatchState.read(out)
     expected = [one[6] for one in monitor.totals()["largest"]]
     assert [one["largest_equivalent_N"] for one in found.status["carriages"]] == expected and not found.ended

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import guideload, refused
+from command_line import guideload, refused, write_rated
 from lives import cart, moved
+from machines import with_carriages, with_mass
 from moves import GENTLE
 from texts import one_line
 
@@ -21,22 +22,17 @@ from guideload.cli.inputs import EXAMPLES
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.life.mean_load import integrals
 from guideload.life.rating_life import system_life
-from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.reports.duty import duty_report
 
 MOTION = moved(GENTLE, 500.0)
 
 
-def loaded(machine: Machine, mass: float) -> Machine:
-    return machine.model_copy(update={"body": machine.body.model_copy(update={"mass": mass})})
-
-
 def cases(**life: Any) -> list[LoadCase]:
     machine = cart(life=life)
     return [
         LoadCase("empty", machine, MOTION, 30.0),
-        LoadCase("full", loaded(machine, 2000.0), MOTION, 45.0),
+        LoadCase("full", with_mass(machine, 2000.0), MOTION, 45.0),
     ]
 
 
@@ -75,7 +71,7 @@ def test_the_life_together_is_that_under_the_mean_load_of_all_cycles() -> None:
 def test_a_life_in_cycles_counts_the_cycles_of_all_cases() -> None:
     """1800 cycles in 8 h: 5 000 000 cycles last 5e6 / 1800 * 8 h, and their travel is that of the cases."""
     machine, shift = cart(life={"life": "5e6 cycles"}), 8.0 * 3600.0
-    given = [LoadCase("a", machine, MOTION, 600.0), LoadCase("b", loaded(machine, 2000.0), MOTION, 1200.0)]
+    given = [LoadCase("a", machine, MOTION, 600.0), LoadCase("b", with_mass(machine, 2000.0), MOTION, 1200.0)]
     duty = duty_cycle(given, shift)
     assert duty.wanted is not None
     assert duty.wanted == pytest.approx(5e6 * duty.lives[0].distance, rel=1e-12)
@@ -119,8 +115,7 @@ def test_cases_that_do_not_add_up_are_refused() -> None:
         ArgumentError, match=r"empty and strict have different conditions in the table \[life\]"
     ):
         duty_cycle([one, judged])
-    bare = [c.model_copy(update={"product": None} if c.name == "1a" else {}) for c in one.machine.carriages]
-    partly = one.machine.model_copy(update={"carriages": bare})
+    partly = with_carriages(one.machine, "1a", product=None)
     with pytest.raises(ArgumentError, match="different carriages with ratings"):
         duty_cycle([one, LoadCase("partly", partly, MOTION, 1.0)])
     still = Motion.along_x([0.0, 1.0], [0.0, 0.0], velocity=[0.0, 0.0])
@@ -149,12 +144,9 @@ reading = { smoothing = "savitzky_golay", window = "50 ms" }
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """A duty file, with machine, trace and moves beside it."""
-    for name in ("catalogue.toml", "manipulator.csv", "moves.toml"):
+    write_rated(tmp_path)
+    for name in ("manipulator.csv", "moves.toml"):
         (tmp_path / name).write_bytes((EXAMPLES / name).read_bytes())
-    text = (EXAMPLES / "manipulator.toml").read_text(encoding="utf-8")
-    text = text.replace('name = "Clamping', 'catalogue = "catalogue.toml"\nname = "Clamping')
-    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
-    (tmp_path / "machine.toml").write_text(text, encoding="utf-8")
     (tmp_path / "duty.toml").write_text(DUTY, encoding="utf-8")
     return tmp_path / "duty.toml"
 

@@ -19,6 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 import random_machines
+import tomli_w
 from plain_reference import NoReference, PlainMachine
 
 from guideload import GuideloadError, Machine
@@ -35,7 +36,7 @@ def errors(seed: int, folder: Path, rtols: tuple[float, ...] = RTOLS) -> dict[tu
     time, acceleration, wrench = random_machines.motion(seed, values["body"]["mass"])
     links, carriages = PlainMachine(values).loads(time, acceleration, wrench)
     file = folder / "machine.toml"
-    file.write_text(random_machines.toml(values))
+    file.write_text(tomli_w.dumps(values))
     machine = Machine.from_toml(file)
     found = {}
     for method in METHODS:

@@ -8,18 +8,16 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import pytest
+from waiting import until
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
-PATIENCE = 20.0  # s until the page must show something; other tests may use the processor
-T = TypeVar("T")
 
 
 class Served:
@@ -85,16 +83,3 @@ def browser(width: int = 1280, height: int = 720) -> Iterator[Any]:
         yield driver
     finally:
         driver.quit()
-
-
-def until(found: Callable[[], T], what: str = "the page shows it") -> T:
-    """The first true value of `found`, which may raise while the page changes."""
-    end, last = time.monotonic() + PATIENCE, None
-    while time.monotonic() < end:
-        try:
-            if value := found():
-                return value
-        except Exception as error:  # an element that the page has just replaced
-            last = error
-        time.sleep(0.05)
-    raise AssertionError(f"not seen within {PATIENCE:g} s: {what}") from last

@@ -37,6 +37,16 @@ def write_trace(path: Path, samples: int, start: float) -> str:
     return str(path)
 
 
+def write_rated(folder: Path, more: str = "") -> Path:
+    """The packaged machine whose carriages are of a product, with the catalogue beside it; more: tables of the file."""
+    (folder / "catalogue.toml").write_bytes((EXAMPLES / "catalogue.toml").read_bytes())
+    text = Path(MACHINE).read_text(encoding="utf-8")
+    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
+    file = folder / "machine.toml"
+    file.write_text(f'catalogue = "catalogue.toml"\n{text}\n{more}', encoding="utf-8")
+    return file
+
+
 def names(folder: Path) -> set[str]:
     """The files in a folder, except the manifest."""
     return {path.name for path in folder.iterdir()} - {MANIFEST}

@@ -17,7 +17,7 @@ import lives
 import reference
 import studies
 from command_line import EXAMPLES, MACHINE, TRACE, guideload
-from machines import link
+from machines import having, link, with_carriages, with_mass
 from moves import BRISK, GENTLE
 from texts import page_text
 from watched import machine as watched_machine
@@ -146,10 +146,6 @@ def every_law() -> Machine:
     )
 
 
-def heavier(machine: Machine, mass: float) -> Machine:
-    return machine.model_copy(update={"body": machine.body.model_copy(update={"mass": mass})})
-
-
 # ---- results
 
 
@@ -165,7 +161,7 @@ def traced() -> Result:
 
 @cache
 def two_masses() -> dict[str, Result]:
-    return {"light": run(), "heavy": simulate(heavier(geared(), 1500.0), lives.moved(BRISK))}
+    return {"light": run(), "heavy": simulate(with_mass(geared(), 1500.0), lives.moved(BRISK))}
 
 
 def papers_dofs() -> dict[str, Result]:
@@ -175,15 +171,14 @@ def papers_dofs() -> dict[str, Result]:
 
 def life_with_band() -> Life:
     machine, motion = reference.example()
-    carriages = tuple(one.model_copy(update={"product": "20"}) for one in machine.carriages)
-    rated = machine.model_copy(update={"products": lives.cart().products, "carriages": carriages})
+    rated = with_carriages(having(machine, products=lives.cart().products), product="20")
     return life_of(simulate(rated, motion))
 
 
 @cache
 def duty() -> DutyCycle:
     machine, motion = lives.cart(life={"life": "40000 km"}), lives.moved(GENTLE, 500.0)
-    full = LoadCase("full", heavier(machine, 2000.0), motion, 45.0)
+    full = LoadCase("full", with_mass(machine, 2000.0), motion, 45.0)
     return duty_cycle([LoadCase("empty", machine, motion, 30.0), full])
 
 

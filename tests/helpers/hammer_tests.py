@@ -14,7 +14,7 @@ from guideload.base.arrays import Array
 from guideload.identification.measured import Measured
 from guideload.identification.modal_test import MeasuredMode, ModalTest
 from guideload.identification.model import Model, parse_place
-from guideload.identification.responses import Deflection, Deflections
+from guideload.identification.responses import Deflection, Deflections, ResponseCurve
 from guideload.identification.unknowns import Unknown, UnknownTable, resolve_unknowns
 
 CORNERS = ((-0.5, 0.1, -0.35), (0.5, 0.1, -0.35), (-0.5, 0.1, 0.35), (0.5, 0.1, 0.35), (0.1, -1.2, 0.2))
@@ -62,6 +62,20 @@ def _differences(function: Callable[[Array], Array], at: Array, steps: Array) ->
     """(k, m) derivatives of a function (m,) by its k arguments."""
     ends = ((function(at + change), function(at - change)) for change in np.diag(steps))
     return np.array([(up - down) / (2.0 * step) for (up, down), step in zip(ends, steps, strict=True)])
+
+
+def response_curves(
+    model: Model, truth: Array, hertz: Array, level: float, rng: np.random.Generator, gain: float = 1.0
+) -> tuple[ResponseCurve, ...]:
+    """Accelerations at three places by forces at two, of the machine at `truth`, with noise of this level."""
+    curves, empty = [], np.zeros(hertz.size, dtype=np.complex128)
+    for force in ("p0 y", "p4 z"):
+        for place in ("p1 y", "p3 y", "p2 z"):
+            places = [parse_place(name, model.machine) for name in (force, place)]
+            value = gain * ResponseCurve(*places, 2, hertz, empty).computed(model.at(truth))[0]
+            noise = rng.standard_normal((hertz.size, 2)) @ [1.0, 1.0j]
+            curves.append(ResponseCurve(*places, 2, hertz, value * (1.0 + level * noise)))
+    return tuple(curves)
 
 
 def deflections(

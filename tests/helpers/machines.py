@@ -1,14 +1,16 @@
 """Builders of machines for tests."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from pydantic import BaseModel
 
 from guideload.machine.components import Body, Carriage, Link, Rail
 from guideload.machine.machine import Machine
 
 INERTIA = np.array([[420.0, 15.0, -8.0], [15.0, 310.0, 22.0], [-8.0, 22.0, 380.0]])
 CENTER = np.array([0.12, -0.65, 0.18])
+Part = TypeVar("Part", bound=BaseModel)
 
 
 def carriage_ends(center: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -62,3 +64,28 @@ def bouncing(mass: float, stiffness: float, damping: float, **changes: Any) -> M
     block = body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.eye(3))
     rails = [Rail(name="1", position=(0.0, 0.0))]
     return machine(carriage(**(keys | changes)), body=block, rails=rails, free=("y",))
+
+
+def one_mass(mass: float, gravity: float = 9.80665, **law: Any) -> Machine:
+    """A mass that moves along y alone, on the link "spring" through its centre; law: of the link."""
+    block = body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.eye(3))
+    spring = link("spring", direction=(0, 1, 0), **law)
+    return Machine(body=block, links=[spring], free=("y",), gravity=(0, -gravity, 0))
+
+
+# ---- changed copies
+
+
+def having(part: Part, **changes: Any) -> Part:
+    """A machine or a part of one with these values."""
+    return part.model_copy(update=changes)
+
+
+def with_carriages(machine: Machine, *names: str, **changes: Any) -> Machine:
+    """With these values of the carriages of these names, or of all."""
+    changed = (having(one, **changes) if one.name in names or not names else one for one in machine.carriages)
+    return having(machine, carriages=tuple(changed))
+
+
+def with_mass(machine: Machine, mass: Any) -> Machine:
+    return having(machine, body=having(machine.body, mass=mass))

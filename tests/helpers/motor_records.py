@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from machines import with_carriages
 
 from guideload import Machine, Motion, PointOfInterest
 from guideload.base.arrays import Array
@@ -41,11 +42,16 @@ def from_standstill(motion: Motion) -> Motion:
     return Motion.along_x(1e-3 * np.arange(acceleration.size), acceleration, velocity=velocity)
 
 
-def seen(motion: Motion) -> Motion:
-    """The motion as estimated from the counts of an encoder."""
+def counted(motion: Motion, quantum: float = QUANTUM) -> Array:
+    """(n,) m, the positions that an encoder shows."""
     velocity = motion.velocity[:, 0]
     position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * 0.5 * (velocity[1:] + velocity[:-1]))])
-    found = smooth(motion.time, QUANTUM * np.round(position / QUANTUM), "position", quantum=QUANTUM)
+    return np.asarray(quantum * np.round(position / quantum))
+
+
+def seen(motion: Motion, quantum: float = QUANTUM) -> Motion:
+    """The motion as estimated from the counts of an encoder."""
+    found = smooth(motion.time, counted(motion, quantum), "position", quantum=quantum)
     return Motion.along_x(
         motion.time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
     )
@@ -80,8 +86,7 @@ def soft_axis(stiffness: float = 1.0, damping: float = 1.0, **others: object) ->
     machine = axis(points=[TOOL], **others)
     values = {"stiffness_y": 1e7 * stiffness, "stiffness_z": 8e6}
     values |= dict.fromkeys(("damping_y", "damping_z"), 1e3 * damping)
-    parts = tuple(one.model_copy(update=values) for one in machine.carriages)
-    return machine.model_copy(update={"carriages": parts})
+    return with_carriages(machine, **values)
 
 
 def force_of(machine: Machine, motion: Motion, time: Array) -> Array:

@@ -96,18 +96,3 @@ def motion(seed: int, mass: float) -> tuple[Array, Array, Array | None]:
     if rng.random() < 0.4:
         wrench = mass * rng.standard_normal((count, 6)) * [1.0, 3.0, 3.0, 0.3, 0.3, 0.3]
     return np.cumsum(steps), acceleration, wrench
-
-
-def toml(machine: dict[str, Any]) -> str:
-    """The machine as text of a machine file."""
-    return "\n".join(f"{key} = {_text(value)}" for key, value in machine.items()) + "\n"
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_text(entry)}" for key, entry in value.items()) + " }"
-    if isinstance(value, list):
-        return "[" + ", ".join(_text(entry) for entry in value) + "]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return f'"{value}"' if isinstance(value, str) else repr(float(value))

@@ -93,6 +93,11 @@ def cart_clear() -> Machine:
     return cart(clearance_y=5e-6, clearance_z=5e-6)
 
 
+def rattling(**keys: Any) -> Machine:
+    """Dampers that set in at once: every touch is an impact, and multiplies what differs before it."""
+    return cart(clearance_y=5e-6, clearance_z=5e-6, damping_in_contact=True, **keys)
+
+
 def preloaded(preload: float = 1200.0) -> Machine:
     """The cart on preloaded balls: each link 6e7 N/m at no load, half the preload, opening at 1.7 kN for 1200 N."""
     return cart(preload_y=preload, preload_z=preload, rolling="ball")
@@ -150,6 +155,16 @@ def random_body(rng: np.random.Generator) -> Body:
     arms = points - center
     inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
     return Body(mass=float(masses.sum()), center_of_mass=center, inertia=inertia)
+
+
+def random_base(seed: int = 1, size: float = 1.0) -> Array:
+    """The compliance of a base: some micrometres per kilonewton."""
+    root = np.random.default_rng(seed).normal(size=(6, 6)) * np.sqrt([1e-9] * 3 + [1e-8] * 3)[:, None]
+    return np.asarray(size * root @ root.T)
+
+
+def on_base(machine: Machine, compliance: Any) -> Machine:
+    return machine.model_copy(update={"base": {"compliance": np.asarray(compliance).tolist()}})
 
 
 def random_links(rng: np.random.Generator, count: int, stiffness: tuple[float, float]) -> list[Link]:

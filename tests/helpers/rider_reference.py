@@ -21,7 +21,7 @@ Travel = Callable[[float], tuple[float, float, float]]
 
 
 def cross(r: Array) -> Array:
-    """The matrix of r x."""
+    """The matrix of r x, eq. 5 of the paper."""
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 

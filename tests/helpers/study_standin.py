@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
+from machines import with_mass
 from numpy.typing import NDArray
 
 from guideload.base.errors import GuideloadError
@@ -105,8 +106,7 @@ def _batch(measures: int, instants: int, carriages: int, pause: float, _: int | 
 
 def study(samples: int = 1000, seed: int = 1, histories: Sequence[int] = (), mass: float = 1250.0) -> Study:
     """A small study of the example machine on a short move."""
-    machine = Machine.from_toml(str(EXAMPLES / "manipulator.toml"))
-    machine = machine.model_copy(update={"body": machine.body.model_copy(update={"mass": mass})})
+    machine = with_mass(Machine.from_toml(str(EXAMPLES / "manipulator.toml")), mass)
     motion = Motion.along_x(time=[0, 0.5, 0.6, 1.2, 1.3, 2], acceleration=[0, 0, 2, 2, 0, 0])
     stiffness = dict(name="k", path="carriages.*.stiffness_y", each="carriage")
     vary = [

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import guideload, refused
-from hammer_tests import deflections, derivative_errors, unknown, with_corners
+from hammer_tests import deflections, derivative_errors, response_curves, unknown, with_corners
 from reference import cart, preloaded
 
 from guideload import GuideloadError, Machine, frequency_response
@@ -38,18 +38,9 @@ def model_of(machine: Machine) -> Model:
 def responses(
     model: Model, rng: np.random.Generator, noise: float, calibration: float = 0.0
 ) -> FrequencyResponses:
-    """Accelerations at three places by forces at two, of the machine at TRUTH, with noise and a gain of 1.03."""
-    curves = []
-    for force in ("p0 y", "p4 z"):
-        for place in ("p1 y", "p3 y", "p2 z"):
-            empty = np.zeros(HERTZ.size, dtype=np.complex128)
-            curve = ResponseCurve(
-                parse_place(force, model.machine), parse_place(place, model.machine), 2, HERTZ, empty
-            )
-            value = curve.computed(model.at(TRUTH))[0] * (1.03 if calibration else 1.0)
-            value = value + noise * abs(value) * (rng.standard_normal((2, HERTZ.size)).T @ [1.0, 1.0j])
-            curves.append(ResponseCurve(curve.force, curve.place, 2, HERTZ, value))
-    return FrequencyResponses("responses", tuple(curves), noise or 0.01, 1e-6, True, calibration=calibration)
+    """Of the machine at TRUTH, with noise; with a gain of 1.03 if there is a calibration."""
+    curves = response_curves(model, TRUTH, HERTZ, noise, rng, 1.03 if calibration else 1.0)
+    return FrequencyResponses("responses", curves, noise or 0.01, 1e-6, True, calibration=calibration)
 
 
 @pytest.mark.parametrize("machine", [cart(), preloaded()], ids=["linear", "preloaded"])

@@ -9,39 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import guideload, refused
-from motor_records import MASS, OFFSET, axis, force_of, moves, shown_by
+from machines import having, with_mass
+from motor_records import MASS, OFFSET, SEAL, TOOL, VISCOUS, axis, counted, force_of, moves, shown_by
 from unrendered import leave_unrendered
 
-from guideload import PointOfInterest
 from guideload.base.arrays import Array
 from guideload.identification.model import parse_place
 from guideload.identification.sensor_log import Channel
 
-MACHINE = """
-rails = [{ name = "1", position = [0, 0] }]
-[body]
-mass = "80 kg"
-center_of_mass = ["0 mm", "150 mm", "20 mm"]
-inertia = [[2, 0, 0], [0, 4, 0], [0, 0, 4]]
-[friction]
-seal = "5 N"
-viscous = "100 N s/m"
-[[points]]
-name = "tool"
-at = ["50 mm", "400 mm", "100 mm"]
-"""
-CARRIAGE = """
-[[carriages]]
-name = "{}"
-rail = "1"
-x = "{} mm"
-length = "100 mm"
-width = "60 mm"
-stiffness_y = "100 N/um"
-stiffness_z = "80 N/um"
-damping_y = "10 kN s/m"
-damping_z = "10 kN s/m"
-"""
 IDENTIFY = """
 machine = "machine.toml"
 [[unknown]]
@@ -67,16 +42,12 @@ def written(file: Path, header: str, *columns: Array) -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The files of an axis of 95 kg, whose machine file says 80 kg, and what the command wrote."""
     folder, rng = tmp_path_factory.mktemp("records"), np.random.default_rng(0)
-    text = MACHINE + CARRIAGE.format("a", -100) + CARRIAGE.format("b", 100)
-    (folder / "machine.toml").write_text(text, encoding="utf-8")
+    motion, true = moves(2.4, 2e-3), axis(points=[TOOL])
+    nominal = having(true, friction={"seal": 0.5 * SEAL, "viscous": 0.5 * VISCOUS})
+    with_mass(nominal, 80.0).to_toml(folder / "machine.toml")
     (folder / "identify.toml").write_text(IDENTIFY, encoding="utf-8")
-    motion, true = moves(2.4, 2e-3), axis(points=[PointOfInterest(name="tool", at=(0.05, 0.4, 0.1))])
-    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * motion.velocity[1:, 0])])
-    current = (
-        force_of(true, motion, motion.time) + OFFSET + 2.0 * rng.standard_normal(motion.time.size)
-    ) / 25.0
-    counts = 1e-6 * np.round(position / 1e-6)
-    written(folder / "trace.csv", "t [s],x [m],current [A]", motion.time, counts, current)
+    force = force_of(true, motion, motion.time) + OFFSET + 2.0 * rng.standard_normal(motion.time.size)
+    written(folder / "trace.csv", "t [s],x [m],current [A]", motion.time, counted(motion), force / 25.0)
     time = np.arange(0.2, 2.2, 2e-3)
     shown = shown_by(true, motion, [Channel(parse_place("tool y", true))], time)[:, 0]
     shown = shown + 0.1 * shown.std() * rng.standard_normal(time.size)

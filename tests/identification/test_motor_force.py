@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from hammer_tests import derivative_errors, unknown
-from motor_records import MASS, OFFSET, SEAL, VISCOUS, axis, force_of, moves
+from motor_records import MASS, OFFSET, SEAL, VISCOUS, axis, force_of, moves, seen
 
 from guideload import Machine, Motion, motion_from_trace, read_trace
 from guideload.base.errors import ArgumentError, TraceError
@@ -19,7 +19,6 @@ from guideload.identification.motor_force import MotorForce
 from guideload.identification.result import identify
 from guideload.identification.unknowns import UnknownTable
 from guideload.reports.identification import identification_report
-from guideload.smoothing import smooth
 
 MASS_OF = (UnknownTable(path="body.mass"),)
 NOMINAL = {"friction": {"seal": 7.0, "viscous": 150.0}}
@@ -58,16 +57,10 @@ def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> Non
 def test_samples_of_a_coarse_encoder_do_not_pull_the_mass(motion: Motion) -> None:
     """A quantum of 20 um at 1 kHz: differentiated twice it would be 14 m/s2 of noise on 3 m/s2 of motion."""
     machine, rng = axis(**NOMINAL), np.random.default_rng(3)
-    position = np.concatenate([[0.0], np.cumsum(np.diff(motion.time) * motion.velocity[1:, 0])])
-    seen = smooth(motion.time, 2e-5 * np.round(position / 2e-5), "position", quantum=2e-5)
-    measured = Motion.along_x(
-        motion.time, seen.acceleration, velocity=seen.velocity, uncertainty=seen.uncertainty, recorded=True
-    )
     force = force_of(axis(), motion, motion.time) + OFFSET
     force += 5.0 * rng.standard_normal(force.size)
-    one = identify(
-        machine, MASS_OF, [MotorForce.of(machine, measured, motion.time, force)], starts=1
-    ).estimates[0]
+    data = MotorForce.of(machine, seen(motion, 2e-5), motion.time, force)
+    one = identify(machine, MASS_OF, [data], starts=1).estimates[0]
     assert one.low < MASS < one.high and one.value == pytest.approx(MASS, rel=0.01)
 
 

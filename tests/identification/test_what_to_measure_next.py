@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hammer_tests import deflections, unknown
 from lives import cart
+from machines import with_mass
 from motor_records import moves
 
 from guideload import Machine, Motion, PointOfInterest, peak_loads
@@ -60,9 +61,7 @@ def changed(found: Identification, index: int, factor: float) -> Machine:
 
 
 def heavy(machine: Machine) -> Machine:
-    return machine.model_copy(
-        update={"body": machine.body.model_copy(update={"mass": 1.3 * machine.body.mass})}
-    )
+    return with_mass(machine, 1.3 * machine.body.mass)
 
 
 @pytest.mark.parametrize("quantity", ["peak_resultant", "mean_load", "life"])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from lives import PRODUCT, cart, moved
-from machines import carriage, machine
+from machines import carriage, having, machine, with_carriages
 from moves import BRISK, GENTLE, Move
 
 from guideload._core import Law
@@ -24,7 +24,6 @@ from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.components import united
-from guideload.machine.machine import Machine
 from guideload.machine.payloads import Payload
 from guideload.machine.riders import Rider
 from guideload.motion.motion import Motion
@@ -68,8 +67,7 @@ def test_the_causes_add_up_to_the_worst_load_and_the_phases_to_one(life: Life) -
 def test_the_causes_of_the_worst_load_are_those_at_its_time(settings: dict[str, Any]) -> None:
     """Also between coarse samples, in which the acceleration changes."""
     soft = {"stiffness_y": 3.8e7, "stiffness_z": 3.8e7, "damping_y": 4e4, "damping_z": 4e4}
-    carriages = tuple(one.model_copy(update=soft) for one in cart().carriages)
-    changed = cart().model_copy(update={"carriages": carriages})
+    changed = with_carriages(cart(), **soft)
     motion = moved(Move(speed=0.5, acceleration=5.0, jerk=60.0, dwell=0.2, cruise=0.05), 20.0)
     for one in life_of(simulate(changed, motion, **settings)).carriages:
         then = simulate(changed, motion, times=[one.worst.time], **settings)
@@ -82,8 +80,7 @@ def test_the_causes_of_the_worst_load_are_those_at_its_time(settings: dict[str, 
 def test_each_cause_of_the_worst_load_has_its_share() -> None:
     """A mounting error, a payload from 0.1 s on, and a force: each share is what the bare, straight cart lacks."""
     bare, motion = cart(), moved(BRISK)
-    error = bare.carriages[0].model_copy(update={"mounting_error": (3e-5, 1e-5)})
-    wrong = bare.model_copy(update={"carriages": (error, *bare.carriages[1:])})
+    wrong = with_carriages(bare, bare.carriages[0].name, mounting_error=(3e-5, 1e-5))
     keys = {"name": "part", "center_of_mass": (0.3, 0.2, -0.1), "times": [(0.1, 9.0)]}
     part = Payload(mass=90.0, inertia=((1.5, 0, 0), (0, 1.2, 0), (0, 0, 0.9)), **keys)
     wrench = np.outer(100.0 * np.sin(3.0 * motion.time), np.eye(6)[2])
@@ -95,8 +92,10 @@ def test_each_cause_of_the_worst_load_has_its_share() -> None:
         assert sum(one.worst.shares.values()) == pytest.approx(one.worst.load, rel=1e-12)
 
     size = np.abs(parts["weight"]).max()
-    np.testing.assert_allclose(parts["weight"][0], static(bare), atol=1e-9 * size)
-    np.testing.assert_allclose(parts["rail error"][0], static(wrong) - static(bare), atol=1e-9 * size)
+    np.testing.assert_allclose(parts["weight"][0], bare.static_carriage_loads, atol=1e-9 * size)
+    np.testing.assert_allclose(
+        parts["rail error"][0], wrong.static_carriage_loads - bare.static_carriage_loads, atol=1e-9 * size
+    )
     after = np.flatnonzero(life.record.travel.time == 0.1)[1]  # there are two stamps at the change
     loaded = load_parts(simulate(bare.model_copy(update={"body": united(bare.body, [part])}), motion))
     carried = parts["weight"] + parts["payload"] + parts["acceleration"]
@@ -122,12 +121,11 @@ def test_the_weight_of_a_rider_elsewhere_is_a_cause_of_its_own() -> None:
     there = machine.model_copy(update={"riders": (rider.model_copy(update={"position": 0.3}),)})
     # The body still vibrates a little, and with it the rider.
     np.testing.assert_allclose(
-        parts["rider"][-1], static(there) - static(machine), rtol=1e-6, atol=1e-7 * size
+        parts["rider"][-1],
+        there.static_carriage_loads - machine.static_carriage_loads,
+        rtol=1e-6,
+        atol=1e-7 * size,
     )
-
-
-def static(machine: Machine) -> np.ndarray:
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_places)
 
 
 def test_damage_of_all_places_is_that_of_all_carriages(life: Life) -> None:
@@ -146,11 +144,11 @@ def test_slow_motion_needs_no_load_factor_and_fast_motion_does(life: Life) -> No
 
 
 def test_the_load_factor_in_the_catalogue_formula_gives_the_simulated_life(
-    life: Life, result: Result
+    life: Life,
 ) -> None:
     """Of a machine so stiff that its loads are those of statics, with f_W in the formula."""
-    stiff = [{**dict(one), "stiffness_y": 4e11, "stiffness_z": 4e11} for one in result.machine.carriages]
-    static = simulate(cart().model_copy(update={"carriages": stiff}), moved(BRISK))
+    stiff = with_carriages(cart(), stiffness_y=4e11, stiffness_z=4e11)
+    static = simulate(stiff, moved(BRISK))
     for one in life.carriages:
         conditions = LifeConditions(load_factor=one.factor_life)
         catalogue = life_of(static, conditions).carriages[one.index]
@@ -242,8 +240,7 @@ def test_rows_of_a_preloaded_carriage_carry_the_preload_at_rest() -> None:
         classes = [{"name": "A", "stiffness": 4e8, "preload": preload}]
         product = Product(**{**PRODUCT, "preload_classes": classes})
         keys = {"preload_y": preload, "rolling": "ball"}
-        carriages = [one.model_copy(update=keys) for one in cart().carriages]
-        built = cart().model_copy(update={"products": [product], "carriages": carriages})
+        built = having(with_carriages(cart(), **keys), products=[product])
         for one in life_of(simulate(built, moved(GENTLE, 200.0))).carriages:
             assert one.rows is not None
             largest, smallest = one.rows
@@ -261,11 +258,8 @@ def test_preload_counts_by_default_and_the_print_says_what_it_leaves_out(law: st
     of_class = {"share_of_C0": [0.1, 8e3 / 60e3]} if law == "range" else {"preload": 8e3}
     classes = [{"name": "A", **stiffness, **of_class}]
     own = {"preload_y": 7e3, "preload_z": 9e3, "rolling": "ball"} if law == "own" else {}
-    carriages = [one.model_copy(update=own) for one in cart().carriages]
     products = [Product(**{**PRODUCT, "preload_classes": classes})]
-    run = simulate(
-        cart().model_copy(update={"products": products, "carriages": carriages}), moved(GENTLE, 200.0)
-    )
+    run = simulate(having(with_carriages(cart(), **own), products=products), moved(GENTLE, 200.0))
     counted, printed = life_of(run), life_of(run, LifeConditions(preload_in_life=False))
     assert counted.with_preload is None and printed.with_preload is not None
     reason = "A preload F0 raises it"  # beside a mean load above the peak

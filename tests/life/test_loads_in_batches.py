@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from lives import moved
+from machines import with_mass
 from moves import GENTLE
 from reference import cart, core_batch
 
@@ -63,9 +64,9 @@ def test_loads_of_samples_are_those_of_single_runs(
     assert MOTION.velocity is not None
     travel = Travel(MOTION.time, MOTION.velocity[:, 0], MOTION.acceleration[:, 0])
     for row, (mass, scale) in zip(table, FACTORS, strict=True):
-        heavier = machine.body.model_copy(update={"mass": mass * machine.body.mass})
+        heavier = with_mass(machine, mass * machine.body.mass)
         motion = MOTION.along_x(MOTION.time, scale * MOTION.acceleration[:, 0])
-        result = simulate(machine.model_copy(update={"body": heavier}), motion, times=motion.time)
+        result = simulate(heavier, motion, times=motion.time)
         loads, bows = result.carriage_loads, load_bows(result)
         for i, rule in enumerate(assigned):
             mean = mean_load(*integrals(travel, loads[:, i], rule, exponent, bows[:, i]), exponent)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from machines import CENTER, INERTIA, body, carriage, machine
+from rider_reference import cross
 
 import guideload
 from guideload.base.errors import ConfigError
@@ -20,11 +21,6 @@ from guideload.machine.modes import Modes
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"
 CART = Path(__file__).resolve().parents[1] / "data" / "cart.toml"
-
-
-def skew(r: np.ndarray) -> np.ndarray:
-    """Eq. 5 of the paper."""
-    return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 
 # ---- links
@@ -70,7 +66,7 @@ def test_centers_and_rails_of_carriages() -> None:
 
 
 def test_inertia_about_l_and_about_the_centre_of_mass_are_one_body() -> None:
-    about_l = INERTIA - 1250.0 * skew(CENTER) @ skew(CENTER)  # model: J_L = J_S - m skew(r_S)^2
+    about_l = INERTIA - 1250.0 * cross(CENTER) @ cross(CENTER)  # model: J_L = J_S - m skew(r_S)^2
     shifted = body(inertia=about_l, inertia_about="L").central_inertia()
     assert np.abs(shifted - INERTIA).max() <= 1e-12 * np.abs(about_l).max()  # a few roundings of J_L
     assert np.array_equal(body().central_inertia(), INERTIA)
@@ -92,7 +88,7 @@ def test_an_inertia_that_no_body_has(about: str, moments: tuple[float, ...], wor
     offset = np.array([0.1, -0.2, 0.3])
     keys = {"mass": 10.0, "center_of_mass": offset, "inertia_about": about}
     if about == "L":
-        inertia = inertia - 10.0 * skew(offset) @ skew(offset)
+        inertia = inertia - 10.0 * cross(offset) @ cross(offset)
         body(**keys, inertia=inertia + 2.0 * np.eye(3))  # a body again
     with pytest.raises(ConfigError) as caught:
         body(**keys, inertia=inertia)

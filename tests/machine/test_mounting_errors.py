@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from machines import having, with_carriages
 from reference import cart, cart_clear, preloaded
 
 from guideload import Machine
@@ -14,25 +15,15 @@ from guideload.reports.machine import machine_report
 
 def mounted(machine: Machine, rail: Any = (0.0, 0.0), carriage: Any = (0.0, 0.0)) -> Machine:
     """The machine with mounting errors of its rail 2 and its carriage 2b."""
-    rails = [
-        one.model_copy(update={"mounting_error": rail} if one.name == "2" else {}) for one in machine.rails
-    ]
-    carriages = [
-        one.model_copy(update={"mounting_error": carriage} if one.name == "2b" else {})
-        for one in machine.carriages
-    ]
-    return machine.model_copy(update={"rails": tuple(rails), "carriages": tuple(carriages)})
-
-
-def static_loads(machine: Machine) -> np.ndarray:
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
+    rails = (having(one, mounting_error=rail) if one.name == "2" else one for one in machine.rails)
+    return with_carriages(having(machine, rails=tuple(rails)), "2b", mounting_error=carriage)
 
 
 @pytest.mark.parametrize("make", [cart, cart_clear, preloaded])
 def test_a_rail_that_is_too_high_everywhere_turns_the_body(make: Any) -> None:
     """Two straight rails of unequal height are one tilted plane: no load, and a rotation by height over distance."""
     straight, high = make(), mounted(make(), rail=(70e-6, 0.0))
-    np.testing.assert_allclose(static_loads(high), static_loads(straight), atol=1e-6)
+    np.testing.assert_allclose(high.static_carriage_loads, straight.static_carriage_loads, atol=1e-6)
     turned = high.scene.static_position() - straight.scene.static_position()
     assert turned[3] == pytest.approx(-70e-6 / 0.7, rel=1e-6)
     # The rails are at y = 50 mm, where the rotation moves nothing along z.
@@ -42,7 +33,8 @@ def test_a_rail_that_is_too_high_everywhere_turns_the_body(make: Any) -> None:
 def test_a_carriage_that_is_too_high_twists_the_body() -> None:
     """Four equal springs at the corners of a rectangle: one foot by e makes +-k e/4 at each corner."""
     error = 20e-6
-    change = static_loads(mounted(cart(), carriage=(error, 0.0))) - static_loads(cart())
+    high = mounted(cart(), carriage=(error, 0.0))
+    change = high.static_carriage_loads - cart().static_carriage_loads
     vertical = 1.2e8 * error / 4.0
     # Each carriage is itself two springs 120 mm apart, so it resists the pitch of the body a little.
     np.testing.assert_allclose(change[:, 1], vertical * np.array([-1.0, 1.0, 1.0, -1.0]), rtol=0.02)

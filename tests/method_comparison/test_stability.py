@@ -3,7 +3,7 @@
 Tested elsewhere: exact on defective,
 overdamped, undamped and spread-out scenes and on jumps in test_exactness.py; tolerances below rounding in
 test_methods.py and rust/core/tests/laws/stability.rs; pulses after rest in methods.rs and samples 1e-9 s apart in
-excitation.rs there; a motion of one sample in test_motion.py; contacts in test_contacts.py.
+excitation.rs there; a motion of one sample in test_motion.py; contacts in test_torture.py.
 """
 
 from __future__ import annotations

@@ -112,7 +112,7 @@ def test_fixed_steps_show_the_order_of_rk45(chart: WorkPrecision) -> None:
 def test_errors_are_the_largest_difference_of_the_loads(chart: WorkPrecision) -> None:
     machine = cart()
     exact, rk45 = (simulate(machine, START, method) for method in ("exact", "rk45"))
-    static = machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)[:, :3]
+    static = machine.static_carriage_loads[:, :3]
     force = exact.carriage_loads[:, :, :3]
     (row,) = [row for row in chart.rows if row.setting == Setting("rk45", "rtol", 1e-6)]
     error = np.abs(rk45.carriage_loads[:, :, :3] - force).max()

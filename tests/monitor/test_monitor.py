@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
 from lives import PRODUCT, cart
+from machines import with_carriages
 from texts import one_line
 
 from guideload import Machine, Motion, motion_from_trace, read_trace, simulate
@@ -156,11 +157,7 @@ def test_settings_out_of_range_are_refused(change: dict[str, float], message: st
 
 
 def test_machines_that_a_monitor_cannot_compute_are_refused(machine: Machine, motion: Motion) -> None:
-    first, *others = machine.carriages
-    curved = machine.model_copy(
-        update={"carriages": (first.model_copy(update={"clearance_y": 1e-5}), *others)}
-    )
-    curved = Machine(**curved.model_dump(exclude_none=True))
+    curved = with_carriages(machine, machine.carriages[0].name, clearance_y=1e-5)
     with pytest.raises(SceneError, match="no bound"):
         designed(curved, motion, SETTINGS)
     assert machine.drive is not None

@@ -11,6 +11,7 @@ from command_line import guideload, refused
 from hypothesis import given
 from hypothesis import strategies as st
 from lives import PRODUCT, cart, moved
+from machines import having, with_carriages
 from moves import GENTLE
 
 from guideload import Machine, Motion, Product, html_report, simulate
@@ -62,13 +63,12 @@ def test_the_shortest_rail_is_the_least_whole_step_that_is_long_enough(steps: in
 
 def test_what_is_rigid_is_said_and_what_is_given_is_named() -> None:
     plain = cart()
-    first = plain.carriages[0]
-    soft = [first.model_copy(update={"compliance_y": 1e-9}), *plain.carriages[1:]]
     base = {"compliance": (1e-9 * np.eye(6)).tolist()}
+    soft = with_carriages(plain, "1a", compliance_y=1e-9)
     for machine, words in (
         (plain, "The structure, table and base, is rigid in this model"),
-        (plain.model_copy(update={"carriages": soft}), "the structure at carriage 1a (compliance); all else"),
-        (plain.model_copy(update={"base": base}), "Elastic are the guides and the base ([base]); all else"),
+        (soft, "the structure at carriage 1a (compliance); all else"),
+        (having(plain, base=base), "Elastic are the guides and the base ([base]); all else"),
     ):
         for report in (machine_report(machine), result_report(simulate(machine, MOTION))):
             assert words in " ".join(report.text().split())
@@ -77,9 +77,7 @@ def test_what_is_rigid_is_said_and_what_is_given_is_named() -> None:
 def test_what_a_mounting_error_would_change_is_said_of_machines_without() -> None:
     plain = cart()
     (text,) = placement_lines(plain)
-    first, second, *others = plain.carriages
-    off = second.model_copy(update={"mounting_error": (0.0, 1e-5)})
-    wrong = plain.model_copy(update={"carriages": (first, off, *others)})
+    wrong = with_carriages(plain, "1b", mounting_error=(0.0, 1e-5))
     change = np.linalg.norm((wrong.static_carriage_loads - plain.static_carriage_loads)[1, 1:3])
     assert f"10 um of carriage 1b along z would change its load by {load_in_sentence(change)};" in text
     assert placement_lines(wrong) == []

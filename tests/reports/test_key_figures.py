@@ -2,6 +2,7 @@
 
 import lives
 import pytest
+from machines import with_carriages
 from moves import GENTLE
 
 import guideload
@@ -40,12 +41,10 @@ def test_a_margin_that_is_just_reached_is_reached(margin: float, level: str) -> 
 def test_nothing_holds_of_which_a_part_is_not_judged(products: int, velocity: bool) -> None:
     """Without velocity there is no life; without product, no capacity. The drive force alone is not enough."""
     machine = lives.cart(life={"rule": "sum"}, drive={"linear_motor": True, "max_force": "1 MN"})
-    carriages = [
-        one if i < products else one.model_copy(update={"product": None})
-        for i, one in enumerate(machine.carriages)
-    ]
+    for one in machine.carriages[products:]:
+        machine = with_carriages(machine, one.name, product=None)
     motion = MOTION if velocity else guideload.Motion(MOTION.time, MOTION.acceleration)
-    result = guideload.simulate(machine.model_copy(update={"carriages": tuple(carriages)}), motion)
+    result = guideload.simulate(machine, motion)
     level, words = key_figures(result).verdict
     holds = products == 4 and velocity
     assert level == ("good" if holds else "near") and words.startswith("Holds" if holds else "Not all is")
@@ -72,12 +71,11 @@ def test_the_worst_figure_gives_the_verdict() -> None:
 
 def test_carriages_without_product_are_not_judged() -> None:
     machine = lives.cart(life={"rule": "sum", "life": "1 km", "safety": 0.01})
-    first, *others = machine.carriages
-    bare = first.model_copy(update={"product": None})
-    found = key_figures(guideload.simulate(machine.model_copy(update={"carriages": (bare, *others)}), MOTION))
+    first = machine.carriages[0].name
+    found = key_figures(guideload.simulate(with_carriages(machine, first, product=None), MOTION))
     assert found.verdict == (
         "near",
-        f"Not all is judged: no product with ratings is named at carriage {first.name}",
+        f"Not all is judged: no product with ratings is named at carriage {first}",
     )
 
 

@@ -8,12 +8,13 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from machines import one_mass
 from mpmath import mpf
 from numpy.typing import NDArray
 from precise_derivatives import SIZE_OF_ZERO, STEP, at_rest, differences, matrices_of, with_value
 from reference import DIGITS, body, cart, paper, random_machine, translating
 
-from guideload import Link, Machine
+from guideload import Machine
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.machine.response import frequency_response
 from guideload.sensitivity import VariedMachine
@@ -192,11 +193,6 @@ def precise_response(machine: Machine, hertz: float, point: Any) -> Any:
 Force = Callable[[Any, dict[str, Any]], Any]
 
 
-def hanging(**keys: Any) -> Machine:
-    link = Link(name="spring", point=(0, 0, 0), direction=(0, 1, 0), damping=100.0, **keys)
-    return Machine(body=body(mass=100.0, center_of_mass=(0, 0, 0)), links=[link], free=("y",))
-
-
 def preloaded(d: Any, keys: dict[str, Any]) -> Any:
     n = {"ball": mpf(3) / 2, "roller": mpf(10) / 9}[keys["rolling"]]
     d0 = 2 * n * keys["preload"] / keys["stiffness"]
@@ -227,7 +223,7 @@ LAWS: dict[str, tuple[dict[str, Any], Force]] = {
 def test_every_law_in_50_digits(law: str) -> None:
     """Static position, load and frequency of a hanging mass by every parameter of its law."""
     keys, force = LAWS[law]
-    machine = hanging(**keys)
+    machine = one_mass(100.0, damping=100.0, **keys)
     values = {key: value for key, value in keys.items() if isinstance(value, float)}
     if isinstance(keys.get("stiffness"), dict):
         values |= {f"stiffness.{side}": value for side, value in keys["stiffness"].items()}
@@ -293,13 +289,13 @@ def test_numbers_that_vary_together_have_the_sum_of_their_derivatives() -> None:
 
 def test_what_has_no_derivative_is_refused_with_the_reason() -> None:
     with pytest.raises(ArgumentError, match="another derivative to either side"):
-        VariedMachine(hanging(stiffness=1e7), "links[spring].clearance").at()
-    weightless = hanging(stiffness=1e7, clearance=1e-6).model_copy(update={"gravity": (0.0, 0.0, 0.0)})
+        VariedMachine(one_mass(100.0, stiffness=1e7), "links[spring].clearance").at()
+    weightless = one_mass(100.0, gravity=0.0, stiffness=1e7, clearance=1e-6)
     with pytest.raises(ArgumentError, match="loose within its clearance"):
-        VariedMachine(Machine(**weightless.model_dump()), "body.mass").at()
-    sides = hanging(stiffness={"positive": 1e7, "negative": 2e7}).model_dump() | {"gravity": (0.0, 0.0, 0.0)}
+        VariedMachine(weightless, "body.mass").at()
+    sides = one_mass(100.0, gravity=0.0, stiffness={"positive": 1e7, "negative": 2e7})
     with pytest.raises(ArgumentError, match="has a kink"):
-        VariedMachine(Machine(**sides), "body.mass").at()
+        VariedMachine(sides, "body.mass").at()
     with pytest.raises(SceneError, match="mass"):
         VariedMachine(cart(), "body.mass").at([-1.0])
     with pytest.raises(ArgumentError, match="expected 1 finite numbers"):

@@ -8,6 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from machines import one_mass
 from precise_contacts import precise_contacts
 from precise_derivatives import assert_near, central_differences, differences, histories_of
 from reference import random_motion, two_carriages
@@ -67,16 +68,10 @@ MASS, STIFFNESS, CLEARANCE, PUSH, GRAVITY = 100.0, 4e6, 1e-4, 14.0, 10.0
 END = 0.0084
 
 
-def one_mass(damping: float = 0.0, clearance: float = CLEARANCE) -> Machine:
-    """It hangs on a link with clearance."""
-    link = {"name": "y", "point": (0.0, 0.0, 0.0), "direction": (0.0, 1.0, 0.0)}
-    law = {"stiffness": STIFFNESS, "clearance": clearance, "damping": damping}
-    return Machine(
-        body=Body(mass=MASS, center_of_mass=(0.0, 0.0, 0.0), inertia=np.eye(3)),
-        links=[Link(**link, **law, damping_in_contact=damping > 0.0)],
-        free=("y",),
-        gravity=(0.0, -GRAVITY, 0.0),
-    )
+def hanging(damping: float = 0.0) -> Machine:
+    """The mass on a link with clearance."""
+    law = {"stiffness": STIFFNESS, "clearance": CLEARANCE, "damping": damping}
+    return one_mass(MASS, GRAVITY, **law, damping_in_contact=damping > 0.0)
 
 
 def pushed(time: Any, push: float = PUSH) -> Motion:
@@ -96,8 +91,8 @@ def flight(mass: Any, stiffness: Any, clearance: Any) -> tuple[Any, Any]:
 
 
 def test_a_mass_that_lifts_off_in_closed_form() -> None:
-    to = ["body.mass", "links[y].stiffness", "links[y].clearance"]
-    run = VariedMachine(one_mass(), to).run(pushed([0.0, 0.004, END]), start="rest")
+    to = ["body.mass", "links[spring].stiffness", "links[spring].clearance"]
+    run = VariedMachine(hanging(), to).run(pushed([0.0, 0.004, END]), start="rest")
     values = (MASS, STIFFNESS, CLEARANCE)
     with mpmath.workdps(30):
         for k in range(3):
@@ -113,15 +108,11 @@ def test_a_contact_that_grazes_its_edge_has_a_derivative() -> None:
     damping = 2000.0
     ratio = damping / (2.0 * np.sqrt(MASS * STIFFNESS))
     overshoot = 1.0 + np.exp(-np.pi * ratio / np.sqrt(1.0 - ratio**2))
-    machine, touch = (
-        one_mass(damping),
-        GRAVITY / overshoot,
-    )  # the push whose overshoot just takes the load away
-    found = []
+    machine = hanging(damping)
+    touch = GRAVITY / overshoot  # the push whose overshoot just takes the load away
+    found, to = [], ["links[spring].damping", "links[spring].clearance"]
     for push in (touch * (1.0 - 1e-9), touch * (1.0 + 1e-9)):
-        run = VariedMachine(machine, ["links[y].damping", "links[y].clearance"]).run(
-            pushed(time, push), start="rest"
-        )
+        run = VariedMachine(machine, to).run(pushed(time, push), start="rest")
         found.append((run.history("displacement")[:, :, 1], run.history("velocity")[:, :, 1]))
     for before, after in zip(*found, strict=True):
         # The flight lasts some 4e-5 of a period.
@@ -191,6 +182,6 @@ def test_either_start_by_differences(start: Any) -> None:
 def test_what_has_no_derivative_is_refused_with_the_way_out() -> None:
     w = np.sqrt(STIFFNESS / MASS)
     lift = np.arccos(1.0 - GRAVITY / PUSH) / w
-    varied = VariedMachine(one_mass(), "body.mass")
+    varied = VariedMachine(hanging(), "body.mass")
     with pytest.raises(ArgumentError, match=r"links\[0\] makes or loses contact just at the sample"):
         varied.run(pushed([0.0, lift, END]), start="rest")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from lives import PRODUCT, on_lines
+from machines import with_carriages
 from numpy.typing import NDArray
 from precise_derivatives import assert_near, central_differences, differences, histories_of
 from reference import (
@@ -163,9 +164,8 @@ def test_peak_is_that_at_any_time(every: int) -> None:
     assert np.allclose(data["peak_resultant"], peak_loads(machine, motion).largest[:, 6], rtol=1e-12)
 
     def changed(index: int, factor: float) -> np.ndarray:
-        each = list(machine.carriages)
-        each[index] = each[index].model_copy(update={"stiffness_y": factor * each[index].stiffness_y})
-        copy = machine.model_copy(update={"carriages": tuple(each)})
+        one = machine.carriages[index]
+        copy = with_carriages(machine, one.name, stiffness_y=factor * one.stiffness_y)
         return peak_loads(copy, motion).largest[:, 6]
 
     for k, value in enumerate(data["value"].to_numpy()):

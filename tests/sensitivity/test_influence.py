@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
+from machines import with_mass
 from reference import cart, piece, pulse
 
-from guideload import Machine, Rider, peak_loads, plots
+from guideload import Rider, peak_loads, plots
 from guideload.base.errors import ArgumentError
 from guideload.reports.sensitivities import sensitivities_report
 from guideload.sensitivity import rank_influences
@@ -22,8 +23,7 @@ def test_changes_are_those_of_changed_machines() -> None:
     assert found.value == pytest.approx(peaks.largest[worst, 6], rel=1e-12)
     assert (np.diff(np.abs(found.changes)) <= 0.0).all()
     at = {column.name: i for i, column in enumerate(found.columns)}
-    heavy = machine.body.model_copy(update={"mass": 1.0001 * machine.body.mass})
-    heavier = peak_loads(Machine(**machine.model_dump() | {"body": heavy.model_dump()}), MOTION)
+    heavier = peak_loads(with_mass(machine, 1.0001 * machine.body.mass), MOTION)
     change = 100.0 * (heavier.largest[worst, 6] - found.value)
     assert found.changes[at["body.mass"]] == pytest.approx(change, rel=1e-3)
     assert found.steps[at["body.mass"]] == "1 %"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from machines import with_carriages
 from numpy.typing import NDArray
 from precise_derivatives import assert_near, central_differences
 from reference import preloaded, random_motion, two_carriages
@@ -128,9 +129,7 @@ def test_an_interval_too_long_for_the_fastest_mode_is_refused_at_once() -> None:
 
 def test_a_motion_whose_many_samples_take_too_many_steps_is_refused_at_once() -> None:
     """By the decay of an overdamped mode; each interval alone would be short enough."""
-    machine = preloaded()
-    stiff = [one.model_copy(update={"damping_y": 1e12}) for one in machine.carriages]
-    machine = machine.model_copy(update={"carriages": tuple(stiff)})
+    machine = with_carriages(preloaded(), damping_y=1e12)
     motion = Motion(1e-3 * np.arange(2000), np.ones((2000, 3)))
     with pytest.raises(RunError, match="steps or more"):
         VariedMachine(machine, ["body.mass"]).run(motion, start="rest")

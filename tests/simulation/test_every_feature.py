@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 import reference as ref
 from lives import PRODUCT, moved
+from machines import having, with_carriages, with_mass
 from moves import Move
 
 from guideload import Machine, Motion, Payload, Result, Rider, Study, peak_loads, run_study, simulate
@@ -52,15 +53,12 @@ class Case:
         return simulate(self.machine, self.motion, **self.settings)
 
 
-def having(machine: Machine, **changes: Any) -> Machine:
-    return machine.model_copy(update=changes)
-
-
 def mounted(machine: Machine) -> Machine:
     """With mounting errors of all rails and of a carriage."""
     rails = [having(one, mounting_error=(3e-6 * i, 2e-6)) for i, one in enumerate(machine.rails)]
-    first, *others = machine.carriages
-    return having(machine, rails=rails, carriages=[having(first, mounting_error=(-4e-6, 3e-6)), *others])
+    return with_carriages(
+        having(machine, rails=rails), machine.carriages[0].name, mounting_error=(-4e-6, 3e-6)
+    )
 
 
 def on_rails(**keys: Any) -> Machine:
@@ -68,11 +66,6 @@ def on_rails(**keys: Any) -> Machine:
     first, second = ref.cart().rails
     keys_of_first = {"waviness": WAVES | {"seed": 1}} if "waviness" in keys else keys
     return having(ref.cart(), rails=[having(first, **keys_of_first), having(second, **keys)])
-
-
-def on_base() -> Machine:
-    root = np.random.default_rng(1).normal(size=(6, 6)) * np.sqrt([1e-9] * 3 + [1e-8] * 3)[:, None]
-    return having(mounted(ref.cart()), base={"compliance": (root @ root.T).tolist()})
 
 
 def riding() -> Case:
@@ -98,7 +91,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "mounting errors": lambda: Case(mounted(ref.cart())),
     "mounting errors, play": lambda: Case(mounted(ref.cart_clear())),
     "mounting errors, preload": lambda: Case(mounted(ref.preloaded())),
-    "elastic base": lambda: Case(on_base()),
+    "elastic base": lambda: Case(ref.on_base(mounted(ref.cart()), ref.random_base())),
     "payload": lambda: Case(having(ref.cart(), payloads=[PART])),
     "payload, preload": lambda: Case(having(ref.preloaded(), payloads=[PART])),
     "rider": riding,
@@ -276,7 +269,7 @@ def test_a_study_has_the_peaks_of_single_runs(name: str) -> None:
     study = Study(machine=case.machine, motion=case.motion, cases={"body.mass": mass}, **case.settings)
     found = run_study(study)
     for i, one in enumerate(mass):
-        heavier = having(case.machine, body=having(case.machine.body, mass=one))
+        heavier = with_mass(case.machine, one)
         peaks = peak_loads(heavier, case.motion, **case.settings).largest[:, 6]
         if not is_elastic(case.machine):
             force = drive_requirements(simulate(heavier, case.motion, **case.settings)).peak_force

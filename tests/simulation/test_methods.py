@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import reference as ref
 import scipy.signal
+from machines import with_carriages
 from numpy.typing import NDArray
 from reference import DOFS
 
@@ -204,8 +205,7 @@ LAWS: dict[str, Callable[[], Machine]] = {
 
 def _with_balls(machine: Machine) -> Machine:
     """The machine with balls in its first carriage."""
-    first = machine.carriages[0].model_copy(update={"rolling": "ball"})
-    return machine.model_copy(update={"carriages": (first, *machine.carriages[1:])})
+    return with_carriages(machine, machine.carriages[0].name, rolling="ball")
 
 
 @pytest.mark.parametrize("laws", LAWS)

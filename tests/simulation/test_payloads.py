@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 import reference as ref
+from machines import with_carriages
+from oscillator import step_response
 
 from guideload import Machine, Motion, simulate
 from guideload.base.errors import ArgumentError, ConfigError
@@ -33,11 +35,9 @@ def test_a_payload_picked_up_at_rest_gives_the_step_response_of_the_textbook():
     time, load = result.quantities["time"], result.quantities["link_load"][:, 0]
     elastic = result.quantities["link_load_elastic"][:, 0]
     after = np.flatnonzero(time == 0.1)[1]
-    mass, k, b, g = 25.0, 8e4, 200.0, 9.80665
-    omega, decay = np.sqrt(k / mass - (b / (2.0 * mass)) ** 2), b / (2.0 * mass)
-    since = time[after:] - 0.1
-    step = 1.0 - np.exp(-decay * since) * (np.cos(omega * since) + decay / omega * np.sin(omega * since))
-    expected = -20.0 * g - 5.0 * g * step
+    k, g = 8e4, 9.80665
+    place, _ = step_response((25.0, k, 200.0), time[after:] - 0.1, -5.0 * g)
+    expected = k * place - 20.0 * g
     np.testing.assert_allclose(elastic[after:], expected, rtol=0.0, atol=1e-10 * 25.0 * g)
     np.testing.assert_allclose(load[:after], -20.0 * g, rtol=1e-12)
 
@@ -67,9 +67,7 @@ def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
 @pytest.mark.parametrize("error", [0.0, 1e-12, 2e-6])
 def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(error: float):
     """Whether a carriage has a mounting error or not; the weight of a payload is a change of the quasi-static load."""
-    first, *others = ref.cart().carriages
-    off = first.model_copy(update={"mounting_error": (error, 0.0)})
-    machine = ref.cart().model_copy(update={"carriages": (off, *others)})
+    machine = with_carriages(ref.cart(), "1a", mounting_error=(error, 0.0))
     part, time = payload(times=[(0.5, 1.5)]), np.arange(2001) / 1000.0
     result = simulate(carrying(machine, part), Motion.along_x(time, np.zeros(2001)))
     scenes = [one.scene for one in (carrying(machine, part).carrying(["part"]), machine)]

@@ -8,6 +8,7 @@ import machines
 import numpy as np
 import pandas as pd
 import pytest
+from oscillator import free_vibration, step_response
 from reference import cart, cart_clear, cycle, preloaded
 
 from guideload import ArgumentError, Machine, Motion, Moves, PointOfInterest, Result, simulate
@@ -20,7 +21,6 @@ from guideload.simulation.point_motion import from_rest
 
 MASS, STIFFNESS, DAMPING = 100.0, 4e6, 1e3  # one dof: 200 rad/s, damping ratio 2.5 %
 OMEGA = np.sqrt(STIFFNESS / MASS)
-ZETA = DAMPING / (2.0 * MASS * OMEGA)
 
 
 def with_points(base: Machine, *places: tuple[float, float, float], window: float | None = None) -> Machine:
@@ -41,31 +41,13 @@ def braked(rest: float = 0.5) -> Motion:
     return Motion(time, np.column_stack([0.0 * time, along, 0.0 * time]))
 
 
-def free_vibration() -> tuple[float, float]:
-    """Place and speed at 0.2 s of the mass under -a(t) of `braked`, by the step response of one dof."""
-    damped = OMEGA * np.sqrt(1.0 - ZETA**2)
-
-    def response(t: float) -> tuple[float, float]:
-        """To a unit step of the acceleration of the travelling frame: place and speed."""
-        decay, c, s = np.exp(-ZETA * OMEGA * t), np.cos(damped * t), np.sin(damped * t)
-        place = -(1.0 - decay * (c + ZETA * OMEGA / damped * s)) / OMEGA**2
-        return place, -decay * s / damped
-
-    steps = ((0.0, 1.0), (0.1, -2.0), (0.2, 1.0))
-    parts = np.array([[size * one for one in response(0.2 - start)] for start, size in steps])
-    place, speed = parts.sum(axis=0)
-    return float(place), float(speed)
-
-
 def envelope_leaves(window: float) -> float:
-    """The last instant after 0.2 s at which the free vibration is outside the window, by its closed form."""
-    place, speed = free_vibration()
-    damped = OMEGA * np.sqrt(1.0 - ZETA**2)
+    """The last instant after 0.2 s at which the mass under -a(t) of `braked` is outside the window: closed forms."""
+    constants, steps = (MASS, STIFFNESS, DAMPING), ((0.0, -1.0), (0.1, 2.0))
+    parts = [step_response(constants, 0.2 - start, size * MASS) for start, size in steps]
+    place, speed = np.sum(parts, axis=0)  # at 0.2 s, from where on nothing pushes
     time = np.arange(0.0, 0.5, 1e-6)
-    decay = np.exp(-ZETA * OMEGA * time)
-    y = decay * (
-        place * np.cos(damped * time) + (speed + ZETA * OMEGA * place) / damped * np.sin(damped * time)
-    )
+    y, _ = free_vibration(constants, time, place, speed)
     return float(time[np.flatnonzero(np.abs(y) > window)[-1]])
 
 
@@ -148,11 +130,9 @@ def test_a_payload_that_is_gripped_at_rest_settles_at_its_own_place() -> None:
     )
     machine = bouncing(window).model_copy(update={"payloads": (part,)})
     (found,) = simulate(machine, braked(5.0)).settling()
-    omega, decay = np.sqrt(STIFFNESS / (MASS + mass)), DAMPING / (2.0 * (MASS + mass))
-    damped, since = np.sqrt(omega**2 - decay**2), np.arange(0.0, 3.0, 1e-6)
-    sag = mass * 9.80665 / STIFFNESS * np.exp(-decay * since)
-    outside = sag * np.abs(np.cos(damped * since) + decay / damped * np.sin(damped * since)) > window
-    expected = grip - end + since[np.flatnonzero(outside)[-1]]
+    since = np.arange(0.0, 3.0, 1e-6)
+    y, _ = free_vibration((MASS + mass, STIFFNESS, DAMPING), since, mass * 9.80665 / STIFFNESS)
+    expected = grip - end + since[np.flatnonzero(np.abs(y) > window)[-1]]
     assert found.spans[0].end == end and 0.0 <= found.time[0] - expected <= 1.01e-4
 
 

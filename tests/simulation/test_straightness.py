@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from machines import bouncing, having
 from numpy.typing import NDArray
+from oscillator import free_vibration
 from reference import cart, cart_clear, cycle, example, preloaded
 
 from guideload import (
     ArgumentError,
-    Body,
-    Carriage,
     ConfigError,
     Machine,
     Motion,
@@ -37,19 +37,13 @@ WAVES = {"rms": ("10 um", "5 um"), "wavelengths": ("100 mm", "2 m"), "seed": 3}
 def on(machine: Machine, *profiles: dict[str, Any]) -> Machine:
     """The machine with these keys of its rails; the last ones hold for all further rails."""
     keys = [*profiles, *[profiles[-1]] * len(machine.rails)]
-    rails = [rail.model_copy(update=update) for rail, update in zip(machine.rails, keys, strict=False)]
-    return machine.model_copy(update={"rails": tuple(rails)})
+    rails = (having(rail, **update) for rail, update in zip(machine.rails, keys, strict=False))
+    return having(machine, rails=tuple(rails))
 
 
 def move(speed: str = "1 m/s", distance: str = "1.5 m") -> Motion:
-    profile = {
-        "distance": distance,
-        "speed": speed,
-        "acceleration": "3 m/s^2",
-        "jerk": "60 m/s^3",
-        "dwell": "0.2 s",
-    }
-    return Moves(moves=[profile]).motion()
+    keys = {"acceleration": "3 m/s^2", "jerk": "60 m/s^3", "dwell": "0.2 s"}
+    return Moves(moves=[{"distance": distance, "speed": speed, **keys}]).motion()
 
 
 def wave(
@@ -59,10 +53,6 @@ def wave(
     return tuple(
         zip(x.tolist(), (amplitude * np.sin(2.0 * np.pi * x / length)).tolist(), [0.0] * points, strict=True)
     )
-
-
-def static_loads(machine: Machine) -> Array:
-    return machine.scene.static_group_loads(machine.links_of_carriages, machine.carriage_centers)
 
 
 def at_constant_speed(time: Array, speed: float, start: float = 0.0) -> Motion:
@@ -78,9 +68,11 @@ def test_a_slow_passage_gives_the_loads_at_rest_of_each_place() -> None:
     machine = on(cart(), {"straightness": wave(1.0, 50e-6, -1.0, 2.0, 61)}, {"waviness": WAVES | {"seed": 4}})
     result = simulate(machine, move("5 mm/s", "100 mm"))
     place = result.data["cart_position"].values[:, 0]
-    size = np.abs(static_loads(machine) - static_loads(cart())).max()
-    for k in range(0, place.size, place.size // 7):
-        here = static_loads(machine.model_copy(update={"rest_at": float(place[k])}))
+    straight = cart().static_carriage_loads
+    size = np.abs(machine.static_carriage_loads - straight).max()
+    places = range(0, place.size, place.size // 7)
+    at_rest = {k: having(machine, rest_at=float(place[k])).static_carriage_loads for k in places}
+    for k, here in at_rest.items():
         np.testing.assert_allclose(result.carriage_loads[k], here, atol=2e-3 * size)
     # Not while it starts and stops, which excites vibration.
     steady = slice(place.size // 4, 3 * place.size // 4)
@@ -93,10 +85,8 @@ def test_a_slow_passage_gives_the_loads_at_rest_of_each_place() -> None:
     assert np.abs(parts["vibration"][steady]).max() < 2e-3 * size
     # The cause of what the bent rails add at each place is the rails, and the weight is that on straight ones.
     assert "process force" not in parts
-    straight = static_loads(cart())
     np.testing.assert_allclose(parts["weight"][0], straight, atol=1e-9 * size)
-    for k in range(0, place.size, place.size // 7):
-        here = static_loads(machine.model_copy(update={"rest_at": float(place[k])}))
+    for k, here in at_rest.items():
         np.testing.assert_allclose(parts["rail error"][k], here - straight, atol=2e-3 * size)
 
 
@@ -130,31 +120,18 @@ def test_one_mode_over_a_wave_follows_the_closed_form() -> None:
     """m y'' + b y' + k y = k e + b e' with e = A sin(w t), from rest: transmissibility and transient."""
     mass, k, b, length, speed, amplitude = 100.0, 4e6, 1200.0, 0.05, 0.7, 8e-6
     points = wave(length, amplitude, -0.1, 0.2, 9_001)
-    carriage = Carriage(
-        name="c", rail="r", x=0.0, length=0.01, stiffness_y=k, stiffness_z=1e6, damping_y=b, damping_z=1e3
-    )
-    machine = Machine(
-        body=Body(mass=mass, center_of_mass=(0, 0, 0), inertia=np.eye(3).tolist()),
-        rails=(Rail(name="r", position=(0, 0), straightness=points),),
-        carriages=(carriage,),
-        free=("y",),
-    )
+    machine = on(bouncing(mass, k, b, length=0.01), {"straightness": points})
     time = np.linspace(0.0, 0.1, 160_001)
-    load = simulate(machine, at_constant_speed(time, speed)).data["force"].sel(carriage="c", axis="y").values
+    load = simulate(machine, at_constant_speed(time, speed)).data["force"].sel(carriage="1", axis="y").values
 
     # The two ends of the carriage see the wave before and after its centre.
     e = amplitude * np.cos(np.pi * 0.01 / length)
-    w, w0 = 2.0 * np.pi * speed / length, np.sqrt(k / mass)
-    decay = b / (2.0 * mass)
-    damped = np.sqrt(w0**2 - decay**2)
+    w = 2.0 * np.pi * speed / length
     factor = (k + 1j * b * w) / (k - mass * w**2 + 1j * b * w)
     forced = e * factor * np.exp(1j * w * time)
-    c = -forced[0].imag
-    d = (-(1j * w * forced[0]).imag + decay * c) / damped
-    y = forced.imag + np.exp(-decay * time) * (c * np.cos(damped * time) + d * np.sin(damped * time))
-    rate = (1j * w * forced).imag + np.exp(-decay * time) * (
-        (d * damped - decay * c) * np.cos(damped * time) - (c * damped + decay * d) * np.sin(damped * time)
-    )
+    forced_rate = 1j * w * forced
+    y, rate = free_vibration((mass, k, b), time, -forced[0].imag, -forced_rate[0].imag)
+    y, rate = y + forced.imag, rate + forced_rate.imag
     wanted = k * (y - e * np.sin(w * time)) + b * (rate - e * w * np.cos(w * time)) - mass * 9.80665
     # 28 000 stamps in a wave: the error of a polygon is (2 pi / 28 000)^2 / 12 = 4e-9 of k e, 1.6e-9 of the load.
     assert np.abs(load - wanted).max() < 5e-9 * np.abs(wanted + mass * 9.80665).max()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import guideload, refused
+from command_line import TRACE, guideload, refused, write_rated
 from moves import GENTLE
 from reference import cart
 
@@ -508,23 +508,7 @@ def test_a_row_tells_ratings_mass_and_where_the_stiffness_comes_from() -> None:
 
 
 def test_a_place_may_have_units(tmp_path: Path) -> None:
-    machine = EXAMPLES / "manipulator.toml"
-    text = machine.read_text(encoding="utf-8").replace(
-        'name = "Clamping', 'catalogue = "catalogue.toml"\nname = "Clamping'
-    )
-    text = text.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
-    (tmp_path / "m.toml").write_text(text, encoding="utf-8")
-    (tmp_path / "catalogue.toml").write_bytes((EXAMPLES / "catalogue.toml").read_bytes())
-    command = [
-        "limit",
-        tmp_path / "m.toml",
-        EXAMPLES / "manipulator.csv",
-        "--of",
-        "payload",
-        "--safety",
-        2,
-        "--at",
-    ]
+    command = ["limit", write_rated(tmp_path), TRACE, "--of", "payload", "--safety", 2, "--at"]
     told = [guideload(*command, place).stdout for place in ("0,0.3,0", "0 mm,300 mm,0")]
     assert told[0] == told[1] and "Tried: " in told[0] and "stroke 2.253 m" in " ".join(told[0].split())
     assert 'expected a length in m, got "1 kg"' in refused(*command, "1 kg,0,0")

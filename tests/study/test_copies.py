@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import MACHINE, write_trace
+from machines import with_mass
 
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
@@ -52,7 +53,7 @@ def test_a_copy_gives_the_same_results(tmp_path: Path, duplicate: Copy) -> None:
 def test_a_changed_copy_has_cached_values_of_its_own(duplicate: Copy) -> None:
     machine = Machine.from_toml(MACHINE)
     at_rest = machine.scene.static_link_loads()
-    heavier = duplicate(machine).model_copy(update={"body": machine.body.model_copy(update={"mass": "2 t"})})
+    heavier = with_mass(duplicate(machine), "2 t")
     assert heavier.scene is not machine.scene
     assert abs(heavier.scene.static_link_loads()).sum() > 1.1 * abs(at_rest).sum()
     np.testing.assert_array_equal(machine.scene.static_link_loads(), at_rest)

@@ -35,11 +35,6 @@ SHAKEN = Motion.along_x(np.arange(1200) * 1e-3, 0.3 * np.tile(PULL, 10))
 MASS = dict(path="body.mass", distribution="uniform", plus_minus="10 %")
 
 
-def rattling() -> Machine:
-    """Dampers that set in at once: every touch is an impact, and multiplies what differs before it."""
-    return ref.cart(clearance_y=5e-6, clearance_z=5e-6, damping_in_contact=True)
-
-
 def study(machine: Machine, samples: int = 20, motion: Motion = MOTION, **keys: Any) -> Study:
     return Study(machine=machine, motion=motion, samples=samples, seed=1, vary=(MASS,), **keys)
 
@@ -100,7 +95,7 @@ def test_wrong_samples_are_doubted_by_the_error_of_their_worst_peak(machine: Any
 @pytest.mark.parametrize("method", ["auto", "rk45", "implicit"])
 def test_samples_that_impacts_make_unpredictable_are_told_on_every_method(method: str) -> None:
     """The figure is what a motion larger by 1e-9 really changes."""
-    of = study(rattling(), 20, SHAKEN, method=method, rtol=1e-8)
+    of = study(ref.rattling(), 20, SHAKEN, method=method, rtol=1e-8)
     result = run_study(of)
     look = looks_of(result)
     assert look.unpredictable > 10 and look.doubtful == 0
@@ -115,7 +110,7 @@ def test_samples_that_impacts_make_unpredictable_are_told_on_every_method(method
 
 
 def test_doubts_stand_first_and_strict_makes_them_an_error(tmp_path: Path) -> None:
-    doubtful = study(rattling(), 20, SHAKEN)
+    doubtful = study(ref.rattling(), 20, SHAKEN)
     with pytest.raises(DoubtfulResult, match="impacts"):
         run_study(doubtful, tmp_path, strict=True)
     result = StudyResult.load(tmp_path)  # the samples are there all the same

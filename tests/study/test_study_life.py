@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 import studies
 from lives import PRODUCT, cart, moved
+from machines import with_carriages
 from moves import GENTLE
 from samples import sample_machine
 from scipy import integrate
@@ -17,7 +17,6 @@ from guideload import Life, LifeConditions, Machine, Study, life_of, run_study, 
 from guideload.base.errors import ArgumentError, ConfigError
 from guideload.base.number_text import kilometres
 from guideload.catalogue.product import Product
-from guideload.machine.components import Carriage
 from guideload.motion.motion import Motion, refined
 from guideload.reports.study import study_report
 from guideload.simulation.instants import with_enough_instants
@@ -46,11 +45,6 @@ def study_of(machine: Machine, motion: Motion = MOTION, **keys: Any) -> Study:
 
 def studied(machine: Machine, motion: Motion = MOTION, **keys: Any) -> StudyResult:
     return run_study(study_of(machine, motion, **keys))
-
-
-def with_carriages(machine: Machine, changes: Callable[[Carriage], dict[str, Any]]) -> Machine:
-    carriages = [one.model_copy(update=changes(one)) for one in machine.carriages]
-    return machine.model_copy(update={"carriages": carriages})
 
 
 def lives_of(study: Study, sample: int) -> tuple[Life, Life]:
@@ -82,7 +76,7 @@ def test_life_and_safety_of_samples_are_those_of_single_runs(
         preload_classes=classes,
         lift_factor=1.1,
     )
-    machine = with_carriages(machine, lambda one: laws)
+    machine = with_carriages(machine, **laws)
     study = study_of(machine, method="implicit" if laws is PRELOADED else "auto", rtol=1e-9)
     result = run_study(study)
     assert result.metadata.exponent == (3.0 if kind == "ball" else 10 / 3)
@@ -109,7 +103,7 @@ def test_a_preload_of_a_class_is_said_not_to_scatter(counts: bool) -> None:
     """Where it counts, of the carriages whose preload does not vary, with the upper end of the class."""
     classes = [{"name": "A", "stiffness": "400 N/um", "preload": "900 N"}]
     plain = with_product(cart(life=LifeConditions(preload_in_life=counts)), preload_classes=classes)
-    own = with_carriages(plain, lambda one: PRELOADED if one.name in ("1a", "1b") else {})
+    own = with_carriages(plain, "1a", "1b", **PRELOADED)
     cases = {"carriages[1a].preload_y": [5e3, 8e3], "carriages[1a].preload_z": [5e3, 8e3]}
     several = "has 8 kN (carriage 1b) and 900 N (carriage 2a and 2b), the upper"
     for study, words in (
@@ -122,8 +116,7 @@ def test_a_preload_of_a_class_is_said_not_to_scatter(counts: bool) -> None:
 
 
 def test_a_preload_that_varies_counts_with_its_value() -> None:
-    machine = with_product(cart())
-    machine = with_carriages(machine, lambda one: PRELOADED)
+    machine = with_carriages(with_product(cart()), **PRELOADED)
     cases = {"carriages.*.preload_y": [5e3, 8e3, 9e3], "carriages[1b].preload_z": [4e3, 8.5e3, 3e3]}
     study = study_of(machine, cases=cases, method="implicit", rtol=1e-9)
     result = run_study(study)
@@ -228,7 +221,7 @@ ROLLER = Product(**PRODUCT | {"name": "r", "type": "roller"})
 def mixed() -> Machine:
     """A machine with a roller carriage among its ball carriages."""
     machine = cart().model_copy(update={"products": [Product(**PRODUCT), ROLLER]})
-    return with_carriages(machine, lambda one: {"product": "r"} if one.name == "2a" else {})
+    return with_carriages(machine, "2a", product="r")
 
 
 @pytest.mark.parametrize(
@@ -265,7 +258,7 @@ def test_what_cannot_be_computed_is_told_and_a_limit_on_it_refused(
 
 
 def test_a_machine_without_products_and_a_study_without_load_have_no_life() -> None:
-    plain = with_carriages(cart(), lambda one: {"product": None})
+    plain = with_carriages(cart(), product=None)
     for result in (studied(plain), studied(cart(), quantities=["resultant"])):
         assert (
             result.metadata.life_notes == () and "Life and static safety" not in study_report(result).text()

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from rider_reference import cross
 
 from guideload import Machine
 from peers.laws import Law, Sided
@@ -58,8 +59,7 @@ def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[t
     free = ["x y z rx ry rz".split().index(dof) for dof in machine.free]
     start[free] = rest_position(machine, given.law)
     mass, r = machine.body.mass, np.array(machine.body.center_of_mass)
-    cross = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
-    about = machine.body.central_inertia() - mass * cross @ cross
+    about = machine.body.central_inertia() - mass * cross(r) @ cross(r)
     node = system.AddNode(
         item.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6, initialCoordinates=start.tolist())
     )

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 from numpy.typing import NDArray
+from rider_reference import cross
 
 from guideload import Machine, Motion
 from peers.laws import Law, force, tangent
@@ -115,7 +116,7 @@ def problem(machine: Machine, motion: Motion, law: Law | None = None) -> Problem
     links = machine.link_table()
     free, rows = free_rows(machine)
     mass, r = machine.body.mass, np.array(machine.body.center_of_mass)
-    s = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+    s = cross(r)
     inertia = machine.body.central_inertia() - mass * s @ s
     inertia6 = np.block([[mass * np.eye(3), -mass * s], [mass * s, inertia]])
     n, ff = len(free), np.ix_(free, free)
