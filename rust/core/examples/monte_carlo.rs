@@ -8,7 +8,9 @@ use std::error::Error;
 use std::time::Instant;
 
 use guideload::LawParameter;
-use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target};
+use guideload::batch::{
+    Base, Batch, Change, Group, Measure, Motion, NominalBody, Quantity, Statistic, Target,
+};
 use guideload::{Excitation, Free, Law, Link, carriage_ends};
 use nalgebra::{Matrix3, Vector3};
 
@@ -31,10 +33,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         groups.push(Group::new((first..links.len()).collect(), center));
     }
     let base = Base {
-        mass: 1250.0,
-        center_of_mass: Vector3::new(0.12, -0.65, 0.18),
-        inertia: Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0),
-        inertia_about_reference: false,
+        body: NominalBody {
+            mass: 1250.0,
+            center_of_mass: Vector3::new(0.12, -0.65, 0.18),
+            inertia: Matrix3::new(420.0, 15.0, -8.0, 15.0, 310.0, 22.0, -8.0, 22.0, 380.0),
+            inertia_about_reference: false,
+        },
         links: &links,
         gravity: Vector3::new(0.0, -9.80665, 0.0),
         free: Free::GUIDED,
@@ -61,8 +65,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut random = Random(1);
     let mut values = Vec::with_capacity(12 * samples);
     for _ in 0..samples {
-        values.push(base.mass * random.between(0.9, 1.1));
-        values.extend(base.center_of_mass.iter().map(|x| x + random.between(-0.05, 0.05)));
+        values.push(base.body.mass * random.between(0.9, 1.1));
+        values.extend(base.body.center_of_mass.iter().map(|x| x + random.between(-0.05, 0.05)));
         values.extend((0..8).map(|_| (0.2 * random.normal()).exp()));
     }
 

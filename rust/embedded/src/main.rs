@@ -41,8 +41,8 @@ fn peaks() -> Option<[f64; 4]> {
     let loads = [group_load(&system, 4..8, centers[1], Part::Total)];
     let excitation = Excitation::uniform(0.0, 0.02, &MOTION).ok()?;
     Some([
-        peak(&system, &Exact::<1>, &excitation, &loads)?,
-        peak(&system, &Exponential::<1>, &excitation, &loads)?,
+        peak(&system, &Exact, &excitation, &loads)?,
+        peak(&system, &Exponential, &excitation, &loads)?,
         peak(&system, &Rk45, &excitation, &loads)?,
         peak(&system, &Radau, &excitation, &loads)?,
     ])

@@ -43,12 +43,8 @@ pub struct OwnedBase {
 
 impl OwnedBase {
     pub fn base(&self) -> Base<'_> {
-        let NominalBody { mass, center_of_mass, inertia, inertia_about_reference } = self.body;
         Base {
-            mass,
-            center_of_mass,
-            inertia,
-            inertia_about_reference,
+            body: self.body,
             links: &self.links,
             gravity: self.gravity.into(),
             free: self.free,

@@ -10,12 +10,12 @@ use crate::system::State;
 
 /// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
 ///
-/// Intervals of a recurring length use a cached propagator; the cache holds `CACHE` of them (3 kB each). With `std` each may have two steps
+/// Intervals of a recurring length use a cached propagator; the cache holds 16 of them (3 kB each; without `std` one). With `std` each may have two steps
 /// at once (3 kB, and 0.8 kB for each component of the excitation) and, for records that do not need all instants, a leap (4 kB, and 3 kB
 /// for each component); a run takes 6 kB more for a block of steps. Intervals of other lengths, which is all of them where time stamps
 /// jitter, use the power series of the solution, at a fraction of the cost of computing a propagator.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Exact<const CACHE: usize = 1>;
+pub struct Exact;
 
 /// Cached propagators of a run: device clocks tick in a handful of interval lengths.
 pub(super) const CACHED_STEPS: usize = if cfg!(feature = "std") { 16 } else { 1 };
@@ -26,16 +26,16 @@ const MIN_REQUESTS: [u32; 2] = [0, 2];
 
 /// Memory of one run.
 #[derive(Debug, Clone)]
-pub struct Memory<const CACHE: usize> {
-    propagators: StepCache<Propagator, CACHE>,
-    two_steps: StepCache<OnHeap<TwoSteps>, CACHE>,
+pub struct Memory {
+    propagators: StepCache<Propagator, CACHED_STEPS>,
+    two_steps: StepCache<OnHeap<TwoSteps>, CACHED_STEPS>,
     block: Block,
-    leaps: StepCache<OnHeap<Leap>, CACHE>,
+    leaps: StepCache<OnHeap<Leap>, CACHED_STEPS>,
     series: SeriesCache,
 }
 
-impl<const CACHE: usize> Method for Exact<CACHE> {
-    type Memory = Memory<CACHE>;
+impl Method for Exact {
+    type Memory = Memory;
     const ERROR_ORDER: Option<u32> = None;
     const STABLE: bool = true;
 

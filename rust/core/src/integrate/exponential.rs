@@ -6,6 +6,7 @@
 //! end are those of the solution under the tangent of g at the start. Near an equilibrium under a constant excitation a run replaces g by its
 //! tangent there (`free_vibration`).
 
+use super::exact::CACHED_STEPS;
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
 use crate::equations::{
@@ -18,7 +19,7 @@ use crate::system::{Force, NO_FORCE, State};
 
 /// Exponential collocation of order 4, without moving riders. Scenes without preloaded links are run by [`super::Exact`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Exponential<const CACHE: usize = 1>;
+pub struct Exponential;
 
 /// How often a step length must have occurred before its propagator is computed: those that end at contact changes do not recur.
 const MIN_OCCURRENCES: u32 = 2;
@@ -28,9 +29,9 @@ pub(super) const KINK: f64 = 0.1;
 
 /// Memory of one run.
 #[derive(Debug, Clone)]
-pub struct Memory<const CACHE: usize> {
+pub struct Memory {
     /// Of whole intervals between samples, and of parts of them, which must not displace them.
-    propagators: [StepCache<CubicPropagator, CACHE>; 2],
+    propagators: [StepCache<CubicPropagator, CACHED_STEPS>; 2],
     series: SeriesCache,
     /// The force of the last step.
     force: CubicForce,
@@ -49,8 +50,8 @@ pub struct Memory<const CACHE: usize> {
 /// Excitations whose linearised equations are cached: those of standing still, speeding up and slowing down, and one more.
 const LINEARIZED: usize = 4;
 
-impl<const CACHE: usize> Method for Exponential<CACHE> {
-    type Memory = Memory<CACHE>;
+impl Method for Exponential {
+    type Memory = Memory;
     /// The estimate is that of the cubic against the parabola.
     const ERROR_ORDER: Option<u32> = Some(3);
     const STABLE: bool = true;
@@ -156,7 +157,7 @@ impl<const CACHE: usize> Method for Exponential<CACHE> {
     }
 }
 
-impl<const CACHE: usize> Memory<CACHE> {
+impl Memory {
     /// The propagator of a whole interval of `h` s, if it has recurred.
     pub(super) fn propagator(&mut self, h: f64, key: u32) -> Option<&CubicPropagator> {
         self.propagators[0].ready(h, key)

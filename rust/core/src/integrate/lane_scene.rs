@@ -1,6 +1,5 @@
 //! A scene that runs beside others: its state between steps, and the steps that it makes by itself.
 
-use super::exact::CACHED_STEPS;
 use super::exponential::Exponential;
 use super::free_vibration::is_tried_at;
 use super::step_loop::Runner;
@@ -12,9 +11,6 @@ use crate::numeric::float::times;
 use crate::numeric::simd::{MAX_LANES, dispatch};
 use crate::system::{Force, State};
 
-/// The method of all scenes.
-pub(super) type ByItself = Exponential<CACHED_STEPS>;
-
 /// An error of a scene at the same index.
 pub(super) type Failures = [Option<RunError>; MAX_LANES];
 
@@ -22,7 +18,7 @@ pub(super) const NO_FAILURES: Failures = [const { None }; MAX_LANES];
 
 /// A run in progress.
 pub(super) struct Scene<'a, 'e> {
-    pub runner: Runner<'a, ByItself, Unswitched<'e, SmoothEquations<'e>>>,
+    pub runner: Runner<'a, Exponential, Unswitched<'e, SmoothEquations<'e>>>,
     pub forcing: Forcing,
     pub state: State,
     /// Of the excitation at the last sample.

@@ -1,7 +1,7 @@
 //! The methods by name, for a choice at run time.
 
 use super::control::Control;
-use super::exact::{CACHED_STEPS, Exact};
+use super::exact::Exact;
 use super::exponential::Exponential;
 use super::method::{Output, Summary};
 use super::radau::Radau;
@@ -55,9 +55,9 @@ macro_rules! named_methods {
 
 named_methods! {
     /// [`Exact`] with 16 cached propagators.
-    Exact, "exact", Exact::<CACHED_STEPS>;
+    Exact, "exact", Exact;
     /// [`Exponential`] with 16 cached propagators.
-    Exponential, "exponential", Exponential::<CACHED_STEPS>;
+    Exponential, "exponential", Exponential;
     /// [`Rk45`].
     Rk45, "rk45", Rk45;
     /// [`Radau`].

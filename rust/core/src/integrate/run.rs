@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
-use super::exact::{CACHED_STEPS, Exact};
+use super::exact::Exact;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::start::Start;
@@ -66,7 +66,7 @@ pub(crate) fn run_scaled<M: Method>(
 ) -> Result<Summary, RunError> {
     let excitation = scaled.excitation;
     if M::EXACT_IF_LINEAR && excitation.riders().is_empty() && system.first_smooth().is_none() {
-        return run_scaled(system, &Exact::<CACHED_STEPS>, control, start, scaled, output, record);
+        return run_scaled(system, &Exact, control, start, scaled, output, record);
     }
     let of = &mut *record;
     let setup = Setup::new(system, method, control, start, scaled, output, of)?;

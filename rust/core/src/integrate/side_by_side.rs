@@ -6,8 +6,9 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::control::Control;
+use super::exponential::Exponential;
 use super::lane_group::Group;
-use super::lane_scene::{ByItself, NO_FAILURES, Scene, step_by_itself};
+use super::lane_scene::{NO_FAILURES, Scene, step_by_itself};
 use super::method::{Method, Output};
 use super::run::Setup;
 use super::start::Start;
@@ -38,7 +39,7 @@ pub(crate) struct SceneRun<'a> {
 /// # Errors
 /// For each scene, those of [`super::run`].
 pub(crate) fn run_side_by_side(runs: Vec<SceneRun>, rtol: f64, usual: f64) -> Vec<Result<State, RunError>> {
-    let method = &ByItself::default();
+    let method = &Exponential;
     let modes = runs.iter().map(|run| run.system.mode_count()).max().unwrap_or(0);
     let equations: Vec<SmoothEquations> =
         runs.iter().map(|run| SmoothEquations::at_rest(run.system, run.scaled.excitation)).collect();

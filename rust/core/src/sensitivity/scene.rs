@@ -67,7 +67,7 @@ impl SceneDerivative {
                 Target::Point { .. } | Target::Damping(_) | Target::Offset(_) | Target::Law { .. } => {}
             }
         }
-        let mut mass = body.mass_matrix(instance.body(), base.inertia_about_reference);
+        let mut mass = body.mass_matrix(instance.body(), base.body.inertia_about_reference);
         for &payload in carried {
             let about_reference = base.payloads[payload].body.inertia_about_reference;
             mass += payloads[payload].mass_matrix(&instance.payloads()[payload], about_reference);

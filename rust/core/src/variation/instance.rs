@@ -46,14 +46,8 @@ pub struct Payload {
 /// The scene that samples change.
 #[derive(Debug, Clone, Copy)]
 pub struct Base<'a> {
-    /// Mass of the body, kg.
-    pub mass: f64,
-    /// Its centre of mass from L, m.
-    pub center_of_mass: Vector3<f64>,
-    /// Its inertia, kg m².
-    pub inertia: Matrix3<f64>,
-    /// Whether the inertia is about L instead of the centre of mass; it remains so if mass and centre of mass change.
-    pub inertia_about_reference: bool,
+    /// The body.
+    pub body: NominalBody,
     /// The links.
     pub links: &'a [Link],
     /// m/s², pointing down.
@@ -66,21 +60,6 @@ pub struct Base<'a> {
     pub groups: &'a [Group],
     /// Masses that come and go.
     pub payloads: &'a [Payload],
-}
-
-impl Base<'_> {
-    /// The body without changes.
-    ///
-    /// # Errors
-    /// As [`Body::new`].
-    pub fn body(&self) -> Result<Body, crate::SceneError> {
-        self.nominal().body()
-    }
-
-    fn nominal(&self) -> NominalBody {
-        let &Self { mass, center_of_mass, inertia, inertia_about_reference, .. } = self;
-        NominalBody { mass, center_of_mass, inertia, inertia_about_reference }
-    }
 }
 
 /// The base scene with the values of one sample.
@@ -101,10 +80,10 @@ impl Instance {
     /// The base without changes.
     ///
     /// # Errors
-    /// As [`Base::body`] and [`Scene::new`].
+    /// As [`NominalBody::body`] and [`Scene::new`].
     pub fn new(base: &Base) -> Result<Self, crate::SceneError> {
         let instance = Self {
-            body: base.body()?,
+            body: base.body.body()?,
             payloads: base.payloads.iter().map(|payload| payload.body.body()).collect::<Result<_, _>>()?,
             gravity: base.gravity,
             free: base.free,
@@ -266,7 +245,7 @@ impl Plan {
     /// Those of [`Body`], [`Link`] and [`Scene`]; the instance is then not valid for this sample, but can be used for the next one.
     pub fn apply(&self, base: &Base, values: &[f64], to: &mut Instance) -> Result<(), SampleError> {
         if !self.body.is_empty() {
-            to.body = changed(&base.nominal(), &self.changes[self.body.clone()], values, &to.body)?;
+            to.body = changed(&base.body, &self.changes[self.body.clone()], values, &to.body)?;
         }
         for (index, range) in &self.payloads {
             let (nominal, payload) = (&base.payloads[*index].body, &mut to.payloads[*index]);

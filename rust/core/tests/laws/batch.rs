@@ -1,7 +1,7 @@
 //! A batch equals many single runs: each sample has the same numbers on any thread and beside any other samples.
 
 use guideload::batch::{
-    Base, Batch, Change, Group, Measure, Motion, Quantity, Statistic, Target, time_weights,
+    Base, Batch, Change, Group, Measure, Motion, NominalBody, Quantity, Statistic, Target, time_weights,
 };
 use guideload::{
     Body, Dof, Exact, Excitation, Free, Law, LawParameter, Link, ModelLevel, NamedMethod, Output, Part,
@@ -26,10 +26,12 @@ pub fn cart_on(law: Law) -> (Machine, Vec<Group>) {
 
 pub fn base<'a>(machine: &'a Machine, groups: &'a [Group]) -> Base<'a> {
     Base {
-        mass: machine.body.mass(),
-        center_of_mass: machine.body.center_of_mass(),
-        inertia: machine.body.inertia(),
-        inertia_about_reference: false,
+        body: NominalBody {
+            mass: machine.body.mass(),
+            center_of_mass: machine.body.center_of_mass(),
+            inertia: machine.body.inertia(),
+            inertia_about_reference: false,
+        },
         links: &machine.links,
         gravity: machine.gravity,
         free: machine.free,
@@ -474,7 +476,7 @@ fn histories_are_those_of_a_single_run() {
     assert!(out[width..2 * width].iter().all(|x| x.is_nan()));
     let machine = machine_of(&machine, &values[2]);
     let scaled = trace.scaled(values[2][12], values[2][13]);
-    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &scaled.excitation());
+    let (states, _) = machine.states(&Exact, ADAPTIVE, &scaled.excitation());
     let system = machine.system();
     for (g, group) in groups.iter().enumerate() {
         let load = group_load(&system, group.links.clone(), group.center, Part::Total);
@@ -537,7 +539,7 @@ fn auto_chooses_the_method_by_the_laws_of_the_sample() {
         let system = machine.system();
         let model_level = if clearance == 0.0 { ModelLevel::Linear } else { ModelLevel::PiecewiseLinear };
         assert_eq!(system.model_level(), model_level);
-        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
         let load = group_load(&system, 0..4, groups[0].center, Part::Total);
         let peak = states.iter().map(|state| load.at(state, &[0.0; 9])[1]).fold(f64::MIN, f64::max);
         close(table[2 * row + 1], peak, 1e-12, 1e4);

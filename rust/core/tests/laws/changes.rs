@@ -1,6 +1,6 @@
 //! Changes: a parameter of a law, a scene with the values of a sample, and refused values.
 
-use guideload::batch::{Base, Batch, Change, Instance, Measure, Plan, Target};
+use guideload::batch::{Batch, Change, Instance, Measure, Plan, Target};
 use guideload::{BatchError, Body, ChangeError, Law, LawParameter, Link, SampleError, SceneError, System};
 use nalgebra::Vector3;
 
@@ -81,7 +81,8 @@ fn a_changed_scene_is_the_one_made_directly() {
     let (machine, groups) = cart_on(Law::sided(6e7, 2e7, 5e-6).expect("a law"));
     let (body, inertia_about) = (machine.body, guideload::tensor::parallel_axes);
     let about_reference = inertia_about(&body.inertia(), body.mass(), &body.center_of_mass());
-    let base = Base { inertia: about_reference, inertia_about_reference: true, ..base(&machine, &groups) };
+    let mut base = base(&machine, &groups);
+    (base.body.inertia, base.body.inertia_about_reference) = (about_reference, true);
     let changes = [
         change(Target::Law { link: 2, parameter: LawParameter::Scale }, 1.0, &[(0, 0.5)]),
         change(Target::Law { link: 2, parameter: LawParameter::Clearance }, 2e-6, &[(1, 1e-6)]),
@@ -105,7 +106,8 @@ fn a_changed_scene_is_the_one_made_directly() {
         let mut inertia = about_reference;
         inertia[(1, 2)] += b * 3.0;
         inertia[(2, 1)] = inertia[(1, 2)];
-        let body = Body::about_reference(1200.0 + a * 100.0, base.center_of_mass, inertia).expect("a body");
+        let body =
+            Body::about_reference(1200.0 + a * 100.0, base.body.center_of_mass, inertia).expect("a body");
         let known = machine.links[2];
         let positive = 1e7 + a * 1e7 + b * 2e7;
         let law = Law::sided(positive, positive * (2e7 / 6e7), 2e-6 + b * 1e-6).expect("a law");

@@ -113,7 +113,7 @@ impl Machine {
 
     /// Link loads at the samples by the exact method, instant after instant, N.
     pub fn exact_loads(&self, excitation: &Excitation) -> Vec<f64> {
-        let (states, _) = self.states(&Exact::<16>, ADAPTIVE, excitation);
+        let (states, _) = self.states(&Exact, ADAPTIVE, excitation);
         self.loads_of(&states)
     }
 
@@ -416,7 +416,7 @@ pub fn exact_bows(
         }
     }
     let mut between: Vec<State> = Vec::new();
-    run(system, &Exact::<16>, ADAPTIVE, excitation, Output::Times(&times), &mut between).expect("a run");
+    run(system, &Exact, ADAPTIVE, excitation, Output::Times(&times), &mut between).expect("a run");
     let bows = |load: &Wrench| {
         let at = |state: &State| load.at(state, &[0.0; 9]);
         let mut between = between.iter();

@@ -41,7 +41,7 @@ fn a_jump_is_seen_by_the_search_for_contact_changes() {
         at.push(times.len() - 1);
     }
     let fine = Excitation::new(&times, &finer, None).expect("sound");
-    let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &fine);
+    let (states, summary) = machine.states(&Exact, ADAPTIVE, &fine);
     assert!(summary.contact_changes >= 4, "{summary:?}");
     let states: Vec<State> = at.into_iter().map(|k| states[k]).collect();
     alike(&coarse, &machine.loads_of(&states), 1e-10);
@@ -73,13 +73,13 @@ fn the_exact_solution_does_not_depend_on_the_choice_of_samples() {
             time.push(time[k - 1] + random.between(1e-4, 6e-3));
         }
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
-        let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, summary) = machine.states(&Exact, ADAPTIVE, &excitation);
         assert!(summary.contact_changes > 10, "{summary:?}");
         let loads = machine.loads_of(&states);
         for parts in [2, 7, 40] {
             let (times, finer) = refined(&time, &samples, parts);
             let finer = Excitation::new(&times, &finer, None).expect("sound");
-            let (states, changes) = machine.states(&Exact::<16>, ADAPTIVE, &finer);
+            let (states, changes) = machine.states(&Exact, ADAPTIVE, &finer);
             let states: Vec<State> = states.into_iter().step_by(parts).collect();
             // Rounding decides on which side of a sample a change counts, and whether two grazing changes count. The loads are the same.
             assert!(changes.contact_changes.abs_diff(summary.contact_changes) <= 2);
@@ -112,7 +112,7 @@ fn rk45_keeps_its_order_where_contacts_change() {
     let time = [0.0, 0.05];
     let samples = [[0.0; 3], [1.5, 0.0, 0.0]];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let truth = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let truth = machine.states(&Exact, ADAPTIVE, &excitation);
     close(rk45_order(&machine, &excitation, truth), 5.0, 0.1, 1.0);
 }
 
@@ -166,7 +166,7 @@ fn a_body_bounces_between_its_stops_without_loss() {
     let on = [0.0, -v / kick, 0.0];
     let samples = [on, on, [0.0; 3], [0.0; 3], [0.0; 3]];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, summary) = machine.states(&Exact, ADAPTIVE, &excitation);
     assert!(summary.contact_changes.abs_diff(800) <= 2, "{summary:?}");
     let system = machine.system();
     let [place, rate] = [position(&system), velocity(&system)]
@@ -193,7 +193,7 @@ fn grazing_is_nothing_special() {
         machine.gravity = Vector3::zeros();
         let samples = vec![[0.0, -push, 0.0]; 200];
         let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-        let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, summary) = machine.states(&Exact, ADAPTIVE, &excitation);
         assert!(summary.steps <= 199 + 2 * 14 && summary.contact_changes <= 2 * 14, "{miss:e} {summary:?}");
         let loads = machine.loads_of(&states);
         for (i, load) in loads.iter().enumerate() {
@@ -216,7 +216,7 @@ fn a_dropped_body_chatters_and_comes_to_rest() {
     let lift = [0.0, -2.0 * 9.80665, 0.0];
     let samples = [lift, lift, [0.0; 3], [0.0; 3]];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, summary) = machine.states(&Exact, ADAPTIVE, &excitation);
     assert!((6..2000).contains(&summary.contact_changes), "{summary:?}");
     let load = machine.loads_of(&states[3..])[0];
     close(load, -mass * 9.80665, 1e-6, mass * 9.80665);
@@ -242,7 +242,7 @@ fn parts_of_a_load_add_up_and_dampers_rest_out_of_contact() {
     let machine = cart_clear().damped_in_contact();
     let samples = cycle()[580..700].to_vec();
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
     let system = machine.system();
     let (mut open, mut shut) = (0, 0);
     for link in 0..machine.links.len() {
@@ -271,7 +271,7 @@ fn peaks_and_instants_between_samples_are_those_of_a_finer_run() {
     let (times, finer) = refined(&time, &samples, 5);
     let finer = Excitation::new(&times, &finer, None).expect("sound");
     let fine = machine.exact_loads(&finer);
-    let (states, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Times(&times));
+    let (states, outcome) = machine.run(&Exact, ADAPTIVE, &excitation, Output::Times(&times));
     outcome.expect("a run that succeeds");
     alike(&machine.loads_of(&states), &fine, 1e-11);
 
@@ -280,7 +280,7 @@ fn peaks_and_instants_between_samples_are_those_of_a_finer_run() {
     let mut extremes = [Extremes::NONE];
     run(
         &system,
-        &Exact::<16>,
+        &Exact,
         ADAPTIVE,
         &finer,
         Output::Samples,
@@ -332,7 +332,7 @@ fn the_exact_method_refuses_preloaded_links() {
         _ => linear(k),
     });
     let excitation = Excitation::uniform(0.0, 1e-3, &[[0.0; 3]; 2]).expect("sound");
-    let (_, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Samples);
+    let (_, outcome) = machine.run(&Exact, ADAPTIVE, &excitation, Output::Samples);
     let error = outcome.expect_err("no exact solution");
     assert!(error.to_string().contains("links[3]"), "{error}");
 }

@@ -45,9 +45,9 @@ fn energy_falls_at_exactly_the_dissipated_power() {
         let starts: Vec<f64> = (0..panels as usize).map(|k| 0.02 + 0.02 * k as f64 / panels).collect();
         let times: Vec<f64> =
             starts.iter().flat_map(|t| GAUSS.map(|(node, _)| t + node * 0.02 / panels)).collect();
-        let (states, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Times(&times));
+        let (states, outcome) = machine.run(&Exact, ADAPTIVE, &excitation, Output::Times(&times));
         outcome.expect("a run that succeeds");
-        let (ends, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Times(&[0.02, 0.04]));
+        let (ends, outcome) = machine.run(&Exact, ADAPTIVE, &excitation, Output::Times(&[0.02, 0.04]));
         outcome.expect("a run that succeeds");
         let speed = velocity(&system);
         let power = |state: &State| -> f64 {
@@ -75,7 +75,7 @@ fn energy_stays_without_damping() {
         let mut acceleration = vec![[0.0; 3]; 10_000];
         acceleration[..3].copy_from_slice(&[[2.2, 1.0, -0.5]; 3]);
         let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
-        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
         let energies = energy(&machine, &states[4..]);
         let constant = vec![energies[0]; energies.len()];
         // 10 000 steps with the same rounding error of the transition matrix, at most about 2e-15 each.

@@ -72,7 +72,7 @@ fn the_exact_solution_is_that_of_the_equations_of_motion() {
         let machine = any_machine(&mut random);
         let samples = noise(&mut random, 12).into_iter().map(|a| a.map(|a| 10.0 * a)).collect::<Vec<_>>();
         let excitation = Excitation::uniform(0.0, 3e-3, &samples).expect("sound");
-        let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, summary) = machine.states(&Exact, ADAPTIVE, &excitation);
         assert!(summary.contact_changes > 5, "{summary:?}");
         // Steps across a change of slope have order 2, steps across a jump of a damper order 1.
         alike(&machine.loads_of(&states), &brute_loads(&machine, &excitation, 800), 1e-4);
@@ -88,7 +88,7 @@ fn rest_is_rest_on_any_segment() {
         let excitation = Excitation::uniform(0.0, 1e-3, &[[0.0; 3]; 6]).expect("sound");
         let fixed = Control::Fixed { step: 2e-4 };
         for (states, summary) in [
-            machine.states(&Exact::<16>, ADAPTIVE, &excitation),
+            machine.states(&Exact, ADAPTIVE, &excitation),
             machine.states(&Rk45, fixed, &excitation),
             machine.states(&Radau, fixed, &excitation),
             machine.states(&Rk45, ADAPTIVE, &excitation),
@@ -112,7 +112,7 @@ fn a_damper_in_contact_rests_on_the_side_without_stiffness() {
         let thrown = |k: usize| [0.0, if k < 6 { -30.0 * side } else { 0.0 }, 0.0];
         let samples: Vec<_> = (0..30).map(thrown).collect();
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
-        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
         let system = machine.system();
         let loads = [Part::Total, Part::Damping].map(|part| link_load(&system, 0, part));
         let (moves, moved) = (acceleration(&system), position(&system));
@@ -160,7 +160,7 @@ fn a_run_ends_for_numbers_of_any_size() {
             let samples = [size, size, -size, size].map(|a| [0.0, a, 0.0]);
             for step in [1e-3, 0.05] {
                 let excitation = Excitation::uniform(0.0, step, &samples).expect("sound");
-                let (states, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Samples);
+                let (states, outcome) = machine.run(&Exact, ADAPTIVE, &excitation, Output::Samples);
                 assert!(outcome.is_err() || states.iter().flatten().all(|entry| entry.is_finite()));
                 machine.run(&Rk45, Control::Fixed { step: step / 10.0 }, &excitation, Output::Samples).1.ok();
                 machine
@@ -185,7 +185,7 @@ fn many_edges_in_one_step() {
     let samples = [[0.0; 3], [0.0, 60.0, 0.0], [0.0, -60.0, 0.0], [0.0; 3]];
     let coarse = Excitation::uniform(0.0, 0.02, &samples).expect("sound");
     let times: Vec<f64> = (0..=300).map(|k| f64::min(f64::from(k) * 2e-4, coarse.time(3))).collect();
-    let (states, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &coarse, Output::Times(&times));
+    let (states, outcome) = machine.run(&Exact, ADAPTIVE, &coarse, Output::Times(&times));
     assert!(outcome.expect("a run that succeeds").contact_changes >= 28);
     let fine: Vec<_> = times.iter().map(|&time| coarse.input_at(time)).map(|u| [u[0], u[1], u[2]]).collect();
     let fine = Excitation::new(&times, &fine, None).expect("sound");
@@ -206,7 +206,7 @@ fn energy_falls_by_the_work_of_the_dampers() {
     let mut samples = vec![kick; 2];
     samples.resize(time.len(), [0.0; 3]);
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let (states, summary) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, summary) = machine.states(&Exact, ADAPTIVE, &excitation);
     assert!(summary.contact_changes > 10, "{summary:?}");
     let (moved, moving) = (position(&system), velocity(&system));
     let energy = |state: &State| {
@@ -236,7 +236,7 @@ fn a_clearance_that_stays_closed_only_shifts_the_body() {
     let linear = machine.exact_loads(&excitation);
     assert!(linear.iter().all(|load| *load < 0.0));
     let shut = machine.with_laws(|_, k| sided(k, k, 1e-4));
-    let (states, summary) = shut.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, summary) = shut.states(&Exact, ADAPTIVE, &excitation);
     assert_eq!(summary.contact_changes, 0);
     alike(&shut.loads_of(&states), &linear, 1e-14);
 }
@@ -255,7 +255,7 @@ fn the_first_contact_is_at_the_end_of_free_flight() {
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let after: Vec<f64> = (0..=10).map(|k| touch + f64::from(k) * 1e-4).collect();
     let after = &after[..10];
-    let (states, outcome) = machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Times(after));
+    let (states, outcome) = machine.run(&Exact, ADAPTIVE, &excitation, Output::Times(after));
     assert_eq!(outcome.expect("a run that succeeds").contact_changes, 1);
     for (load, time) in machine.loads_of(&states).iter().zip(after) {
         let t = time - touch;

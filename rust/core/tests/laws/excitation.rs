@@ -189,7 +189,7 @@ fn at_a_jump_the_excitation_is_that_after_it() {
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let mut record = Inputs(Vec::new());
     let output = guideload::Output::Times(&[0.1, 0.2, 0.3]);
-    guideload::run(&cart().system(), &guideload::Exact::<16>, ADAPTIVE, &excitation, output, &mut record)
+    guideload::run(&cart().system(), &guideload::Exact, ADAPTIVE, &excitation, output, &mut record)
         .expect("runs");
     assert_eq!(record.0, [(0.1, 2.0), (0.2, 2.5), (0.3, 4.0)]);
     for (time, a) in record.0 {

@@ -81,7 +81,7 @@ fn a_very_short_interval_ends() {
     for tiny in [5e-324, 1e-310, 1e-300, 1e-30] {
         let time = [0.0, tiny, 1.0];
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
-        let (exact, outcome) = cart().run(&Exact::<16>, ADAPTIVE, &excitation, Output::Samples);
+        let (exact, outcome) = cart().run(&Exact, ADAPTIVE, &excitation, Output::Samples);
         if let Err(error) = outcome {
             assert!(matches!(error, RunError::Diverged { .. }), "{error:?}");
             continue;
@@ -120,6 +120,6 @@ fn overflow_of_loads_is_an_error() {
 
     let samples = [[1e306, 0.0, 0.0]; 2];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("finite");
-    let (_, outcome) = cart().run(&Exact::<16>, ADAPTIVE, &excitation, Output::Samples);
+    let (_, outcome) = cart().run(&Exact, ADAPTIVE, &excitation, Output::Samples);
     assert_eq!(outcome, Err(RunError::OutOfRange));
 }

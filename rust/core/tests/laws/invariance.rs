@@ -71,7 +71,7 @@ fn turning_the_whole_scene_turns_its_loads() {
         let (time, acceleration, wrench) = history(&mut random, 120);
         let excitation = Excitation::new(&time, &acceleration, Some(&wrench)).expect("sound");
         let loads = machine.exact_loads(&excitation);
-        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
         let system = machine.system();
         let group = group_load(&system, 0..4, Vector3::new(0.1, 0.2, 0.3), Part::Total);
         for turn in &turns {
@@ -94,7 +94,7 @@ fn turning_the_whole_scene_turns_its_loads() {
             let excitation = Excitation::new(&time, &acceleration, Some(&wrench)).expect("sound");
             alike(&turned.exact_loads(&excitation), &loads, rounding(&machine));
 
-            let (turned_states, _) = turned.states(&Exact::<16>, ADAPTIVE, &excitation);
+            let (turned_states, _) = turned.states(&Exact, ADAPTIVE, &excitation);
             let center = turn * Vector3::new(0.1, 0.2, 0.3);
             let turned_system = turned.system();
             let turned_group = group_load(&turned_system, 0..4, center, Part::Total);
@@ -212,7 +212,7 @@ fn displacements_are_reciprocal() {
             let wrench: Vec<_> =
                 force.iter().map(|f| input_from(along_a * *f, a.cross(&along_a) * *f)).collect();
             let excitation = Excitation::new(&time, &rest, Some(&wrench)).expect("sound");
-            let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+            let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
             let sag = halves(&place.at_rest());
             let moved = |state| {
                 let (u, phi) = halves(&place.at(state, &[0.0; 9]));

@@ -82,7 +82,7 @@ fn reduced(study: &Study, index: usize, trace: &Trace, exponent: f64) -> [Vec<f6
     let (machine, scale) = study.sample(index);
     let scaled = trace.scaled(scale, 1.0);
     let excitation = scaled.excitation();
-    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
     let travel = trace.motion(exponent);
     [exact_bows as BowsBy, polynomial_bows].map(|bows_by| {
         measures_of(&machine, &study.groups, &travel, &excitation, &states, bows_by, &all_measures(2))

@@ -55,7 +55,7 @@ impl Record for Needless {
 
 /// Runs a machine sample by sample and with leaps, and compares; returns the part of the samples that was left out.
 fn compare(machine: &Machine, excitation: &Excitation, tolerance: f64) -> f64 {
-    compare_with(&mut Needless::default(), machine, (&Exact::<16>, ADAPTIVE), excitation, tolerance)
+    compare_with(&mut Needless::default(), machine, (&Exact, ADAPTIVE), excitation, tolerance)
 }
 
 /// The same with this record, by this method.
@@ -161,7 +161,7 @@ fn bounds_that_serve_several_leaps_end_with_the_constant_excitation() {
         // The slow body vibrates to the end: whether its bounds hold for another leap depends on the phase.
         for machine in [cart(), one_dof(10.0, 0.0)] {
             let mut record = Needless::default();
-            let part = compare_with(&mut record, &machine, (&Exact::<16>, ADAPTIVE), &excitation, 1e-12);
+            let part = compare_with(&mut record, &machine, (&Exact, ADAPTIVE), &excitation, 1e-12);
             assert!(part > 0.9 && part < 1.0, "{part}");
             assert!(record.leaps.iter().any(|(_, count, _)| *count > 320), "{:?}", record.leaps);
         }
@@ -173,7 +173,7 @@ fn a_record_may_refuse_any_leap() {
     let samples = &cycle()[..2500];
     let excitation = Excitation::uniform(0.0, 1e-3, samples).expect("sound");
     let mut record = Needless::refusing(true);
-    let part = compare_with(&mut record, &cart(), (&Exact::<16>, ADAPTIVE), &excitation, 1e-12);
+    let part = compare_with(&mut record, &cart(), (&Exact, ADAPTIVE), &excitation, 1e-12);
     assert!(record.asked > 20 && part > 0.2, "{} asked, {part}", record.asked);
 }
 
@@ -204,7 +204,7 @@ fn a_leap_ends_before_a_drifting_body_meets_a_side() {
     let mut samples = vec![[0.0, 0.0, 0.0]; 6000];
     samples[100..130].fill([0.0, 0.0, 1.0]);
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-    let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (_, every) = machine.states(&Exact, ADAPTIVE, &excitation);
     assert!(every.contact_changes > 2, "{every:?}");
     let part = compare(&machine, &excitation, 1e-11);
     assert!(part > 0.5, "{part}");
@@ -232,7 +232,7 @@ fn a_contact_change_between_samples_is_not_leapt_over() {
             time.push(42.0 * tick + period * f64::from(k));
         }
         let excitation = Excitation::new(&time, &samples, None).expect("sound");
-        let (_, every) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (_, every) = machine.states(&Exact, ADAPTIVE, &excitation);
         assert_eq!(every.contact_changes > 100, lifts_off, "{every:?}");
         let part = compare(&machine, &excitation, 1e-11);
         assert!(!lifts_off || part == 0.0, "{part}");

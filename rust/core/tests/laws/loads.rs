@@ -44,7 +44,7 @@ fn guides_and_reactions_balance_inertia_and_weight_at_every_sample() {
             machine.states(&Radau, adaptive(1e-3), &excitation).0,
         ];
         if system.model_level() != ModelLevel::SmoothNonlinear {
-            runs.push(machine.states(&Exact::<16>, ADAPTIVE, &excitation).0);
+            runs.push(machine.states(&Exact, ADAPTIVE, &excitation).0);
         }
         for states in runs {
             let scale = largest(&machine.loads_of(&states));
@@ -78,7 +78,7 @@ fn a_load_is_its_elastic_and_its_damping_part() {
     for machine in machines(&mut random) {
         let samples = noise(&mut random, 100);
         let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("sound");
-        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
         let system = machine.system();
         let (place, speed) = (position(&system), velocity(&system));
         let scale = largest(&machine.loads_of(&states));
@@ -105,7 +105,7 @@ fn the_load_of_all_links_is_that_of_the_groups_with_their_arms() {
     let machine = cart();
     let cycle = cycle();
     let excitation = Excitation::uniform(0.0, 1e-3, &cycle[600..900]).expect("sound");
-    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
     let system = machine.system();
     let whole = machine.guide_load(&system);
     let scale = largest(&machine.loads_of(&states));
@@ -136,7 +136,7 @@ fn under_the_dofs_of_the_paper_the_guides_carry_no_weight_and_under_the_guided_o
     let excitation = Excitation::uniform(0.0, 1e-3, &cycle[500..900]).expect("sound");
     let weight = 1250.0 * 9.80665;
     for (machine, want) in [(paper(), 0.0), (cart(), -weight)] {
-        let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+        let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
         let system = machine.system();
         let guides = machine.guide_load(&system);
         let vertical: Vec<f64> = states.iter().map(|state| guides.at(state, &[0.0; 9])[1]).collect();
@@ -159,7 +159,7 @@ fn the_drive_force_is_mass_times_acceleration_once_it_has_settled() {
     let time = [0.0, 20.0];
     let samples = [[2.2, 0.0, 0.0]; 2];
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
-    let (states, _) = machine.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, _) = machine.states(&Exact, ADAPTIVE, &excitation);
     let system = machine.system();
     let drive = reaction(&system);
     let got = drive.at(&states[1], &excitation.input(1))[0];

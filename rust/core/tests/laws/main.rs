@@ -1,5 +1,4 @@
 //! Tests of physical and numerical laws through the public interface. One binary, one file per topic, in the order of the data.
-//! The exact method is run as `Exact::<16>`, which the library has compiled; another size would be compiled for the tests, a minute more.
 
 mod common;
 mod contacts;

@@ -169,7 +169,7 @@ fn work_is_bounded() {
     for excitation in [clean, noisy] {
         let control = adaptive(1e-6);
         let least = straights(&excitation);
-        let (_, exact) = cart().states(&Exact::<16>, control, &excitation);
+        let (_, exact) = cart().states(&Exact, control, &excitation);
         assert_eq!((exact.steps, exact.rejected), (1999, 0));
         // One or more steps for each straight stretch, at most one per interval between samples, with and without noise.
         let (_, radau) = cart().states(&Radau, control, &excitation);
@@ -189,13 +189,13 @@ fn times_are_the_samples_and_what_lies_between_is_exact() {
     for machine in [cart(), paper(), cart_stiff()] {
         let at_samples: Vec<f64> = (0..130).map(|k| excitation.time(k)).collect();
         // Roundings of a knot's time move the state by its rate times 1e-17 s; the rest of the step is the same.
-        same(&machine, &Exact::<16>, ADAPTIVE, &excitation, &at_samples, 1e-11);
+        same(&machine, &Exact, ADAPTIVE, &excitation, &at_samples, 1e-11);
         same(&machine, &Radau, adaptive(1e-8), &excitation, &at_samples, 1e-11);
         same(&machine, &Rk45, adaptive(1e-8), &excitation, &at_samples, 1e-11);
 
         let between: Vec<f64> = (0..500).map(|k| 0.129 * (f64::from(k) + 0.5) / 500.0).collect();
         let output = Output::Times(&between);
-        let exact = machine.loads_of(&machine.run(&Exact::<16>, ADAPTIVE, &excitation, output).0);
+        let exact = machine.loads_of(&machine.run(&Exact, ADAPTIVE, &excitation, output).0);
         // The exact state there is that of a trace with samples at these times.
         for (k, &t) in between.iter().enumerate().step_by(50) {
             let mut time = at_samples.clone();
@@ -239,7 +239,7 @@ fn steps_made_two_at_a_time_are_steps_made_one_by_one() {
     let wrench = wrenches(&mut random, samples.len(), 30.0);
     let excitation = Excitation::new(&time, &samples, Some(&wrench)).expect("sound");
     for machine in [random_machine(&mut random), cart_stiff(), cart_clear()] {
-        same(&machine, &Exact::<16>, ADAPTIVE, &excitation, &time, 1e-13);
+        same(&machine, &Exact, ADAPTIVE, &excitation, &time, 1e-13);
     }
 }
 
@@ -253,10 +253,10 @@ fn a_method_by_its_name_equals_the_method() {
             named.run(&machine.system(), ADAPTIVE, Start::AtRest, &excitation, Output::Samples, &mut states);
         (states, done.expect("a run that succeeds"))
     };
-    assert!(by_name_on(&machine, "exponential") == machine.states(&Exponential::<16>, ADAPTIVE, &excitation));
+    assert!(by_name_on(&machine, "exponential") == machine.states(&Exponential, ADAPTIVE, &excitation));
     let machine = cart();
     let by_name = |name| by_name_on(&machine, name);
-    assert!(by_name("exact") == machine.states(&Exact::<16>, ADAPTIVE, &excitation));
+    assert!(by_name("exact") == machine.states(&Exact, ADAPTIVE, &excitation));
     assert!(by_name("rk45") == machine.states(&Rk45, ADAPTIVE, &excitation));
     assert!(by_name("implicit") == machine.states(&Radau, ADAPTIVE, &excitation));
     assert_eq!(NamedMethod::from_name("Exact"), None);

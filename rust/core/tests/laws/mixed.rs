@@ -43,7 +43,7 @@ fn beside_a_preload_that_is_never_reached_the_solution_is_the_exact_one() {
         noise(&mut Random::new(502), 60).into_iter().map(|a| a.map(|a| 2.0 * a)).collect::<Vec<_>>();
     let excitation = Excitation::uniform(0.0, 2e-3, &samples).expect("sound");
     let springs = mixed_cart(linear);
-    let (states, exact) = springs.states(&Exact::<16>, ADAPTIVE, &excitation);
+    let (states, exact) = springs.states(&Exact, ADAPTIVE, &excitation);
     let truth = springs.loads_of(&states);
     assert!(exact.contact_changes > 50, "{exact:?}");
     for exponent in [BALL, ROLLER] {

@@ -99,7 +99,7 @@ fn loads_balance_the_weight_and_rest_lasts_for_every_law_and_method() {
         let mut runs =
             vec![machine.states(&Rk45, ADAPTIVE, &still).0, machine.states(&Radau, ADAPTIVE, &still).0];
         if law.is_piecewise_linear() {
-            runs.push(machine.states(&Exact::<16>, ADAPTIVE, &still).0);
+            runs.push(machine.states(&Exact, ADAPTIVE, &still).0);
         }
         for states in runs {
             alike(&machine.loads_of(&states), &loads_at_rest(&machine).repeat(states.len()), 1e-6);

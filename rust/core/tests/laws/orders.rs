@@ -11,7 +11,7 @@ const SAMPLES: [[f64; 3]; 2] = [[1.0, 2.0, -1.0], [-2.0, 1.0, 2.0]];
 fn error_at_end<M: Method>(method: &M, machine: &Machine, length: f64, steps: u32) -> f64 {
     let time = [0.0, length];
     let excitation = Excitation::new(&time, &SAMPLES, None).expect("sound");
-    let exact = machine.states(&Exact::<16>, ADAPTIVE, &excitation).0[1];
+    let exact = machine.states(&Exact, ADAPTIVE, &excitation).0[1];
     let control = Control::Fixed { step: length / f64::from(steps) };
     let (states, summary) = machine.states(method, control, &excitation);
     assert_eq!(summary.steps, steps as usize);
@@ -51,7 +51,7 @@ fn error_inside<M: Method>(method: &M, machine: &Machine, h: f64, theta: f64) ->
     let excitation = Excitation::new(&time, &samples, None).expect("sound");
     let times = [theta * h];
     let state = |states: Vec<State>| states[0];
-    let exact = state(machine.run(&Exact::<16>, ADAPTIVE, &excitation, Output::Times(&times)).0);
+    let exact = state(machine.run(&Exact, ADAPTIVE, &excitation, Output::Times(&times)).0);
     let got = state(machine.run(method, Control::Fixed { step: h }, &excitation, Output::Times(&times)).0);
     difference(&got, &exact)
 }

@@ -127,7 +127,7 @@ fn peaks_are_the_extremes_at_all_times() {
     for machine in [cart(), cart().with_damping(0.1), play, idle, on(curve(&CURVE))] {
         // The drive force depends on the acceleration at every sample, so none is left out.
         for with_drive in [false, true] {
-            let outcomes = compare(&machine, &Exact::<16>, ADAPTIVE, &samples, with_drive, 0.0);
+            let outcomes = compare(&machine, &Exact, ADAPTIVE, &samples, with_drive, 0.0);
             let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
             with_leaps += usize::from(peaks.steps < history.steps);
             assert!(!with_drive || peaks.steps == history.steps);
@@ -140,7 +140,7 @@ fn peaks_are_the_extremes_at_all_times() {
         let machine = on(preloaded(6e7, 300.0, exponent));
         let [peaks, history] = compare(&machine, &Rk45, ADAPTIVE, &samples, false, 1e-5);
         assert_eq!(peaks.expect("a run"), history.expect("a run"));
-        let outcomes = compare(&machine, &Exponential::<16>, ADAPTIVE, &samples, false, 1e-5);
+        let outcomes = compare(&machine, &Exponential, ADAPTIVE, &samples, false, 1e-5);
         let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
         assert!(peaks.steps < history.steps);
         assert_eq!(Summary { steps: history.steps, end: history.end, ..peaks }, history);

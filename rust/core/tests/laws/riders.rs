@@ -242,9 +242,9 @@ fn what_riders_cannot_do_is_refused() {
     let excitation = Excitation::uniform(0.0, STEP, &drive).expect("samples");
     let riders = [motion];
     let ridden = excitation.with_riders(&riders).expect("riders");
-    let (_, outcome) = machine.run(&Exact::<16>, TIGHT, &ridden, Output::Samples);
+    let (_, outcome) = machine.run(&Exact, TIGHT, &ridden, Output::Samples);
     assert_eq!(outcome, Err(RunError::NotExactRiders));
-    let (_, outcome) = machine.run(&Exponential::<16>, TIGHT, &ridden, Output::Samples);
+    let (_, outcome) = machine.run(&Exponential, TIGHT, &ridden, Output::Samples);
     assert_eq!(outcome, Err(RunError::NotExponentialRiders));
     let many = [motion; MAX_RIDERS + 1];
     let error = excitation.with_riders(&many).expect_err("too many");

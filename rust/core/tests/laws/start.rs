@@ -42,7 +42,7 @@ fn a_constant_excitation_does_not_move_a_body_that_starts_quasi_statically() {
             states(&machine, &Radau, Start::QuasiStatic, &excitation),
         ];
         if !smooth {
-            runs.push(states(&machine, &Exact::<16>, Start::QuasiStatic, &excitation));
+            runs.push(states(&machine, &Exact, Start::QuasiStatic, &excitation));
         }
         // The force on the body balances: the guides carry weight, inertia and external load in all free degrees of freedom.
         let system = machine.system();
@@ -78,7 +78,7 @@ fn a_run_continues_from_the_state_of_another() {
             if smooth {
                 states(&machine, &Radau, start, excitation)
             } else {
-                states(&machine, &Exact::<16>, start, excitation)
+                states(&machine, &Exact, start, excitation)
             }
         };
         let whole = run(Start::AtRest, &excitation(0, 61));
@@ -99,8 +99,8 @@ fn a_zero_first_sample_changes_no_bit() {
     acceleration[0] = [0.0; 3];
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
     for machine in [cart(), curved(), cart_clear()] {
-        let [rest, still] = [Start::AtRest, Start::QuasiStatic]
-            .map(|start| states(&machine, &Exact::<16>, start, &excitation));
+        let [rest, still] =
+            [Start::AtRest, Start::QuasiStatic].map(|start| states(&machine, &Exact, start, &excitation));
         assert_eq!(rest, still);
     }
 }
@@ -122,7 +122,7 @@ fn batches_start_as_single_runs_do() {
             let mut out = [0.0; 4];
             let failures = batch.with_start(start).at_samples().run(1, &[], 1, &mut out).expect("a run");
             assert!(failures.is_empty());
-            let states = states(&machine, &Exact::<16>, start, &excitation);
+            let states = states(&machine, &Exact, start, &excitation);
             let want =
                 measures_of(&machine, &groups, &motion, &excitation, &states, polynomial_bows, &measures);
             alike(&out, &want, 1e-12);
@@ -175,9 +175,8 @@ fn a_grip_conserves_momentum_and_a_release_velocity() {
     let acceleration = noise(&mut random, 40);
     let excitation = Excitation::uniform(0.0, 1e-3, &acceleration).expect("sound");
     let (e, f) = (empty.system(), full.system());
-    let moved = |machine: &Machine| {
-        *states(machine, &Exact::<16>, Start::AtRest, &excitation).last().expect("states")
-    };
+    let moved =
+        |machine: &Machine| *states(machine, &Exact, Start::AtRest, &excitation).last().expect("states");
     for (from, end, to, grips) in [(&e, moved(&empty), &f, true), (&f, moved(&full), &e, false)] {
         let kept = &e;
         let Start::State { position: there, velocity: after } = Start::after_change(from, &end, kept, to)

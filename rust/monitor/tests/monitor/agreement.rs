@@ -11,7 +11,7 @@ fn offline(system: &System, motion: &[[f64; 3]]) -> Vec<[[f64; 5]; 4]> {
     let excitation = Excitation::uniform(0.0, PERIOD, &samples).expect("an excitation");
     let mut states = Vec::<State>::new();
     let control = Control::Adaptive { rtol: 1e-6 };
-    run(system, &Exact::<16>, control, &excitation, Output::Samples, &mut states).expect("a run");
+    run(system, &Exact, control, &excitation, Output::Samples, &mut states).expect("a run");
     let loads = loads(system);
     states
         .iter()
