@@ -45,6 +45,8 @@ def enough_parts(machine: Machine, motion: Motion) -> Integers:
     Of a motion without jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
     """
     intervals, fastest = np.diff(motion.time), fastest_vibration(machine)
+    if fastest * intervals.max(initial=0.0) <= STEP:
+        return np.ones(intervals.size, np.int64)
     shortest = float(intervals.min(initial=np.inf, where=intervals > 0.0))
     step = max(STEP / fastest if fastest else np.inf, 0.0 if _jumps(motion) else shortest / MOST_PARTS)
     wanted = np.clip(np.ceil(intervals / step * (1.0 - 1e-9)), 1, MOST_INSTANTS).astype(np.int64)
