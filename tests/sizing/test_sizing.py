@@ -125,6 +125,8 @@ def test_candidates_after_the_smallest_that_holds_change_no_answer() -> None:
         assert some.result is not None and some.of_result is not None
         assert life_of(some.result, WANTED).machine == some.of_result.life
     assert not size(cart(), MOTION, catalogue, conditions=LifeConditions(safety=1e3), larger=0).untried
+    with pytest.raises(ArgumentError, match="larger: expected a whole number from 0"):
+        size(cart(), MOTION, catalogue, larger=-1)
 
 
 def test_the_next_smaller_product_is_named_with_its_best_class(sized: Sizing) -> None:

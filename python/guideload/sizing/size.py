@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, whole_number
 from guideload.base.cores import cores, threads
 from guideload.base.errors import ArgumentError, GuideloadError
 from guideload.base.number_text import joined
@@ -177,11 +177,12 @@ def size(
     A product gives its ratings and, if its record has them or they can be estimated, stiffness, length and width; else
     the machine's own stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay.
     The mass stays.
-    Raises ArgumentError for an unknown product, and for a machine without carriages.
+    Raises ArgumentError for an unknown product, a negative number, and a machine without carriages.
     """
     if not machine.carriages:
         raise ArgumentError("machine: it has no carriages to size")
     conditions = conditions or machine.life
+    larger = None if larger is None else whole_number("larger", larger, least=0)
     chosen = catalogue.products if products is None else _selected(catalogue, products)
     trials = [Candidate(product, kind) for product in chosen for kind in _classes(product)]
     trials.sort(key=lambda one: (one.size, one.name))
