@@ -11,10 +11,9 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import linear_sum_assignment
 
-from guideload.base.arrays import Array, Indices
+from guideload.base.arrays import Array, Complex, Indices
 from guideload.identification.measured import Measured, Noise, Residuals
 from guideload.identification.model import ModelAt, SensorPlace
-from guideload.sensitivity.modes import Complex
 
 # The smallest MAC of a pair: below it the shapes have less than half of their motion in common.
 LEAST_MAC = 0.6

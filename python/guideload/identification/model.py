@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Complex
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.number_text import joined
 from guideload.identification.unknowns import Unknown
@@ -17,7 +17,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.response import AXES
 from guideload.motion.motion import Motion
 from guideload.sensitivity.linearised import Linearised
-from guideload.sensitivity.modes import Complex, ModeDerivatives
+from guideload.sensitivity.modes import ModeDerivatives
 from guideload.sensitivity.run import History, Instants, RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 from guideload.simulation.start import StartState, start_of

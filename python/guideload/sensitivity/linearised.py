@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from guideload._core import Scene, VariedSystem
 from guideload.base.arguments import real_array
-from guideload.base.arrays import Array, Indices
+from guideload.base.arrays import Array, Complex, Indices
 from guideload.base.errors import ArgumentError
 from guideload.base.ranges import FREQUENCY
 from guideload.sensitivity.columns import Column
-from guideload.sensitivity.modes import Complex, Modal, ModeDerivatives
+from guideload.sensitivity.modes import Modal, ModeDerivatives
 
 
 class Linearised:
