@@ -23,7 +23,7 @@ def test_the_monitor_of_a_file_is_the_one_that_was_written(tmp_path: Path) -> No
         ("lag", "300", "row 5: lag"),
         ("smoother", "{ order = 9, time_constant = 2.2 }", "smoother.order"),
         ("machine", '"none.toml"', "row 2: machine.*there is no"),
-        ("period", "10.0", "monitor.toml: .*max_acceleration.*check period and travel_per_count"),
+        ("period", "10.0", "row .: max_acceleration: .*check period and travel_per_count"),
         ("spare", "1", "known key"),
     ],
 )

@@ -21,7 +21,6 @@ QUANTITIES = ["pace", "payload", "overhang", "speed", "acceleration", "decelerat
 FIGURES = {"peak_resultant_N": "largest load [N]", "life_km": "life [km]", "static_safety": "static safety"}
 DRIVEN = {"peak_resultant": "largest load", "mean_load": "mean load", "life": "life"}
 BARS = 14  # of the tornado
-LARGER = 20  # candidates tried after the smallest that holds
 CHUNK, LOOK, BINS = 32, 0.5, 40  # machines between two looks at a study, seconds between them, bars
 # What a product gives, so that the file of the machine does not say it again.
 OF_PRODUCT = ("type", "length", "width", "rolling", "stiffness_pitch", "stiffness_yaw", "stiffness_roll")
@@ -73,7 +72,14 @@ class DecideView(Part):
     async def _size(self, answer: Answer) -> None:
         machine, motion, words = answer.machine, answer.motion, str(self.words.value or "").strip()
         catalogue, products = guideload.packaged_catalogue(), [words] if words else None
-        size = partial(guideload.sizing.size, machine, motion, catalogue, products=products, larger=LARGER)
+        size = partial(
+            guideload.sizing.size,
+            machine,
+            motion,
+            catalogue,
+            products=products,
+            larger=guideload.sizing.LARGER,
+        )
         found = await asyncio.to_thread(size)
         self.sizing = found = holding_first(found)
         self.sized.clear()

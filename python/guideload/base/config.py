@@ -135,6 +135,13 @@ EXPECTED = {
     "bool_type": "true or false",
     "too_short": "at least one entry",
 }
+# Of a number, with the name of the bound in pydantic's context.
+BOUNDS = {
+    "greater_than_equal": ("ge", "of at least"),
+    "less_than_equal": ("le", "of at most"),
+    "greater_than": ("gt", "above"),
+    "less_than": ("lt", "below"),
+}
 
 
 def _miscounted(item: ErrorDetails) -> bool:
@@ -159,6 +166,9 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     refused = context.get("error")
     if isinstance(refused, ValueRefused):
         expected, hint = refused.expected, refused.hint or hint
+    elif kind in BOUNDS:
+        name, sign = BOUNDS[kind]
+        expected = f"a number {sign} {context[name]}"
     elif kind == "literal_error":
         expected = str(context["expected"]).replace("'", '"')
     elif kind in ("missing", "union_tag_not_found"):

@@ -70,6 +70,7 @@ def size(
     from guideload.catalogue.catalogue import Catalogue
     from guideload.catalogue.packaged import only_maker, packaged_catalogue
     from guideload.reports.sizing import sizing_report
+    from guideload.sizing.size import LARGER
     from guideload.sizing.size import size as find
 
     with status("reading"):
@@ -81,8 +82,8 @@ def size(
             catalogue = packaged_catalogue(only_maker(products))
         else:
             catalogue = Catalogue.from_toml(catalogue_file)
-    with status("running every candidate"):
-        tried, larger = products or None, None if report else MOST_ROWS // 2
+    with status("running the candidates"):
+        tried, larger = products or None, None if report else LARGER
         found = find(
             machine,
             motion,

@@ -49,7 +49,7 @@ OUTLIER = 4.0  # standard deviations: one of 16 000 values is further out by cha
 class ResidualTest:
     """The residuals of one group of values that share a noise level."""
 
-    name: str  # the group
+    name: str
     count: int  # its values
     rms: float  # root mean square of the residuals, in standard deviations of the noise as stated
     noise: Noise  # its noise as stated, or where the estimate began

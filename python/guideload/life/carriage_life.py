@@ -31,7 +31,7 @@ class CarriageLife(Criteria):
     distance: float  # m, travel in the record
     mean_load: float  # N, over distance
     life: float  # m
-    static: StaticSafety  # static safety
+    static: StaticSafety
     record: Record  # the loads
 
     @cached_property

@@ -47,10 +47,7 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True)
 class SettingResult:
-    """One setting of one method: its cost, and the error of its loads.
-
-    below_reference the difference is below the error of the reference: the errors are that one, an upper bound
-    """
+    """One setting of one method: its cost, and the error of its loads."""
 
     setting: Setting
     seconds: float | None = None  # median time from the motion to the loads [s]; None if there was no run
@@ -62,6 +59,7 @@ class SettingResult:
     load_error: float | None = None  # the same over the largest load; None if there is no load
     # the same over the largest dynamic load (load less static load); None if nothing moves
     dynamic_error: float | None = None
+    # whether the difference is below the error of the reference: the errors are that one, an upper bound
     below_reference: bool = False
     pareto_optimal: bool = False  # no other row is as fast and as accurate, and better in one of the two
     failed: str | None = None  # why there are no figures; None if there are
@@ -78,16 +76,13 @@ class SettingResult:
 
 @dataclass(frozen=True)
 class Reference:
-    """The loads that errors are measured from, and their own error.
-
-    largest_dynamic largest dynamic load over time [N]; None if nothing moves
-    """
+    """The loads that errors are measured from, and their own error."""
 
     setting: Setting  # of the reference run
     # of the run that it is compared with; None where no second method ran: `problems` says why
     check: Setting | None
     largest_load: float  # largest load over time [N]
-    largest_dynamic: float | None
+    largest_dynamic: float | None  # largest dynamic load over time [N]; None if nothing moves
     # difference of the two runs, or the rounding of the load if that is more [N]; None without check
     limit: float | None
     problems: tuple[str, ...]

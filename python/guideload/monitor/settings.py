@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
 
 FRACTION = 16  # parts of a count in which the monitor computes positions
 NOISE = 3.0  # counts: rounding of three positions in a second difference, and one count of noise
@@ -40,15 +37,16 @@ class MonitorSettings(ConfigModel):
     load_limit: Load | None = optional("limit of the equivalent load of every carriage")
     bin: Load = optional("width of a bin of the histogram of the equivalent load", 500.0)
 
-    @model_validator(mode="after")
-    def _fits_the_monitor(self) -> Self:
-        if self.most_change * FRACTION >= 2**BITS:
-            raise ValueRefused(
-                f"max_acceleration of fewer counts than {self.most_change:.3g} per period squared",
-                self.max_acceleration,
-                "check period and travel_per_count",
-            )
-        return self
+    @field_validator("max_acceleration")
+    @classmethod
+    def _counts_it(cls, value: float, info: ValidationInfo) -> float:
+        period, per_count = (info.data.get(key) for key in ("period", "travel_per_count"))
+        if period is not None and per_count is not None:
+            most = 2**BITS / FRACTION * abs(per_count) / period**2
+            if value >= most:
+                expected = f"less than {most:.3g} m/s2, the most that the monitor can count"
+                raise ValueRefused(expected, value, "check period and travel_per_count")
+        return value
 
     @property
     def most_change(self) -> float:

@@ -245,7 +245,10 @@ def refined(motion: Motion, parts: Integers) -> Motion:
 
 
 def divided(motion: Motion, at: Indices, share: float) -> Motion:
-    """The motion with one more stamp in the intervals `at`, ascending, after this share of each."""
+    """The motion with one more stamp in each of the intervals `at`, at this share of its length.
+
+    at: ascending; intervals that last.
+    """
     stamps, shares = motion.time, np.zeros(motion.time.size - 1 + at.size)
     shares[at + 1 + np.arange(at.size)] = share
     first = np.insert(np.arange(stamps.size - 1), at + 1, at)
@@ -314,8 +317,9 @@ def _at(motion: Motion, first: Integers, shares: Array, time: Array) -> Motion:
         return at_all
 
     histories: dict[str, Any] = {}
+    smooth = () if motion.velocity is None else ("velocity", "position")
     for name in HISTORIES:
-        if (history := getattr(motion, name)) is not None:
+        if name not in smooth and (history := getattr(motion, name)) is not None:
             columns = history.reshape(history.shape[0], -1)
             histories[name] = with_new(history, columns[start] + share * (columns[end] - columns[start]))
     if motion.velocity is not None:
@@ -330,7 +334,7 @@ def _at(motion: Motion, first: Integers, shares: Array, time: Array) -> Motion:
     made = copy(motion)  # without the checks of a new motion, which take as long as all the rest
     for values in histories.values():
         values.setflags(write=False)
-    # The new stamps show nothing more.
+    # The new stamps show no higher frequencies, and the uncertainty keeps its own.
     fields = histories | {"bandwidth": motion.usable_bandwidth, "uncertainty": _own_uncertainty(motion)}
     for name, value in fields.items():
         object.__setattr__(made, name, value)

@@ -66,12 +66,13 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
     marks = "* the smallest that holds; - does not hold." if table else ""
     others = []
     if left := len(ran) - len(shown):
-        others.append(f"{counted(left, 'candidate')}, smaller or larger, are left out")
+        others.append(f"left out: {counted(left, 'candidate')}, smaller or larger")
     if sizing.untried:
-        others.append(f"{counted(sizing.untried, 'larger candidate')} were not tried")
+        others.append(f"not tried: {counted(sizing.untried, 'larger candidate')}")
     if others:
-        way_out = "" if most is None else ": --report tries all, and writes them into a page"
-        marks += f" {' and '.join(others)}{way_out}."
+        way_out = "" if most is None else " --report tries all, and writes them into a page."
+        text = "; ".join(others)
+        marks += f" {text[0].upper()}{text[1:]}.{way_out}"
     return Report.of(
         machine,
         "which carriage",

@@ -9,7 +9,6 @@ import numpy as np
 from guideload.base.arrays import Array, Indices
 from guideload.motion.motion import divided
 from guideload.simulation.instants import (
-    STEP,
     fastest_vibration,
     limited,
     slowest_vibration,
@@ -76,11 +75,12 @@ def with_visible_vibration(run: Run) -> Run:
         wanted = limited(np.minimum(wanted, most).astype(np.int64), MOST_INSTANTS)
         if np.array_equal(wanted, parts):
             break
+        # A bow of at most half a period is measured, and each halving leaves a quarter of it: no need to look again.
+        is_measured = is_linear and np.all((wanted == parts) | (intervals * fastest <= np.pi * parts))
         parts = wanted
         motion, stretches = with_parts(run.motion, run.stretches, parts)
         finer = replace(run, motion=motion, stretches=stretches, original_times=run.motion.time)
-        # A quarter of the bow is left by each halving then.
-        if is_linear and np.all((parts == 1) | (intervals * fastest <= STEP * parts)):
+        if is_measured:
             break
     return finer
 

@@ -99,7 +99,11 @@ class Run:
         times = self.times
         if times is None and self.has_long_steps and np.all(np.diff(motion.time) > 0.0):
             times = motion.time
-            motion, stretches = excitation_with_enough_instants(self.machine, motion, stretches)
+            motion, stretches = (
+                self.with_enough_instants
+                if motion is self.motion
+                else excitation_with_enough_instants(self.machine, motion, stretches)
+            )
         return (stretches or self.machine.scene).solve(
             motion.time,
             motion.acceleration,
@@ -124,7 +128,7 @@ class Run:
     def with_enough_instants(self) -> tuple[Motion, Stretches | None]:
         """The excitation with six instants or more per period of the fastest vibration, and its stretches.
 
-        From them on, the core finds the extremes between the instants too.
+        From them on, the core finds the extremes between the instants too. It is kept: up to 80 MB.
         """
         return excitation_with_enough_instants(self.machine, self.motion, self.stretches)
 

@@ -2,6 +2,6 @@
 
 from guideload.sizing.limits import Limit, largest
 from guideload.sizing.requirements import Margins, margins_of
-from guideload.sizing.size import Candidate, Sizing, size
+from guideload.sizing.size import LARGER, Candidate, Sizing, size
 
-__all__ = ["Candidate", "Limit", "Margins", "Sizing", "largest", "margins_of", "size"]
+__all__ = ["LARGER", "Candidate", "Limit", "Margins", "Sizing", "largest", "margins_of", "size"]

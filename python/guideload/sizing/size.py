@@ -42,7 +42,8 @@ WITHOUT_EFFECT = {
     "mass",
     "preload_classes",
 }
-AT_ONCE = 16  # candidates between two looks at whether enough were tried
+AT_ONCE = 16  # least number of candidates between two looks at whether enough were tried
+LARGER = 20  # candidates that commands and the page try after the smallest that holds
 LAW_KEYS = ("stiffness", "curve", "preload", "clearance")
 
 
@@ -109,7 +110,7 @@ class Sizing:
 
     conditions  the requirements
     result      run of the smallest candidate that holds, or else of the largest that could be run; None if none could.
-                Of the others the figures are kept alone, as their runs take gigabytes
+                Of the others only the figures are kept: all runs would take gigabytes
     untried     number of larger candidates that were not tried
     """
 
@@ -166,18 +167,18 @@ def size(
     larger: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sizing:
-    """Run the machine with every product and preload class of a catalogue on its carriages, and rank them.
+    """Run the machine with the products and preload classes of a catalogue, from the smallest on, and rank them.
 
     products    those to try: a name, or words that all must be in maker and name, "HIWIN 25"; default: all
     conditions  requirements; default: the table [life] of the machine
     riders      the motion of each rider that moves, as for `simulate`
     larger      number of candidates to try after the smallest that holds; default: all
-    progress    called with the number of finished candidates and of all
+    progress    called with the number of finished candidates and of all; with `larger` it may end before all
 
     A product gives its ratings and, if its record has them or they can be estimated, stiffness, length and width; else
     the machine's own stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay.
     The mass stays.
-    Raises ArgumentError for an unknown product, a negative number, and a machine without carriages.
+    Raises ArgumentError for an unknown product, a negative `larger`, or a machine without carriages.
     """
     if not machine.carriages:
         raise ArgumentError("machine: it has no carriages to size")
@@ -188,10 +189,11 @@ def size(
     trials.sort(key=lambda one: (one.size, one.name))
     candidates: list[Candidate] = []
     enough = len(trials)
+    at_once = enough if larger is None else max(AT_ONCE, 2 * cores())
     with threads(cores()) as submit:
         runs: dict[tuple[object, ...], Future[Candidate]] = {}
         while len(candidates) < enough:
-            some = trials[len(candidates) :][:AT_ONCE]
+            some = trials[len(candidates) :][:at_once]
             for one in some:
                 alike = _properties(one.product, one.preload_class)
                 if alike not in runs:

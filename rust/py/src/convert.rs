@@ -206,7 +206,7 @@ pub fn room<T>(count: usize) -> PyResult<Vec<T>> {
     }
 }
 
-/// A new array by a function of NumPy, which says how much memory is missing: or MemoryError.
+/// A new array, made by `zeros` or `empty` of NumPy; their MemoryError says how much memory is missing.
 fn new<'py, D: Dimension>(
     py: Python<'py>,
     by: &str,
@@ -226,7 +226,7 @@ pub fn zeros<'py, D: Dimension>(py: Python<'py>, shape: &[usize]) -> PyResult<Bo
     new(py, "zeros", shape)
 }
 
-/// A new array of zeros, in which `fill` writes.
+/// A new array of zeros, into which `fill` writes.
 pub fn filled<'py, D: Dimension>(
     py: Python<'py>,
     shape: &[usize],
@@ -237,7 +237,7 @@ pub fn filled<'py, D: Dimension>(
     Ok(array)
 }
 
-/// A new array whose numbers `write` all writes, or fails: a third of the time of large ones is saved, as there are no zeros before.
+/// A new array. `write` must write every number or fail: the memory is not zeroed first, which saves a third of the time of large arrays.
 pub fn overwritten<'py, D: Dimension>(
     py: Python<'py>,
     shape: &[usize],

@@ -236,6 +236,7 @@ impl PySolution {
                 }
                 first += states.len();
             }
+            debug_assert!(rest.is_empty(), "every number is written");
             Ok(())
         })
     }

@@ -54,9 +54,9 @@ macro_rules! named_methods {
 }
 
 named_methods! {
-    /// [`Exact`] with 16 cached propagators.
+    /// [`Exact`].
     Exact, "exact", Exact;
-    /// [`Exponential`] with 16 cached propagators.
+    /// [`Exponential`].
     Exponential, "exponential", Exponential;
     /// [`Rk45`].
     Rk45, "rk45", Rk45;

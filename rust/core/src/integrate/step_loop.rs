@@ -66,8 +66,9 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                     self.look_up_budget(k, state)?;
                     continue;
                 }
+                // The length of the intervals changes here: go on with steps of the new length.
                 if k > start && excitation.interval(k) != excitation.interval(start) {
-                    continue; // in steps of another length
+                    continue;
                 }
                 glide_from = if glided < SHORT_GLIDE { k + GLIDE_PAUSE } else { k };
                 glided = 0;
