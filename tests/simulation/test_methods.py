@@ -172,6 +172,17 @@ def test_times_at_the_samples_are_the_samples(method: str) -> None:
     assert np.abs(again - loads[:-1]).max() <= 1e-12 * np.abs(loads).max()
 
 
+@pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_some_samples_and_some_twice_are_the_samples(machine: Callable[[], Machine], motion: str) -> None:
+    """Also the two stamps of a jump."""
+    time = motion_of(motion).time
+    loads = link_loads(machine(), motion_of(motion), "exact")
+    chosen = np.sort(np.random.default_rng(1).integers(0, time.size, time.size))
+    some = link_loads(machine(), motion_of(motion), "exact", times=time[chosen])
+    assert np.abs(some - loads[chosen]).max() <= 1e-12 * np.abs(loads).max()
+
+
 def test_the_last_sample_may_be_asked_for_on_every_uniform_grid() -> None:
     time = (np.arange(168) + 37) / 1000.0
     motion = Motion.along_x(time, np.zeros(time.size))

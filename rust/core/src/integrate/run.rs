@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::exact::Exact;
 use super::method::{Method, Output, Summary};
-use super::recorder::Recorder;
+use super::recorder::{Recorder, are_samples};
 use super::start::Start;
 use super::step_control::StepControl;
 use super::step_loop::Runner;
@@ -219,7 +219,11 @@ impl<'a, M: Method> Setup<'a, M> {
             other,
             reach: size(&start),
         };
-        let recorder = Recorder { excitation, output, record, recorded: 0 };
+        let at_samples = match output {
+            Output::Samples => true,
+            Output::Times(times) => M::ERROR_ORDER.is_none() && are_samples(times, excitation),
+        };
+        let recorder = Recorder { excitation, output, record, at_samples, recorded: 0 };
         let summary =
             Summary { steps: 0, rejected: 0, recorded: 0, contact_changes: 0, load_scale, end: start };
         Runner { method, memory, equations, steps, recorder, summary, budget }

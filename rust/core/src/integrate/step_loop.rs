@@ -105,7 +105,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let ramp = Ramp::whole(length, [&**from, &**to], forcing, Instant { first: k, until, since: 0.0 });
         self.step_over(Interval { first: k, until, start, length }, &ramp, state, next)?;
         core::mem::swap(from, to);
-        if let Output::Samples = self.recorder.output {
+        if self.recorder.at_samples {
             self.recorder.sample(until, state);
         }
         Ok(until)
@@ -252,6 +252,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                     *k += 1;
                 }
             }
+            Output::Times(_) if self.recorder.at_samples => {}
             Output::Times(times) => {
                 let end = last && until + 1 == self.recorder.excitation.count();
                 self.record_times(times, ramp, state, start, done, end)?;
