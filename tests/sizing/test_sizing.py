@@ -122,8 +122,8 @@ def test_candidates_after_the_smallest_that_holds_change_no_answer() -> None:
         pd.testing.assert_frame_equal(some.table()[:count], whole.table()[:count])
         answers = [sizing_report(cart(), one).answer[0] for one in (some, whole)]
         assert answers[1].startswith(answers[0])  # after it, the number of those that could not be run
-        assert some.result is not None and some.of_result is not None
-        assert life_of(some.result, WANTED).machine == some.of_result.life
+        assert some.result is not None and some.best is not None
+        assert life_of(some.result, WANTED).machine == some.best.life
     assert not size(cart(), MOTION, catalogue, conditions=LifeConditions(safety=1e3), larger=0).untried
     with pytest.raises(ArgumentError, match="larger: expected a whole number from 0"):
         size(cart(), MOTION, catalogue, larger=-1)

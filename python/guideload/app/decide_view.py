@@ -6,7 +6,6 @@ import asyncio
 import tempfile
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -72,15 +71,10 @@ class DecideView(Part):
     async def _size(self, answer: Answer) -> None:
         machine, motion, words = answer.machine, answer.motion, str(self.words.value or "").strip()
         catalogue, products = guideload.packaged_catalogue(), [words] if words else None
-        size = partial(
-            guideload.sizing.size,
-            machine,
-            motion,
-            catalogue,
-            products=products,
-            larger=guideload.sizing.LARGER,
+        sizing = guideload.sizing
+        found = await asyncio.to_thread(
+            sizing.size, machine, motion, catalogue, products=products, larger=sizing.LARGER
         )
-        found = await asyncio.to_thread(size)
         self.sizing = found = holding_first(found)
         self.sized.clear()
         with self.sized:

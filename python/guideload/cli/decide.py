@@ -83,15 +83,14 @@ def size(
         else:
             catalogue = Catalogue.from_toml(catalogue_file)
     with status("running the candidates"):
-        tried, larger = products or None, None if report else LARGER
         found = find(
             machine,
             motion,
             catalogue,
-            products=tried,
+            products=products or None,
             conditions=conditions,
             riders=moved,
-            larger=larger,
+            larger=None if report else LARGER,
         )
     shown = sizing_report(machine, found, MOST_ROWS)
     return Shown(shown, page=lambda pages: pages.sizing_page(machine, found))

@@ -218,8 +218,8 @@ class Fit:
     """The best fit of p unknowns of the machine and q nuisance parameters of the data."""
 
     objective: Objective
-    minimum: Minimum  # the best one; others: further ones that explain the data about as well
-    others: tuple[Minimum, ...]
+    minimum: Minimum  # the best one
+    others: tuple[Minimum, ...]  # further ones that explain the data about as well
     searches: int  # number of starts
     messages: tuple[str, ...]  # in words, what may be wrong with the search
     residuals: Array  # (n,) of the data, in standard deviations of the noise, as stated or as estimated

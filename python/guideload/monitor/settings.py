@@ -42,7 +42,7 @@ class MonitorSettings(ConfigModel):
     def _counts_it(cls, value: float, info: ValidationInfo) -> float:
         period, per_count = (info.data.get(key) for key in ("period", "travel_per_count"))
         if period is not None and per_count is not None:
-            most = 2**BITS / FRACTION * abs(per_count) / period**2
+            most = 2**BITS / FRACTION / change_in_counts(1.0, period, per_count)
             if value >= most:
                 expected = f"less than {most:.3g} m/s2, the most that the monitor can count"
                 raise ValueRefused(expected, value, "check period and travel_per_count")
@@ -51,7 +51,7 @@ class MonitorSettings(ConfigModel):
     @property
     def most_change(self) -> float:
         """Largest change of the step from a period to the next, in counts."""
-        return self.max_acceleration * self.period**2 / abs(self.travel_per_count)
+        return change_in_counts(self.max_acceleration, self.period, self.travel_per_count)
 
     @property
     def of_core(self) -> list[int]:
@@ -67,3 +67,8 @@ class MonitorSettings(ConfigModel):
             FRACTION,
             self.most_missing,
         ]
+
+
+def change_in_counts(acceleration: float, period: float, travel_per_count: float) -> float:
+    """Change of the step from a period to the next, in counts, by an acceleration [m/s2]."""
+    return acceleration * period**2 / abs(travel_per_count)

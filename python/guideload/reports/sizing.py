@@ -97,9 +97,9 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
 
 def _warnings_of_the_run(sizing: Sizing) -> list[str]:
     """Of motion, machine and run, with the smallest product that holds, or else the largest that could be run."""
-    if sizing.of_result is None or sizing.result is None:
+    if sizing.best is None or sizing.result is None:
         return []
-    return [f"{sizing.of_result.name}: {text}" for text in sizing.result.audit.warnings]
+    return [f"{sizing.best.name}: {text}" for text in sizing.result.audit.warnings]
 
 
 def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:

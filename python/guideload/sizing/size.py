@@ -109,8 +109,7 @@ class Sizing:
     """The candidates that were tried, from the smallest to the largest load rating; failed ones last.
 
     conditions  the requirements
-    result      run of the smallest candidate that holds, or else of the largest that could be run; None if none could.
-                Of the others only the figures are kept: all runs would take gigabytes
+    result      run of `best`; of the others only the figures are kept: all runs would take gigabytes
     untried     number of larger candidates that were not tried
     """
 
@@ -125,8 +124,8 @@ class Sizing:
         return next((one for one in self.candidates if one.holds), None)
 
     @property
-    def of_result(self) -> Candidate | None:
-        """The candidate of `result`."""
+    def best(self) -> Candidate | None:
+        """The smallest candidate that holds, or else the largest that could be run; None if none could."""
         ran = [one for one in self.candidates if one.machine is not None]
         return self.smallest or (ran[-1] if ran else None)
 
@@ -207,9 +206,10 @@ def size(
                     progress(len(candidates), len(trials))
     ranked = sorted(candidates[:enough], key=lambda one: one.margins is None)
     found = Sizing(tuple(ranked), conditions, untried=len(trials) - len(ranked))
-    if found.of_result is None or found.of_result.machine is None:
+    best = found.best
+    if best is None or best.machine is None:
         return found
-    return replace(found, result=simulate(found.of_result.machine, motion, riders=riders))
+    return replace(found, result=simulate(best.machine, motion, riders=riders))
 
 
 def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:

@@ -9,7 +9,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::bands::PyMotionDraws;
-use crate::convert::{self, Array2, CoreError, List, Samples, filled, numbers};
+use crate::convert::{self, Array2, List, Samples, filled, numbers};
+use crate::error::CoreError;
 use crate::interrupt::try_compute;
 use crate::life::{Rule, equivalent_load};
 use crate::scene::named_method;

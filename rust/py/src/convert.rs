@@ -1,12 +1,10 @@
-//! Conversion of NumPy arrays, names and errors.
+//! Conversion of NumPy arrays and names.
 
 use core::ops::Range;
 use std::sync::OnceLock;
 
-use guideload::sensitivity::SensitivityError;
 use guideload::{
-    BatchError, ChangeError, Control, Dof, Excitation, ExcitationError, Free, Output, Part, RunError,
-    SceneError, Start, Stopped, repeated_lengths,
+    Control, Dof, Excitation, ExcitationError, Free, Output, Part, Start, Stopped, repeated_lengths,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::Dimension;
@@ -15,117 +13,16 @@ use numpy::{
     PyReadonlyArray2, PyUntypedArrayMethods,
 };
 use pyo3::Borrowed;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
-/// The exception tree is `guideload.base.errors`.
-mod errors {
-    pyo3::import_exception!(guideload.base.errors, ArgumentError);
-    pyo3::import_exception!(guideload.base.errors, RunError);
-    pyo3::import_exception!(guideload.base.errors, SceneError);
-    pyo3::import_exception!(guideload.base.errors, TraceError);
-}
+use crate::error::{CoreError, exceptions};
 
 /// A NumPy array with one axis.
 pub type Array1<'py> = Bound<'py, PyArray1<f64>>;
 /// A NumPy array with two axes.
 pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
-
-/// Any error of the core.
-pub enum CoreError {
-    Scene(SceneError),
-    Link(usize, SceneError),
-    Rider(usize, SceneError),
-    Excitation(ExcitationError),
-    Run(RunError),
-    Batch(BatchError),
-    Sensitivity(SensitivityError),
-    Stopped(Stopped),
-}
-
-impl From<ChangeError> for CoreError {
-    fn from(error: ChangeError) -> Self {
-        Self::Batch(error.into())
-    }
-}
-
-impl From<SensitivityError> for CoreError {
-    fn from(error: SensitivityError) -> Self {
-        match error {
-            SensitivityError::Run(error) => Self::Run(error),
-            SensitivityError::Stopped(stopped) => Self::Stopped(stopped),
-            error => Self::Sensitivity(error),
-        }
-    }
-}
-
-impl From<Stopped> for CoreError {
-    fn from(stopped: Stopped) -> Self {
-        Self::Stopped(stopped)
-    }
-}
-
-impl From<SceneError> for CoreError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
-    }
-}
-
-impl From<ExcitationError> for CoreError {
-    fn from(error: ExcitationError) -> Self {
-        Self::Excitation(error)
-    }
-}
-
-impl From<RunError> for CoreError {
-    fn from(error: RunError) -> Self {
-        Self::Run(error)
-    }
-}
-
-impl From<BatchError> for CoreError {
-    fn from(error: BatchError) -> Self {
-        match error {
-            BatchError::Scene(error) => Self::Scene(error),
-            BatchError::Run(error) => Self::Run(error),
-            BatchError::Stopped(stopped) => Self::Stopped(stopped),
-            error => Self::Batch(error),
-        }
-    }
-}
-
-impl From<CoreError> for PyErr {
-    fn from(error: CoreError) -> Self {
-        match error {
-            CoreError::Scene(error) => errors::SceneError::new_err(error.to_string()),
-            CoreError::Link(index, error) => errors::SceneError::new_err(format!("links[{index}].{error}")),
-            CoreError::Rider(index, error) => errors::SceneError::new_err(format!("riders[{index}].{error}")),
-            CoreError::Sensitivity(SensitivityError::Sample(error)) => {
-                errors::SceneError::new_err(error.to_string())
-            }
-            CoreError::Sensitivity(error) => errors::ArgumentError::new_err(error.to_string()),
-            CoreError::Excitation(error) => errors::TraceError::new_err(error.to_string()),
-            CoreError::Run(
-                error @ (RunError::Tolerance { .. }
-                | RunError::Step { .. }
-                | RunError::OutputTime { .. }
-                | RunError::NotExact { .. }
-                | RunError::NotExactRiders
-                | RunError::NotExponential { .. }
-                | RunError::NotExponentialRiders
-                | RunError::StartState { .. }),
-            ) => errors::ArgumentError::new_err(error.to_string()),
-            CoreError::Run(RunError::Interrupted { .. }) | CoreError::Stopped(Stopped::Interrupted) => {
-                PyKeyboardInterrupt::new_err(())
-            }
-            CoreError::Run(error @ RunError::Memory { .. }) => PyMemoryError::new_err(error.to_string()),
-            CoreError::Stopped(stopped) => PyMemoryError::new_err(stopped.to_string()),
-            CoreError::Run(error) => errors::RunError::new_err(error.to_string()),
-            CoreError::Batch(error) => errors::ArgumentError::new_err(error.to_string()),
-        }
-    }
-}
 
 /// A start by its name, or a state: position and velocity of L in the travelling frame, (2, 6).
 #[derive(FromPyObject)]
@@ -232,9 +129,7 @@ pub fn filled<'py, D: Dimension>(
     shape: &[usize],
     fill: impl FnOnce(&mut [f64]) -> PyResult<()>,
 ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
-    let array = zeros(py, shape)?;
-    fill(array.readwrite().as_slice_mut()?)?;
-    Ok(array)
+    written(zeros(py, shape)?, fill)
 }
 
 /// A new array. `write` must write every number or fail: the memory is not zeroed first, which saves a third of the time of large arrays.
@@ -243,7 +138,13 @@ pub fn overwritten<'py, D: Dimension>(
     shape: &[usize],
     write: impl FnOnce(&mut [f64]) -> PyResult<()>,
 ) -> PyResult<Bound<'py, PyArray<f64, D>>> {
-    let array = new(py, "empty", shape)?;
+    written(new(py, "empty", shape)?, write)
+}
+
+fn written<'py, D: Dimension>(
+    array: Bound<'py, PyArray<f64, D>>,
+    write: impl FnOnce(&mut [f64]) -> PyResult<()>,
+) -> PyResult<Bound<'py, PyArray<f64, D>>> {
     write(array.readwrite().as_slice_mut()?)?;
     Ok(array)
 }
@@ -256,11 +157,6 @@ pub fn check(numbers: &[f64], name: &str, expected: &str, holds: impl Fn(f64) ->
     }
     let at = numbers.iter().position(|&x| !holds(x)).unwrap_or(0);
     Err(PyValueError::new_err(format!("{name}[{at}]: expected {expected}, got {}", numbers[at])))
-}
-
-/// The error of a machine that cannot be prepared for something.
-pub fn scene_error(error: impl std::fmt::Display) -> PyErr {
-    errors::SceneError::new_err(error.to_string())
 }
 
 pub fn check_finite(numbers: &[f64], name: &str) -> PyResult<()> {
@@ -287,7 +183,7 @@ pub fn check_results(results: &[&[f64]]) -> PyResult<()> {
     if results.iter().all(finite) {
         return Ok(());
     }
-    Err(errors::RunError::new_err(
+    Err(exceptions::RunError::new_err(
         "the result is beyond the range of numbers: check the units of step, value, variance, covariance, density and unit",
     ))
 }

@@ -5,7 +5,8 @@ use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{Array2, CoreError, List};
+use crate::convert::{Array2, List};
+use crate::error::CoreError;
 use crate::life::{self, equivalent_load};
 use crate::scene::table;
 

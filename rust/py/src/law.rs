@@ -4,7 +4,8 @@ use guideload::Law;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 
-use crate::convert::{Array1, CoreError, filled, not_contiguous, rows};
+use crate::convert::{Array1, filled, not_contiguous, rows};
+use crate::error::CoreError;
 
 #[pyclass(name = "Law", module = "guideload._core", frozen, eq, from_py_object)]
 #[derive(Clone, PartialEq)]

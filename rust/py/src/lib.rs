@@ -5,6 +5,7 @@ mod bands;
 mod batch;
 mod chain;
 mod convert;
+mod error;
 mod extremes;
 mod interrupt;
 mod law;

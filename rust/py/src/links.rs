@@ -6,7 +6,8 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::convert::{CoreError, numbers, rows};
+use crate::convert::{numbers, rows};
+use crate::error::CoreError;
 use crate::law::PyLaw;
 
 /// The links of a scene, one per row of the arrays.

@@ -11,7 +11,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::convert::{List, filled, numbers, rows, scene_error, zeros};
+use crate::convert::{List, filled, numbers, rows, zeros};
+use crate::error::scene_error;
 use crate::interrupt::compute;
 use crate::life::{Rule, equivalent_load};
 use crate::links::group_loads;

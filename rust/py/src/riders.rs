@@ -5,7 +5,8 @@ use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{CoreError, matrix3, numbers};
+use crate::convert::{matrix3, numbers};
+use crate::error::CoreError;
 
 /// Mass, centre of mass, inertia about it, direction.
 pub type RiderTuple = (f64, [f64; 3], [[f64; 3]; 3], [f64; 3]);

@@ -14,9 +14,8 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{
-    self, Array1, Array2, CoreError, List, Samples, StartState, filled, matrix3, numbers, room,
-};
+use crate::convert::{self, Array1, Array2, List, Samples, StartState, filled, matrix3, numbers, room};
+use crate::error::CoreError;
 use crate::extremes::{Rules, Sought};
 use crate::interrupt::try_compute;
 use crate::law::PyLaw;

@@ -9,7 +9,8 @@ use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, List, filled, overwritten};
+use crate::convert::{self, List, filled, overwritten};
+use crate::error::CoreError;
 use crate::interrupt::{compute, try_compute};
 use crate::links::group_loads;
 use crate::riders::Travels;

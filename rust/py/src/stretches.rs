@@ -9,7 +9,8 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array2, CoreError, List, Samples, numbers, room};
+use crate::convert::{self, Array2, List, Samples, numbers, room};
+use crate::error::CoreError;
 use crate::extremes::{Rules, Sought};
 use crate::interrupt::try_compute;
 use crate::links::group_loads;

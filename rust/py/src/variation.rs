@@ -10,7 +10,8 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, CoreError, List, matrix3, numbers};
+use crate::convert::{self, List, matrix3, numbers};
+use crate::error::CoreError;
 use crate::law::PyLaw;
 use crate::links::{group_links, links};
 use crate::varied_system::PyVariedSystem;

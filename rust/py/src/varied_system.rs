@@ -14,7 +14,8 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, Array1, Array2, CoreError, Samples, filled, numbers, zeros};
+use crate::convert::{self, Array1, Array2, Samples, filled, numbers, zeros};
+use crate::error::CoreError;
 use crate::interrupt::{compute, try_compute};
 use crate::scene::{PyScene, table};
 

@@ -10,10 +10,10 @@ use crate::system::State;
 
 /// Exact propagation from sample to sample, also for defective, overdamped and undamped scenes.
 ///
-/// Intervals of a recurring length use a cached propagator; the cache holds 16 of them (3 kB each; without `std` one). With `std` each may have two steps
-/// at once (3 kB, and 0.8 kB for each component of the excitation) and, for records that do not need all instants, a leap (4 kB, and 3 kB
-/// for each component); a run takes 6 kB more for a block of steps. Intervals of other lengths, which is all of them where time stamps
-/// jitter, use the power series of the solution, at a fraction of the cost of computing a propagator.
+/// Intervals of a recurring length use a cached propagator; the cache holds 16 of them (3 kB each), and one without `std`. With `std` each
+/// may have two steps at once (3 kB, and 0.8 kB for each component of the excitation) and, for records that do not need all instants, a
+/// leap (4 kB, and 3 kB for each component); a run takes 6 kB more for a block of steps. Intervals of other lengths, which is all of them
+/// where time stamps jitter, use the power series of the solution, at a fraction of the cost of computing a propagator.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact;
 

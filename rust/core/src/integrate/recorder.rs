@@ -10,7 +10,7 @@ pub(super) struct Recorder<'a> {
     pub(super) excitation: &'a Excitation<'a>,
     pub(super) output: Output<'a>,
     pub(super) record: &'a mut dyn Record,
-    /// Whether each recorded instant is a sample, of a method that steps from sample to sample.
+    /// Whether the instants are recorded as the run passes samples: all samples, or output times of an exact run that all are samples.
     pub(super) at_samples: bool,
     pub(super) recorded: usize,
 }
@@ -27,12 +27,6 @@ pub(super) fn are_samples(times: &[f64], excitation: &Excitation) -> bool {
 }
 
 impl Recorder<'_> {
-    /// Records the first sample, if samples are recorded.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn first_sample(&mut self, state: &State) {
-        self.sample(0, state);
-    }
-
     /// Leaves out the next `count` samples if no state in the box would change the record; whether it did.
     pub(super) fn leave_out(&mut self, count: usize, states: &StateBox) -> bool {
         let left_out = self.record.leave_out(count, states);

@@ -88,7 +88,7 @@ impl<const N: usize> WithSimd for RunKernel<'_, '_, '_, N> {
         let Self { scenes, usual, ends } = self;
         let excitation = scenes[0].runner.recorder.excitation;
         for scene in scenes.iter_mut() {
-            scene.runner.recorder.first_sample(&scene.state);
+            scene.runner.recorder.sample(0, &scene.state);
         }
         let mut group = None;
         for k in 0..excitation.count() - 1 {

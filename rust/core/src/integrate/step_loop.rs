@@ -31,7 +31,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let (mut state, mut next): (&mut State, &mut State) = (&mut { start }, &mut [0.0; 12]);
         let (mut from, mut to): (&mut Values, &mut Values) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
-        self.recorder.first_sample(state);
+        self.recorder.sample(0, state);
         let (mut k, mut glide_from, mut glided) = (0, 0, 0);
         let mut plan = LeapPlan::new(&self.recorder);
         while k + 1 < excitation.count() {
