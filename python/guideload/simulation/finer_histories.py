@@ -90,7 +90,7 @@ def with_instants_for_peaks(run: Run) -> Run:
 
     From them on, a search between the instants finds each peak. Velocity and position of the cart are left out.
     """
-    motion, stretches = run.with_enough_instants
+    motion, stretches = run.excitation_for_peaks
     if motion is run.motion:
         return run
     if run.method != "exact":  # its steps would end at the new stamps

@@ -100,7 +100,7 @@ class Run:
         if times is None and self.has_long_steps and np.all(np.diff(motion.time) > 0.0):
             times = motion.time
             motion, stretches = (
-                self.with_enough_instants
+                self.excitation_for_peaks
                 if motion is self.motion
                 else excitation_with_enough_instants(self.machine, motion, stretches)
             )
@@ -125,10 +125,10 @@ class Run:
         return longest * fastest_vibration(self.machine) > STEP
 
     @cached_property
-    def with_enough_instants(self) -> tuple[Motion, Stretches | None]:
+    def excitation_for_peaks(self) -> tuple[Motion, Stretches | None]:
         """The excitation with six instants or more per period of the fastest vibration, and its stretches.
 
-        From them on, the core finds the extremes between the instants too. It is kept: up to 80 MB.
+        From them on, the core finds the extremes between the instants too. It stays in memory, up to 80 MB.
         """
         return excitation_with_enough_instants(self.machine, self.motion, self.stretches)
 
@@ -142,7 +142,7 @@ class Run:
             return None
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
-            motion, stretches = self.with_enough_instants
+            motion, stretches = self.excitation_for_peaks
         found = (stretches or machine.scene).peaks(
             motion.time,
             motion.acceleration,
