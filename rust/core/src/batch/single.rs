@@ -73,7 +73,7 @@ impl RunSettings<'_> {
         let values = eigenvalues(system);
         let [fastest, turning] = values.map_or([f64::INFINITY; 2], |values| {
             values.iter().fold([0.0; 2], |[most, turning], value| {
-                [f64::max(most, value.norm()), f64::max(turning, value.im.abs())]
+                [f64::max(most, f64::hypot(value.re, value.im)), f64::max(turning, value.im.abs())]
             })
         });
         let (method, speed, most) = if system.first_segmented().is_none() {

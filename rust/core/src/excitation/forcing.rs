@@ -9,7 +9,7 @@ use crate::system::{Force, Input, NO_FORCE, System};
 
 /// An excitation with a factor on its accelerations and one on its external loads.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct ScaledExcitation<'a> {
+pub struct ScaledExcitation<'a> {
     pub excitation: &'a Excitation<'a>,
     /// Largest magnitude of each component, before the factors.
     pub peak: Input,

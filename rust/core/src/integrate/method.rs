@@ -1,12 +1,13 @@
 //! The trait of the integrators, the instants that a run records, and its summary.
 
 use super::exact_steps::ExactSteps;
+use super::named_method::CompiledRun;
 use crate::equations::{Equations, Leap, Linearized};
 use crate::excitation::{Forcing, Ramp, Values};
 use crate::system::State;
 
-/// An integrator: advances the state over one step of given length.
-pub trait Method {
+/// An integrator of this crate: advances the state over one step of given length.
+pub trait Method: CompiledRun {
     /// Memory of one run: stages, factorisations.
     type Memory;
     /// Order of the error estimate of [`Method::step`]; none for a method without step error.

@@ -13,12 +13,39 @@ use crate::excitation::{Excitation, ScaledExcitation};
 use crate::output::Record;
 use crate::system::System;
 
-/// Writes the enumeration of the methods, from a row for each: its variant, its name and the method.
+/// A run by a method, compiled in this crate: a generic function would be compiled again in each crate that calls it.
+pub trait CompiledRun {
+    /// See [`super::run_from`].
+    #[doc(hidden)]
+    fn run_compiled(
+        &self,
+        system: &System,
+        control: Control,
+        start: Start,
+        scaled: &ScaledExcitation,
+        output: Output,
+        record: &mut dyn Record,
+    ) -> Result<Summary, RunError>;
+}
+
+/// Writes the enumeration of the methods, from a row for each: its variant, its name and the method; and their compiled runs.
 macro_rules! named_methods {
-    ($($(#[$doc:meta])* $variant:ident, $name:literal, $method:expr;)*) => {
+    ($($(#[$doc:meta])* $variant:ident, $name:literal, $method:ident;)*) => {
+        $(impl CompiledRun for $method {
+            fn run_compiled(
+                &self,
+                system: &System,
+                control: Control,
+                start: Start,
+                scaled: &ScaledExcitation,
+                output: Output,
+                record: &mut dyn Record,
+            ) -> Result<Summary, RunError> {
+                run_scaled(system, self, control, start, scaled, output, record)
+            }
+        })*
+
         /// A method chosen by its name at run time.
-        ///
-        /// [`super::run`] is compiled for each method and kind of equations, which takes long. With this type all callers share one compiled copy.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum NamedMethod {
             $($(#[$doc])* $variant,)*
@@ -46,7 +73,7 @@ macro_rules! named_methods {
                 record: &mut dyn Record,
             ) -> Result<Summary, RunError> {
                 match self {
-                    $(Self::$variant => run_scaled(system, &$method, control, start, scaled, output, record),)*
+                    $(Self::$variant => $method.run_compiled(system, control, start, scaled, output, record),)*
                 }
             }
         }

@@ -4,6 +4,7 @@ use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::exact::Exact;
 use super::method::{Method, Output, Summary};
+use super::named_method::CompiledRun;
 use super::recorder::{Recorder, are_samples};
 use super::start::Start;
 use super::step_control::StepControl;
@@ -48,7 +49,7 @@ pub fn run_from<M: Method, R: Record>(
     output: Output,
     record: &mut R,
 ) -> Result<Summary, RunError> {
-    run_scaled(system, method, control, start, &ScaledExcitation::unscaled(excitation), output, record)
+    method.run_compiled(system, control, start, &ScaledExcitation::unscaled(excitation), output, record)
 }
 
 /// [`run_from`] with factors on the accelerations and on the external loads of the excitation.
@@ -66,7 +67,7 @@ pub(crate) fn run_scaled<M: Method>(
 ) -> Result<Summary, RunError> {
     let excitation = scaled.excitation;
     if M::EXACT_IF_LINEAR && excitation.riders().is_empty() && system.first_smooth().is_none() {
-        return run_scaled(system, &Exact, control, start, scaled, output, record);
+        return Exact.run_compiled(system, control, start, scaled, output, record);
     }
     let of = &mut *record;
     let setup = Setup::new(system, method, control, start, scaled, output, of)?;

@@ -3,7 +3,7 @@
 //! Steps over whole intervals of the usual length are made in vector lanes. In the others, and where the error of such a step is too large,
 //! each scene steps by itself. Which of them it does depends on the scene alone, and both compute the same bits.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::control::Control;
 use super::exponential::Exponential;
@@ -16,13 +16,13 @@ use crate::contacts::Unswitched;
 use crate::equations::SmoothEquations;
 use crate::error::RunError;
 use crate::excitation::ScaledExcitation;
-use crate::numeric::simd::LaneCount;
+use crate::numeric::simd::{LaneCount, on_widest};
 use crate::output::Record;
 use crate::system::{State, System};
 
 /// Number of scenes that run side by side: one in each lane of the widest vectors of the processor.
 pub(crate) fn scenes_side_by_side() -> usize {
-    Arch::new().dispatch(LaneCount)
+    on_widest(LaneCount)
 }
 
 /// A run of one of the scenes.
@@ -65,9 +65,9 @@ pub(crate) fn run_side_by_side(runs: Vec<SceneRun>, rtol: f64, usual: f64) -> Ve
         let (scenes, ends) = (&mut scenes, &mut ends[..]);
         // Most bodies have five modes, as the drive holds x.
         if modes <= 5 {
-            Arch::new().dispatch(RunKernel::<5> { scenes, usual, ends });
+            on_widest(RunKernel::<5> { scenes, usual, ends });
         } else {
-            Arch::new().dispatch(RunKernel::<6> { scenes, usual, ends });
+            on_widest(RunKernel::<6> { scenes, usual, ends });
         }
     }
     ends

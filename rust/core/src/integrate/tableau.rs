@@ -220,7 +220,7 @@ mod tests {
                 // A v = v / λ
                 let product: Complex<f64> = (0..5).map(|j| complex(part.vector[j]) * matrix[(row, j)]).sum();
                 let want = complex(part.vector[row]) / complex(part.value);
-                assert!((product - want).norm() < 1e-14);
+                assert!((product - want).norm_sqr().sqrt() < 1e-14);
                 constant[row] += multiplicity * (complex(part.vector[row]) * complex(part.constant)).re;
                 linear[row] += multiplicity * (complex(part.vector[row]) * complex(part.linear)).re;
             }

@@ -33,6 +33,24 @@ impl pulp::WithSimd for LaneCount {
     }
 }
 
+/// Runs a kernel with the widest vectors of the processor; see [`dispatch`] for those that it needs.
+#[cfg(feature = "studies")]
+pub(crate) fn on_widest<Op: pulp::WithSimd>(op: Op) -> Op::Output {
+    #[cfg(target_arch = "x86_64")]
+    if !HAS_FALLBACK {
+        use pulp::{Simd, x86};
+
+        if let Some(simd) = x86::V4::try_new() {
+            return Simd::vectorize(simd, op);
+        }
+        if let Some(simd) = x86::V3::try_new() {
+            return Simd::vectorize(simd, op);
+        }
+        without_avx2();
+    }
+    pulp::Arch::new().dispatch(op)
+}
+
 /// One number in each lane.
 pub(crate) type Lanes = [f64; LANES];
 

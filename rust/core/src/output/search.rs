@@ -5,6 +5,7 @@ use super::loads::Wrench;
 use crate::equations::{Equations, Moments, PowerSeries, advance};
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, ceil, fma, scale, sqrt};
+use crate::numeric::simd::dispatch;
 use crate::system::{Input, NO_FORCE, NO_INPUT, State};
 
 /// Steps of an integration over a piece whose equations have a norm of one, also the fewest, and the most.
@@ -172,9 +173,21 @@ impl Search<'_> {
         }
     }
 
-    /// The state after a step of the Runge-Kutta method of order 4 between two times.
-    #[cfg_attr(feature = "std", inline(always))]
+    /// The state after a step of the Runge-Kutta method of order 4 between two times. Out of line, as its code is large and is needed twice.
+    #[inline(never)]
     fn step<E: Equations>(
+        &self,
+        equations: &E,
+        moments: &mut Moments,
+        times: [f64; 2],
+        start: &State,
+    ) -> State {
+        dispatch!(self.runge_kutta(equations, moments, times, start))
+    }
+
+    /// [`Search::step`].
+    #[cfg_attr(feature = "std", inline(always))]
+    fn runge_kutta<E: Equations>(
         &self,
         equations: &E,
         moments: &mut Moments,
@@ -183,15 +196,17 @@ impl Search<'_> {
     ) -> State {
         let (size, middle) = (until - from, 0.5 * (from + until));
         equations.prepare(self.ramp, &[from, middle, until], moments);
-        let first = self.change(equations, moments, [from, size], 0, start);
-        let second = self.change(equations, moments, [middle, size], 1, &moved(start, &first, 0.5));
-        let third = self.change(equations, moments, [middle, size], 1, &moved(start, &second, 0.5));
-        let fourth = self.change(equations, moments, [until, size], 2, &moved(start, &third, 1.0));
-        let mut state = *start;
-        for (change, share) in
-            [(first, 1.0 / 6.0), (second, 1.0 / 3.0), (third, 1.0 / 3.0), (fourth, 1.0 / 6.0)]
-        {
-            add_scaled(&mut state, &change, share);
+        let (mut state, mut change) = (*start, NO_STATE);
+        // Time of a stage and its place among the nodes, what it moves on by the stage before, and its weight.
+        let stages = [
+            (from, 0, 0.0, 1.0 / 6.0),
+            (middle, 1, 0.5, 1.0 / 3.0),
+            (middle, 1, 0.5, 1.0 / 3.0),
+            (until, 2, 1.0, 1.0 / 6.0),
+        ];
+        for (time, node, share, weight) in stages {
+            change = self.change(equations, moments, [time, size], node, &moved(start, &change, share));
+            add_scaled(&mut state, &change, weight);
         }
         state
     }

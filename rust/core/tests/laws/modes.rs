@@ -1,7 +1,7 @@
 //! Natural frequencies, shapes, damping ratios, eigenvalues.
 
 use guideload::{Free, Link, Mode, Scene, System, eigenvalues, modes};
-use nalgebra::{Complex, Vector6};
+use nalgebra::{Complex, ComplexField, Vector6};
 
 use crate::common::{Machine, Random, cart, cart_stiff, close, free_block, one_dof, paper, random_machine};
 
@@ -55,7 +55,7 @@ fn one_dof_has_the_frequency_and_damping_of_the_textbook() {
         let root = Complex::new(ratio * ratio - 1.0, 0.0).sqrt();
         let want = [(root - ratio) * 250.0, (-root - ratio) * 250.0];
         for value in &values[..2] {
-            let off = want.iter().map(|want| (want - value).norm()).fold(f64::INFINITY, f64::min);
+            let off = want.iter().map(|want| (want - value).modulus()).fold(f64::INFINITY, f64::min);
             // The error of a double eigenvalue is the square root of a rounding error.
             let tolerance = if ratio == 1.0 { 1e-7 } else { 1e-13 };
             assert!(off <= tolerance * 250.0 * ratio.max(1.0), "{ratio}: {value} {want:?}");
@@ -89,7 +89,7 @@ fn proportional_damping_gives_each_mode_its_ratio() {
             let (w, z) = (mode.frequency, mode.damping_ratio);
             let root = Complex::new(z * z - 1.0, 0.0).sqrt();
             for want in [(root - z) * w, (-root - z) * w] {
-                let off = values.iter().map(|value| (value - want).norm()).fold(f64::INFINITY, f64::min);
+                let off = values.iter().map(|value| (value - want).modulus()).fold(f64::INFINITY, f64::min);
                 assert!(off <= 1e-11 * highest, "{want} is missing by {off}"); // QR on 12 x 12.
             }
         }
@@ -107,16 +107,17 @@ fn eigenvalues_solve_the_damped_problem() {
             .map(|matrix| free_block(matrix, machine.free));
         let values = eigenvalues(&system).expect("they settle");
         let values = &values[..2 * n];
-        let fastest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+        let fastest = values.iter().map(|value| value.modulus()).fold(0.0, f64::max);
         for value in values {
             assert!(value.re <= 1e-12 * fastest); // Passive: nothing grows.
             let pencil = m.map(|x| value * value * x) + c.map(|x| value * x) + k.map(Complex::from);
             let size = pencil.norm();
             let smallest = pencil.singular_values().min();
             // The error of QR is some roundings of the fastest eigenvalue, in λ and in its factors.
-            let slip = 1e-13 * fastest * (2.0 * value.norm() * m.norm() + c.norm());
+            let slip = 1e-13 * fastest * (2.0 * value.modulus() * m.norm() + c.norm());
             assert!(smallest <= 1e-13 * size + slip, "{value}: {smallest:e} of {size:e}");
-            let twin = values.iter().map(|other| (other - value.conj()).norm()).fold(f64::INFINITY, f64::min);
+            let twin =
+                values.iter().map(|other| (other - value.conj()).modulus()).fold(f64::INFINITY, f64::min);
             assert!(twin <= 1e-12 * fastest); // Real, or with its conjugate.
         }
         let trace: f64 = values.iter().map(|value| value.re).sum();
@@ -140,8 +141,8 @@ fn eigenvalues_come_slowest_first() {
     for machine in machines(&mut random) {
         let values = eigenvalues(&machine.system()).expect("they settle");
         let n = 2 * machine.free.count();
-        assert!(values[..n].windows(2).all(|pair| pair[0].norm() <= pair[1].norm() * (1.0 + 1e-12)));
-        assert!(values[..n].iter().all(|value| value.norm() > 0.0));
+        assert!(values[..n].windows(2).all(|pair| pair[0].modulus() <= pair[1].modulus() * (1.0 + 1e-12)));
+        assert!(values[..n].iter().all(|value| value.modulus() > 0.0));
     }
 }
 

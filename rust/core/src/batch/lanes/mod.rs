@@ -32,14 +32,14 @@ mod undamped;
 mod vector;
 mod waiting;
 
-use pulp::{Arch, Scalar, Simd, WithSimd};
+use pulp::{Scalar, Simd, WithSimd};
 
 use super::requirements::{Requirements, Signal, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::excitation::Excitation;
 use crate::integrate::Start;
-use crate::numeric::simd::{LaneCount, MAX_LANES};
+use crate::numeric::simd::{LaneCount, MAX_LANES, on_widest};
 use crate::numeric::watch::Watch;
 use crate::variation::{Base, Instance};
 pub(super) use drawn::Deviations;
@@ -156,7 +156,7 @@ impl<'a> Lanes<'a> {
 
     fn dispatch<Op: WithSimd>(&self, op: Op) -> Op::Output {
         match self.width {
-            Width::Widest => Arch::new().dispatch(op),
+            Width::Widest => on_widest(op),
             #[cfg(target_arch = "x86_64")]
             Width::Four => match pulp::x86::V3::try_new() {
                 Some(simd) => Simd::vectorize(simd, op),
