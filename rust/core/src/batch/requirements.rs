@@ -144,6 +144,17 @@ impl Requirements {
         index_of(&mut self.rows, row)
     }
 
+    /// The rows that a signal is computed from.
+    pub(super) fn rows_of(&self, signal: Signal) -> impl Iterator<Item = usize> {
+        let mut rows = [None; COMPONENTS];
+        match signal {
+            Signal::Row(row) => rows[0] = Some(row),
+            Signal::Resultant(y, z) => (rows[0], rows[1]) = (Some(y), Some(z)),
+            Signal::Equivalent(index) | Signal::Power(index) => rows = self.equivalents[index].rows,
+        }
+        rows.into_iter().flatten()
+    }
+
     /// The index of the equivalent load of a group by a rule.
     fn equivalent(&mut self, base: &Base, group: usize, rule: EquivalentLoad) -> usize {
         let rows = core::array::from_fn::<_, COMPONENTS, _>(|component| {
@@ -158,19 +169,18 @@ impl Requirements {
         let index = match self.signals.iter().position(|wanted| wanted.signal == signal) {
             Some(index) => index,
             None => {
-                self.signals.push(SignalRequest { signal, extremes: false, times: false, squares: false });
+                let (extremes, smallest, times, squares) = (false, false, false, false);
+                self.signals.push(SignalRequest { signal, extremes, smallest, times, squares });
                 self.signals.len() - 1
             }
         };
         let wanted = &mut self.signals[index];
-        match statistic {
-            Some(Statistic::Start) | None => {}
-            Some(Statistic::Rms) => wanted.squares = true,
-            Some(Statistic::Min | Statistic::Max) => wanted.extremes = true,
-            Some(Statistic::TimeOfMin | Statistic::TimeOfMax) => {
-                (wanted.extremes, wanted.times) = (true, true);
-            }
-        }
+        let Some(statistic) = statistic else { return index };
+        use Statistic::{Min, Rms, Start, TimeOfMax, TimeOfMin};
+        wanted.squares |= statistic == Rms;
+        wanted.extremes |= !matches!(statistic, Rms | Start);
+        wanted.smallest |= matches!(statistic, Min | TimeOfMin);
+        wanted.times |= matches!(statistic, TimeOfMin | TimeOfMax);
         index
     }
 

@@ -24,7 +24,21 @@ pub(super) enum LoadRow {
 pub(super) struct SignalRequest {
     pub signal: Signal,
     pub extremes: bool,
+    /// Whether the smallest value is one of the extremes needed.
+    pub smallest: bool,
     /// Times of the extremes.
     pub times: bool,
     pub squares: bool,
+}
+
+impl SignalRequest {
+    /// Whether a block in which bounds rule out a new extreme needs no evaluation. Bounds on magnitudes are upper ones.
+    pub(super) fn needs_only_extremes(&self) -> bool {
+        !self.squares
+            && match self.signal {
+                Signal::Row(_) => true,
+                Signal::Resultant(..) | Signal::Equivalent(_) => !self.smallest,
+                Signal::Power(_) => false,
+            }
+    }
 }

@@ -209,9 +209,18 @@ fn neighbours_do_not_matter() {
     }
 }
 
-/// Whether it is an extreme of a component, for which blocks may be skipped.
+/// Whether it is an extreme of a component or the largest value of a magnitude, for which blocks may be skipped.
 fn is_extreme(measure: &Measure) -> bool {
-    matches!(measure, Measure::Load(_, quantity, Statistic::Min | Statistic::Max) if *quantity != Quantity::Resultant)
+    match measure {
+        Measure::Load(_, Quantity::Resultant, statistic) => {
+            matches!(statistic, Statistic::Max | Statistic::TimeOfMax)
+        }
+        Measure::Load(_, _, statistic) => {
+            matches!(statistic, Statistic::Min | Statistic::Max | Statistic::TimeOfMin | Statistic::TimeOfMax)
+        }
+        Measure::PeakLoad(_) => true,
+        _ => false,
+    }
 }
 
 /// If only extremes are requested, blocks without a new extreme are skipped. This does not change a bit of the results.

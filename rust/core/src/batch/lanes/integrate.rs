@@ -26,7 +26,7 @@ pub(super) struct LaneIntegrator<'a> {
     pub requirements: &'a Requirements,
     /// Index of the first sample of the window in the motion.
     pub first: usize,
-    /// Whether nothing but extremes of rows is needed, so that blocks without new ones need not be evaluated.
+    /// Whether nothing but extremes is needed, so that blocks without new ones need not be evaluated.
     pub only_extremes: bool,
     pub memory: &'a mut Memory,
     pub watch: Watch<'a>,
@@ -42,7 +42,6 @@ impl LaneIntegrator<'_> {
             for place in found.as_chunks_mut::<STATISTICS>().0 {
                 *place = nothing(simd);
             }
-            memory.known.clear::<S>(rows * 2);
         }
         let start = modal.start.vectors::<S>();
         memory.end.clear::<S>(start.len()).copy_from_slice(start);
@@ -58,6 +57,8 @@ impl LaneIntegrator<'_> {
         memory.waiting.clear();
         memory.evaluated.clear();
         memory.evaluated.resize(rows / TILE, true);
+        memory.new.clear();
+        memory.new.resize(requirements.signals.len(), true);
         memory.drawn.clear::<S>(if deviations.is_some() { drawn::SIZE } else { 0 });
         set_steps(simd, &timeline.lengths, modal, &mut memory.steps);
         let steps = BlockSteps::of(start.len() / 2, deviations.is_some());
@@ -72,7 +73,8 @@ impl LaneIntegrator<'_> {
             memory.before.vectors_mut::<S>().copy_from_slice(memory.end.vectors::<S>());
             (steps.advance)(simd, modal, timeline, block, memory);
             let is_bounded = only_extremes && block > 0 && plan.bounds_next();
-            let all = (steps.evaluate)(simd, modal, timeline, block, is_bounded, memory);
+            let bounded = is_bounded.then_some(requirements);
+            let all = (steps.evaluate)(simd, modal, timeline, block, bounded, memory);
             if is_bounded {
                 plan.note(all);
             }
@@ -91,7 +93,7 @@ impl LaneIntegrator<'_> {
 /// for each of its parameters, whether they depend on them or not.
 struct BlockSteps<S: Simd> {
     advance: fn(S, &ModalScenes, &Timeline, usize, &mut Memory),
-    evaluate: fn(S, &ModalScenes, &Timeline, usize, bool, &mut Memory) -> bool,
+    evaluate: fn(S, &ModalScenes, &Timeline, usize, Option<&Requirements>, &mut Memory) -> bool,
     set_means: fn(S, &ModalScenes, &Timeline, usize, &mut Memory),
 }
 
@@ -126,10 +128,10 @@ fn evaluate_block<S: Simd, const DRAWN: bool>(
     modal: &ModalScenes,
     timeline: &Timeline,
     block: usize,
-    is_bounded: bool,
+    bounded: Option<&Requirements>,
     memory: &mut Memory,
 ) -> bool {
-    vectorize!(simd, evaluate::<S, DRAWN>(simd, modal, timeline, block, is_bounded, memory))
+    vectorize!(simd, evaluate::<S, DRAWN>(simd, modal, timeline, block, bounded, memory))
 }
 
 /// [`set_means`] in a function of its own.

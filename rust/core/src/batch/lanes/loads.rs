@@ -5,26 +5,30 @@ use pulp::Simd;
 use super::aligned_buffer::AlignedBuffer;
 use super::dense::MAX_MODES;
 use super::drawn::{self, CHANGES};
-use super::memory::Memory;
+use super::memory::{HIGH, LOW, Memory, STATISTICS};
 use super::modal::{ModalScenes, TILE, width};
+use super::power_integral::{added, combined};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::{Complex, Real};
+use crate::batch::requirements::{Requirements, Signal, SignalRequest};
 
 /// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
 pub(super) const SAMPLES: usize = 4;
 
-/// Evaluates the rows of loads in a block: their values, and the smallest and the largest one. `is_bounded`: whether tiles without a new
-/// extreme are passed over, by bounds. Whether all tiles were evaluated.
+/// Evaluates the rows of loads in a block: their values, and the smallest and the largest one. `bounded`: the requirements, if tiles without
+/// a new extreme of a signal are passed over, by bounds. Whether all tiles were evaluated.
 #[inline(always)]
 pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
     simd: S,
     modal: &ModalScenes,
     timeline: &Timeline,
     block: usize,
-    is_bounded: bool,
+    bounded: Option<&Requirements>,
     memory: &mut Memory,
 ) -> bool {
-    let Memory { states, before, values, extremes, known, last, evaluated, drawn, .. } = memory;
+    let Memory {
+        states, before, values, extremes, found, last, new, evaluated, were_evaluated, drawn, ..
+    } = memory;
     let components = timeline.components.len();
     let inputs = Inputs::<DRAWN> { drawn, timeline, block, components };
     let mut ranges = [[Real::splat(simd, 0.0); 2]; 9];
@@ -40,29 +44,42 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
     let width = width(states.len() / 2, components);
     let tiles = modal.tiles.vectors::<S>().as_chunks::<TILE>().0.chunks_exact(width);
     let extremes = extremes.vectors_mut::<S>().as_chunks_mut::<2>().0.as_chunks_mut::<TILE>().0;
-    let known = known.vectors::<S>().as_chunks::<2>().0.as_chunks::<TILE>().0;
     let last = last.vectors_mut::<S>().as_chunks_mut::<TILE>().0;
     let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
-    let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
-    if is_bounded {
+    were_evaluated.clone_from(evaluated);
+    new.fill(true);
+    evaluated.fill(true);
+    if let Some(requirements) = bounded {
+        let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
         let deviations = Deviations { modal, states, before, inputs, ranges };
         if ranges.len() == 1 {
             deviations.find::<true>(simd, timeline.longest(block), &mut sizes);
         } else {
             deviations.find::<false>(simd, timeline.longest(block), &mut sizes);
         }
+        for (tile, extremes) in tiles.clone().zip(&mut *extremes) {
+            let (head, tile) = tile.split_at(1 + components);
+            *extremes = bounds(simd, head, ranges, tile.split_at(states.len()).1, &sizes);
+        }
+        evaluated.fill(false);
+        let bounds = extremes.as_flattened();
+        let found = found.vectors::<S>().as_chunks::<STATISTICS>().0;
+        for ((signal, found), new) in requirements.signals.iter().zip(found).zip(new) {
+            *new = may_be_new(simd, requirements, signal, bounds, found);
+            if *new {
+                for row in requirements.rows_of(signal.signal) {
+                    evaluated[row / TILE] = true;
+                }
+            }
+        }
     }
-    let mut all = true;
     for (index, (tile, extremes)) in tiles.zip(extremes).enumerate() {
-        let (head, tile) = tile.split_at(1 + components);
-        let (tile, bounds) = tile.split_at(states.len());
-        let was_evaluated = evaluated[index];
-        evaluated[index] = !is_bounded || may_be_new(simd, head, ranges, bounds, &sizes, &known[index]);
         if !evaluated[index] {
-            all = false;
             continue;
         }
-        if !was_evaluated {
+        let (head, tile) = tile.split_at(1 + components);
+        let (tile, _) = tile.split_at(states.len());
+        if !were_evaluated[index] {
             for row in 0..TILE {
                 let mut sum = Real::new(simd, head[0][row]);
                 for (component, feed) in head[1..].iter().enumerate() {
@@ -84,11 +101,13 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
                     high = high.max(Real::new(simd, extremes[row][1]));
                 }
                 extremes[row] = [low.lanes, high.lanes];
-                values[index][row].as_chunks_mut::<SAMPLES>().0[part] = sums[row].map(|sum| sum.lanes);
+                for sample in 0..SAMPLES {
+                    values[index][row][part * SAMPLES + sample] = sums[row][sample].lanes;
+                }
             }
         }
     }
-    all
+    evaluated.iter().all(|evaluated| *evaluated)
 }
 
 /// The rows of a tile at some of the samples of a block.
@@ -101,7 +120,10 @@ pub(super) fn row_sums<S: Simd>(
     part: usize,
     inputs: &impl BlockInputs,
 ) -> [[Real<S>; SAMPLES]; TILE] {
-    let mut sums = head[0].map(|lanes| [Real::new(simd, lanes); SAMPLES]);
+    let mut sums = [[Real::splat(simd, 0.0); SAMPLES]; TILE];
+    for row in 0..TILE {
+        sums[row] = [Real::new(simd, head[0][row]); SAMPLES];
+    }
     for (component, feed) in head[1..].iter().enumerate() {
         for sample in 0..SAMPLES {
             let input = inputs.at(simd, part * SAMPLES + sample, component);
@@ -271,21 +293,20 @@ impl<S: Simd, const DRAWN: bool> Deviations<'_, S, DRAWN> {
     }
 }
 
-/// Whether a row of a tile may have a new extreme between the sample before a block and its last one, in any lane, by the range of the
-/// excitation there and the largest deviations of the modes. This test costs a tenth of the evaluation of the tile. Most blocks have no new
-/// extreme: those after the overshoot of a ramp, and those at standstill.
+/// Bounds on the rows of a tile between the sample before a block and its last one, by the range of the excitation there and the largest
+/// deviations of the modes. They cost a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot of a
+/// ramp, and those at standstill.
 #[inline(always)]
-fn may_be_new<S: Simd>(
+fn bounds<S: Simd>(
     simd: S,
     head: &[[S::f64s; TILE]],
     ranges: &[[Real<S>; 2]],
-    bounds: &[[S::f64s; TILE]],
+    effects: &[[S::f64s; TILE]],
     sizes: &[Real<S>; MAX_MODES],
-    extremes: &[[S::f64s; 2]; TILE],
-) -> bool {
+) -> [[S::f64s; 2]; TILE] {
     let rounding = Real::splat(simd, ROUNDING);
-    let mut new = rounding.less_than(Real::splat(simd, 0.0));
-    let (direct, moduli) = bounds.split_at(ranges.len());
+    let (direct, moduli) = effects.split_at(ranges.len());
+    let mut bounds = [[simd.splat_f64s(0.0); 2]; TILE];
     for row in 0..TILE {
         let mut middle = Real::new(simd, head[0][row]);
         let (mut size, mut spread) = (middle.abs(), Real::splat(simd, 0.0));
@@ -299,8 +320,52 @@ fn may_be_new<S: Simd>(
             spread = Real::new(simd, modulus[row]).mul_add(*size, spread);
         }
         spread = (size + spread).mul_add(rounding, spread);
-        let [lowest, highest] = extremes[row].map(|lanes| Real::new(simd, lanes));
-        new = new.or((middle - spread).less_than(lowest)).or(highest.less_than(middle + spread));
+        bounds[row] = [(middle - spread).lanes, (middle + spread).lanes];
     }
-    new.any()
+    bounds
+}
+
+/// Whether a signal may have a new extreme in a block, in any lane, by bounds on each row and the statistics so far.
+#[inline(always)]
+fn may_be_new<S: Simd>(
+    simd: S,
+    requirements: &Requirements,
+    request: &SignalRequest,
+    bounds: &[[S::f64s; 2]],
+    found: &[S::f64s; STATISTICS],
+) -> bool {
+    if !request.extremes {
+        return false; // The first block has given the value at the start.
+    }
+    let zero = Real::splat(simd, 0.0);
+    let (least, most) = (Real::new(simd, found[LOW]), Real::new(simd, found[HIGH]));
+    let largest = match request.signal {
+        Signal::Row(row) => {
+            let (lowest, highest) = (Real::new(simd, bounds[row][0]), Real::new(simd, bounds[row][1]));
+            return lowest.less_than(least).or(most.less_than(highest)).any();
+        }
+        Signal::Resultant(y, z) => {
+            let (y, z) =
+                (largest_by(simd, &bounds[y], zero, 1.0, 0.0), largest_by(simd, &bounds[z], zero, 1.0, 0.0));
+            y.mul_add(y, z * z)
+        }
+        Signal::Equivalent(index) | Signal::Power(index) => {
+            let equivalent = &requirements.equivalents[index];
+            let mut groups = [zero; 2];
+            for (sum, terms) in groups.iter_mut().zip(&equivalent.groups) {
+                for &(row, size, sign) in terms {
+                    *sum = largest_by(simd, &bounds[row], *sum, size, sign);
+                }
+            }
+            combined(equivalent, groups)
+        }
+    };
+    most.less_than(largest).any()
+}
+
+/// The largest `sum + size |value| + sign value` of a value within bounds.
+#[inline(always)]
+fn largest_by<S: Simd>(simd: S, bounds: &[S::f64s; 2], sum: Real<S>, size: f64, sign: f64) -> Real<S> {
+    let (lowest, highest) = (Real::new(simd, bounds[0]), Real::new(simd, bounds[1]));
+    added(sum, lowest, size, sign).max(added(sum, highest, size, sign))
 }

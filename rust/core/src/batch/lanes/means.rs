@@ -16,10 +16,8 @@ use crate::batch::requirements::{Requirements, Signal};
 pub(super) fn tiles_with_means(requirements: &Requirements, tiles: usize) -> Vec<bool> {
     let mut needed = vec![false; tiles];
     for request in &requirements.signals {
-        if let Signal::Power(index) = request.signal {
-            for row in requirements.equivalents[index].rows.iter().flatten() {
-                needed[row / TILE] = true;
-            }
+        if let Signal::Power(_) = request.signal {
+            requirements.rows_of(request.signal).for_each(|row| needed[row / TILE] = true);
         }
     }
     needed
@@ -74,7 +72,9 @@ pub(super) fn set_means<S: Simd, const DRAWN: bool>(
         for part in 0..BLOCK / SAMPLES {
             let sums = row_sums(simd, head, &tile[..2 * modes], mean_states, part, &inputs);
             for row in 0..TILE {
-                means[row].as_chunks_mut::<SAMPLES>().0[part] = sums[row].map(|sum| sum.lanes);
+                for sample in 0..SAMPLES {
+                    means[row][part * SAMPLES + sample] = sums[row][sample].lanes;
+                }
             }
         }
     }

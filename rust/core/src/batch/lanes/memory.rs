@@ -18,10 +18,9 @@ pub(super) struct Memory {
     /// v at the samples of a block, and before it.
     pub states: AlignedBuffer,
     pub before: AlignedBuffer,
-    /// Values of the rows in the block, their extremes there, and those so far.
+    /// Values of the rows in the block and their extremes there; of tiles that are not evaluated bounds on these.
     pub values: AlignedBuffer,
     pub extremes: AlignedBuffer,
-    pub known: AlignedBuffer,
     /// Last values of the rows before the block.
     pub last: AlignedBuffer,
     /// Means of v and of the rows over the intervals before the samples of a block; see `means`.
@@ -29,8 +28,11 @@ pub(super) struct Memory {
     pub means: AlignedBuffer,
     /// Whether a tile of rows has means.
     pub has_means: Vec<bool>,
-    /// Whether a tile of rows was evaluated at the block.
+    /// Whether a signal may have a new extreme in the block.
+    pub new: Vec<bool>,
+    /// Whether a tile of rows is evaluated at the block, and whether it was at the block before.
     pub evaluated: Vec<bool>,
+    pub were_evaluated: Vec<bool>,
     pub steps: AlignedBuffer,
     /// The block of drawn motions; see `drawn`.
     pub drawn: AlignedBuffer,

@@ -34,7 +34,7 @@ mod waiting;
 
 use pulp::{Scalar, Simd, WithSimd};
 
-use super::requirements::{Requirements, Signal, SignalRequest};
+use super::requirements::{Requirements, SignalRequest};
 use super::time_statistics::RunningStatistics;
 use super::windows::Window;
 use crate::excitation::Excitation;
@@ -103,8 +103,7 @@ impl<'a> Lanes<'a> {
             };
             (request, timeline)
         };
-        let of_rows = |request: &SignalRequest| !request.squares && matches!(request.signal, Signal::Row(_));
-        let only_extremes = windows[0].requirements.signals.iter().all(of_rows);
+        let only_extremes = windows[0].requirements.signals.iter().all(SignalRequest::needs_only_extremes);
         Self { parts: windows.iter().map(part).collect(), only_extremes, width }
     }
 

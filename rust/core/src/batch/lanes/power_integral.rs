@@ -108,12 +108,11 @@ impl<S: Simd> PowerIntegral<'_, S> {
     fn sum_of_two(&self, start: usize, terms: [(usize, f64); 2]) -> (Real<S>, Real<S>) {
         let simd = self.simd;
         let zero = Real::splat(simd, 0.0);
-        let [first, second] = terms.map(|(row, _)| &self.values[row]);
-        let [first_size, second_size] = terms.map(|(_, size)| size);
-        let [first_size, second_size] = [Real::splat(simd, first_size), Real::splat(simd, second_size)];
-        let [first_means, second_means] = terms.map(|(row, _)| &self.means[row]);
-        let mut before = [Real::new(simd, self.last[terms[0].0]), Real::new(simd, self.last[terms[1].0])];
-        let sizes = [first_size, second_size];
+        let [(y, y_size), (z, z_size)] = terms;
+        let (first, second, first_means, second_means) =
+            (&self.values[y], &self.values[z], &self.means[y], &self.means[z]);
+        let mut before = [Real::new(simd, self.last[y]), Real::new(simd, self.last[z])];
+        let sizes = [Real::splat(simd, y_size), Real::splat(simd, z_size)];
         let weights = self.weights(start);
         let (mut sums, mut worst) = ([zero; 2], zero);
         for k in 0..BLOCK {

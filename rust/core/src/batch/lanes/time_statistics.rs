@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, Memory, STATISTICS};
-use super::modal::{ModalScenes, TILE};
+use super::modal::ModalScenes;
 use super::power_integral::{PowerIntegral, equivalent_load, equivalent_loads};
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
@@ -84,17 +84,14 @@ pub(super) fn reduce<S: Simd>(
     first: usize,
     memory: &mut Memory,
 ) {
-    let Memory {
-        states, before, values, extremes, known, last, evaluated, drawn, found, waiting, means, ..
-    } = memory;
-    if evaluated.iter().all(|evaluated| !evaluated) {
+    let Memory { states, before, values, extremes, last, new, drawn, found, waiting, means, .. } = memory;
+    if new.iter().all(|new| !new) {
         return;
     }
     let starts = modal.starts.vectors::<S>();
     let values = values.vectors::<S>().as_chunks::<BLOCK>().0;
     let means = means.vectors::<S>().as_chunks::<BLOCK>().0;
     let extremes = extremes.vectors::<S>().as_chunks::<2>().0;
-    let known = known.vectors_mut::<S>().as_chunks_mut::<2>().0;
     let start = block * BLOCK;
     let (at, is_first) = (first + start, first + start == 0);
     let Some(time) = timeline.time[start..].first_chunk::<BLOCK>() else { return };
@@ -109,18 +106,19 @@ pub(super) fn reduce<S: Simd>(
     for (signal, (wanted, place)) in
         requirements.signals.iter().zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0).enumerate()
     {
+        if !new[signal] {
+            continue;
+        }
         let mut found = LaneStatistics::of(simd, *place);
         let (squares, loads);
         // The values with their smallest and largest one, and the last one before.
         let (values_of, range, last_of, components) = match wanted.signal {
             Signal::Row(row) => {
-                if !evaluated[row / TILE] {
-                    continue;
-                }
                 if is_first {
                     found.first = Real::new(simd, starts[row]);
                 }
-                let range = extremes[row].map(|lanes| Real::new(simd, lanes));
+                let [low, high] = extremes[row];
+                let range = [Real::new(simd, low), Real::new(simd, high)];
                 if wanted.squares {
                     found.take_squares(simd, &values[row], time, |value, sum| value.mul_add(value, sum));
                 }
@@ -159,9 +157,6 @@ pub(super) fn reduce<S: Simd>(
         };
         found.take_extremes(simd, wanted, range, values_of, at);
         *place = found.lanes();
-        if let Signal::Row(row) = wanted.signal {
-            known[row] = [found.low.lanes, found.high.lanes];
-        }
         if wanted.extremes && !requirements.at_samples {
             let (values, known) = (values_of, [found.low, found.high]);
             let hidden = match wanted.signal {
@@ -198,13 +193,21 @@ fn square<S: Simd>(simd: S, y: S::f64s, z: S::f64s) -> Real<S> {
 impl<S: Simd> LaneStatistics<S> {
     #[inline(always)]
     fn of(simd: S, lanes: [S::f64s; STATISTICS]) -> Self {
-        let [low, high, low_at, high_at, sum, first] = lanes.map(|lanes| Real::new(simd, lanes));
-        Self { low, high, low_at, high_at, sum, first }
+        let [low, high, low_at, high_at, sum, first] = lanes;
+        Self {
+            low: Real::new(simd, low),
+            high: Real::new(simd, high),
+            low_at: Real::new(simd, low_at),
+            high_at: Real::new(simd, high_at),
+            sum: Real::new(simd, sum),
+            first: Real::new(simd, first),
+        }
     }
 
     #[inline(always)]
     fn lanes(&self) -> [S::f64s; STATISTICS] {
-        [self.low, self.high, self.low_at, self.high_at, self.sum, self.first].map(|number| number.lanes)
+        let Self { low, high, low_at, high_at, sum, first } = self;
+        [low.lanes, high.lanes, low_at.lanes, high_at.lanes, sum.lanes, first.lanes]
     }
 
     /// Updates with the extremes of a block that begins with the sample `start` and, if wanted, with their times.

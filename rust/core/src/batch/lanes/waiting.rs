@@ -195,7 +195,8 @@ impl<S: Simd> SignalBlock<'_, S> {
             values[k + 1] = Real::new(simd, self.values[k]) * sign;
         }
         for k in 0..BLOCK - 1 {
-            let [first, second] = bows[k].factors.map(|factor| Real::splat(simd, factor));
+            let [first, second] = bows[k].factors;
+            let (first, second) = (Real::splat(simd, first), Real::splat(simd, second));
             bends[k + 1] = first * (values[k + 1] - values[k]) - second * (values[k + 2] - values[k + 1]);
         }
         // No piece is higher than its higher end and its bow. Most blocks need no division.
