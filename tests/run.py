@@ -62,7 +62,9 @@ def main() -> None:
         else:
             # Most modules of the packages are never imported: to compile all takes longer than those that are.
             os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-            install = ("-m", "pip", "install", "--quiet", "--no-compile", ".[test,docs]")
+            install = ("-m", "pip", "install", "--quiet", "--no-compile")
+            step("dependencies", lambda: dependencies(*install))
+            install = (*install, ".[test,docs]")
             features = f"{PLAIN},any-processor" if lacks_avx2() else PLAIN
             options = " ".join((*PROFILE, "--features", features))
             run("build and install", str(PYTHON), *install, MATURIN_PEP517_ARGS=options)
@@ -75,6 +77,13 @@ def main() -> None:
         for other in others:
             other.result()
     print("\nall passed")
+
+
+def dependencies(*install: str) -> None:
+    """What the package and its tests need, by uv in a tenth of the time of pip. What uv cannot do is left to pip."""
+    extras = ("-r", "pyproject.toml", "--extra", "test", "--extra", "docs")
+    if quiet(str(PYTHON), *install, "--only-binary=:all:", "uv"):
+        quiet(str(PYTHON), "-m", "uv", "pip", "install", "--python", str(PYTHON), *extras)
 
 
 def python_lints() -> None:

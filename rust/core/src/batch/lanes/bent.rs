@@ -27,14 +27,14 @@ struct Piece<S: Simd> {
 }
 
 impl<S: Simd> PowerIntegral<'_, S> {
-    /// The sum over the intervals of a block on which the load is not linear. A lane adds its intervals in their order, so that the sum does
-    /// not depend on the other lanes.
+    /// The sum over the intervals of a block on which the load is not linear, where the number of `bends` is negative. A lane adds its intervals
+    /// in their order, so that the sum does not depend on the other lanes.
     #[inline(always)]
-    pub(super) fn bent(&self, start: usize) -> Real<S> {
+    pub(super) fn bent(&self, start: usize, bends: &[S::f64s; BLOCK]) -> Real<S> {
         let zero = Real::splat(self.simd, 0.0);
         let (mut all, mut count) = ([Bent::default(); BLOCK * LANES], 0);
         for sample in 0..BLOCK {
-            let bend = self.bend(sample);
+            let bend = Real::new(self.simd, bends[sample]);
             if bend.less_than(zero).any() {
                 for lane in 0..S::F64_LANES {
                     all[count] = Bent { sample, lane };

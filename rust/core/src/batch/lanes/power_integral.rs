@@ -90,22 +90,30 @@ impl<S: Simd> PowerIntegral<'_, S> {
         if !self.travel.moves(start, BLOCK) {
             return zero;
         }
-        let (sum, bends) = match (
+        let mut bends = [zero.lanes; BLOCK];
+        let (sum, worst) = match (
             &self.equivalent.groups[..],
             self.equivalent.rule.minor == 1.0 && self.equivalent.rule.opening == 0.0,
         ) {
             ([terms], true) => match terms[..] {
-                [(y, y_size, 0.0), (z, z_size, 0.0)] => self.sum_of_two(start, [(y, y_size), (z, z_size)]),
-                _ => self.sum(start),
+                [(y, y_size, 0.0), (z, z_size, 0.0)] => {
+                    self.sum_of_two(start, [(y, y_size), (z, z_size)], &mut bends)
+                }
+                _ => self.sum(start, &mut bends),
             },
-            _ => self.sum(start),
+            _ => self.sum(start, &mut bends),
         };
-        if bends.less_than(zero).any() { sum + self.bent(start) } else { sum }
+        if worst.less_than(zero).any() { sum + self.bent(start, &bends) } else { sum }
     }
 
     /// [`Self::sum`] for the rule `c |x| + d |y|`, by the rows x and y and the factors c and d.
     #[inline(always)]
-    fn sum_of_two(&self, start: usize, terms: [(usize, f64); 2]) -> (Real<S>, Real<S>) {
+    fn sum_of_two(
+        &self,
+        start: usize,
+        terms: [(usize, f64); 2],
+        bends: &mut [S::f64s; BLOCK],
+    ) -> (Real<S>, Real<S>) {
         let simd = self.simd;
         let zero = Real::splat(simd, 0.0);
         let [(y, y_size), (z, z_size)] = terms;
@@ -124,14 +132,16 @@ impl<S: Simd> PowerIntegral<'_, S> {
                 self.term(&weights, k, [weighed([x, y], sizes), weighed([x_now, y_now], sizes)], crossing);
             sums[k % 2] = bend.less_than(zero).select(zero, term) + sums[k % 2];
             worst = worst.min(bend);
+            bends[k] = bend.lanes;
             before = now;
         }
         (sums[0] + sums[1], worst)
     }
 
     /// The sum over the intervals of the block on which the load is linear, and numbers that are negative in lanes with other intervals.
+    /// `bends`: such numbers for each interval.
     #[inline(always)]
-    fn sum(&self, start: usize) -> (Real<S>, Real<S>) {
+    fn sum(&self, start: usize, bends: &mut [S::f64s; BLOCK]) -> (Real<S>, Real<S>) {
         let zero = Real::splat(self.simd, 0.0);
         let weights = self.weights(start);
         let (mut sums, mut worst) = ([zero; 2], zero);
@@ -140,6 +150,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             let (term, bend) = self.term(&weights, k, ends, crossing);
             sums[k % 2] = bend.less_than(zero).select(zero, term) + sums[k % 2];
             worst = worst.min(bend);
+            bends[k] = bend.lanes;
         }
         (sums[0] + sums[1], worst)
     }
@@ -223,13 +234,6 @@ impl<S: Simd> PowerIntegral<'_, S> {
     fn or_changes_much(&self, crossing: Real<S>, [then, now]: [Real<S>; 2]) -> Real<S> {
         let nearly = crossing.constant(NEARLY_CONSTANT);
         if self.travel.whole { crossing } else { crossing.min(nearly * (then + now) - (now - then).abs()) }
-    }
-
-    /// A number that is negative in lanes in which the load is not linear in the interval before a sample of the block, or changes too much.
-    #[inline(always)]
-    pub(super) fn bend(&self, k: usize) -> Real<S> {
-        let (ends, crossing) = self.interval(k);
-        self.or_changes_much(crossing, ends)
     }
 
     /// `load^p`.
