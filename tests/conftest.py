@@ -1,5 +1,6 @@
 """Shared fixtures, and the profile of property tests."""
 
+import gc
 import os
 import signal
 import sys
@@ -8,6 +9,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from guideload.__main__ import OBJECTS_BETWEEN_COLLECTIONS
 
 # Tests that were started in the background, or by nohup, and the processes that they start would ignore these signals.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -18,6 +21,9 @@ sys.path += [str(Path(__file__).parent / name) for name in ("damage", "fuzz")]
 os.environ["PYTHONPATH"] = os.pathsep.join(os.path.abspath(path) for path in sys.path if path)
 # As the commands do, and before numpy is imported: threads of OpenBLAS that wait for each other only cost time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# As the commands do: else a tenth of the time of the tests is spent in looking for cycles of objects.
+gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
 
 # The same examples in every run, on any machine: a failure is one of the program.
 settings.register_profile(
@@ -48,6 +54,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left_out = [item for item in items if known.get(item.nodeid, 0.0) >= QUICK]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if known.get(item.nodeid, 0.0) < QUICK]
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()  # modules and tests last as long as the process
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
