@@ -1,10 +1,13 @@
 //! The trait of the integrators, the instants that a run records, and its summary.
 
+use super::control::Control;
 use super::exact_steps::ExactSteps;
-use super::named_method::CompiledRun;
+use super::start::Start;
 use crate::equations::{Equations, Leap, Linearized};
-use crate::excitation::{Forcing, Ramp, Values};
-use crate::system::State;
+use crate::error::RunError;
+use crate::excitation::{Forcing, Ramp, ScaledExcitation, Values};
+use crate::output::Record;
+use crate::system::{State, System};
 
 /// An integrator of this crate: advances the state over one step of given length.
 pub trait Method: CompiledRun {
@@ -77,6 +80,21 @@ pub trait Method: CompiledRun {
     fn contact_changes<E: Equations>(&self, _: &E, _: &Self::Memory) -> usize {
         0
     }
+}
+
+/// A run by a method, compiled in this crate: a generic function would be compiled again in each crate that calls it.
+pub trait CompiledRun {
+    /// See [`super::run_from`].
+    #[doc(hidden)]
+    fn run_compiled(
+        &self,
+        system: &System,
+        control: Control,
+        start: Start,
+        scaled: &ScaledExcitation,
+        output: Output,
+        record: &mut dyn Record,
+    ) -> Result<Summary, RunError>;
 }
 
 /// The instants that a run records.

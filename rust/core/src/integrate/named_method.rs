@@ -3,7 +3,7 @@
 use super::control::Control;
 use super::exact::Exact;
 use super::exponential::Exponential;
-use super::method::{Output, Summary};
+use super::method::{CompiledRun, Output, Summary};
 use super::radau::Radau;
 use super::rk45::Rk45;
 use super::run::run_scaled;
@@ -12,21 +12,6 @@ use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
 use crate::output::Record;
 use crate::system::System;
-
-/// A run by a method, compiled in this crate: a generic function would be compiled again in each crate that calls it.
-pub trait CompiledRun {
-    /// See [`super::run_from`].
-    #[doc(hidden)]
-    fn run_compiled(
-        &self,
-        system: &System,
-        control: Control,
-        start: Start,
-        scaled: &ScaledExcitation,
-        output: Output,
-        record: &mut dyn Record,
-    ) -> Result<Summary, RunError>;
-}
 
 /// Writes the enumeration of the methods, from a row for each: its variant, its name and the method; and their compiled runs.
 macro_rules! named_methods {

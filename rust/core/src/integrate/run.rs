@@ -3,8 +3,7 @@
 use super::budget::Budget;
 use super::control::{Control, Controller, ErrorNorm, scale_of};
 use super::exact::Exact;
-use super::method::{Method, Output, Summary};
-use super::named_method::CompiledRun;
+use super::method::{CompiledRun, Method, Output, Summary};
 use super::recorder::{Recorder, are_samples};
 use super::start::Start;
 use super::step_control::StepControl;

@@ -12,18 +12,11 @@ use super::vector::{Mask, Real};
 use crate::life::{COMPONENTS, LAST_GAP, NEARLY_CONSTANT, mean_by_series};
 use crate::numeric::simd::LANES;
 
-/// An interval of a lane, by the sample of the block at which it ends. Small, as room for those of all lanes is zeroed for each block.
+/// An interval of a lane, by the sample of the block at which it ends.
 #[derive(Clone, Copy, Default)]
 struct Bent {
-    sample: u8,
-    lane: u8,
-}
-
-impl Bent {
-    #[inline(always)]
-    fn place(self) -> (usize, usize) {
-        (self.sample.into(), self.lane.into())
-    }
+    sample: usize,
+    lane: usize,
 }
 
 /// Fractions of an interval, and the load at both of them; the load is linear between them.
@@ -44,7 +37,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             let bend = Real::new(self.simd, bends[sample]);
             if bend.less_than(zero).any() {
                 for lane in 0..S::F64_LANES {
-                    all[count] = Bent { sample: sample as u8, lane: lane as u8 };
+                    all[count] = Bent { sample, lane };
                     count += usize::from(bend.lane(lane) < 0.0);
                 }
             }
@@ -67,8 +60,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let has_rows = rule.opening > 0.0 && rule.preload_form >= 2;
         let mut one_by_one = [rule.opening > 0.0 && !has_rows; LANES];
         for (place, bent) in some.iter().enumerate() {
-            let (sample, _) = bent.place();
-            let speed = self.travel.one_way.get(start + sample).copied().flatten();
+            let speed = self.travel.one_way.get(start + bent.sample).copied().flatten();
             one_by_one[place] |= speed.is_none();
             for (order, coefficient) in speed.unwrap_or_default().into_iter().enumerate() {
                 speeds[order][place] = coefficient;
@@ -84,8 +76,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             more = more.or(differs_much);
         }
         let more = more.select(zero.constant(1.0), zero);
-        for (place, bent) in some.iter().enumerate() {
-            let (sample, lane) = bent.place();
+        for (place, &Bent { sample, lane }) in some.iter().enumerate() {
             sums[lane] += if one_by_one[place] || more.lane(place) > 0.0 {
                 let end = |end: usize| self.equivalent.components(|row| self.ends_in(row, sample, lane)[end]);
                 self.equivalent.power(&self.equivalent.rule, self.travel, start + sample, [&end(0), &end(1)])
@@ -114,8 +105,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             for (&(row, size, sign), component) in terms.iter().zip(&mut components[group]) {
                 let mut ends = [[0.0; LANES]; 2];
                 for (place, bent) in some.iter().enumerate() {
-                    let (sample, lane) = bent.place();
-                    [ends[0][place], ends[1][place]] = self.ends_in(row, sample, lane);
+                    [ends[0][place], ends[1][place]] = self.ends_in(row, bent.sample, bent.lane);
                 }
                 let [then, now] = [self.vector(&ends[0]), self.vector(&ends[1])];
                 *component = [then, now];
