@@ -63,11 +63,10 @@ def main() -> None:
             # Most modules of the packages are never imported: to compile all takes longer than those that are.
             os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
             install = ("-m", "pip", "install", "--quiet", "--no-compile")
-            step("dependencies", lambda: dependencies(*install))
-            install = (*install, ".[test,docs]")
+            step("dependencies", lambda: dependencies(install))
             features = f"{PLAIN},any-processor" if lacks_avx2() else PLAIN
             options = " ".join((*PROFILE, "--features", features))
-            run("build and install", str(PYTHON), *install, MATURIN_PEP517_ARGS=options)
+            run("build and install", str(PYTHON), *install, ".[test,docs]", MATURIN_PEP517_ARGS=options)
         python_lints()
         others.append(beside.submit(types_controllers_and_documentation, quick))
         if quick:
@@ -79,7 +78,7 @@ def main() -> None:
     print("\nall passed")
 
 
-def dependencies(*install: str) -> None:
+def dependencies(install: tuple[str, ...]) -> None:
     """What the package and its tests need, by uv in a tenth of the time of pip. What uv cannot do is left to pip."""
     extras = ("-r", "pyproject.toml", "--extra", "test", "--extra", "docs")
     if quiet(str(PYTHON), *install, "--only-binary=:all:", "uv"):

@@ -1,7 +1,7 @@
 //! A batch from bytes: refused, or finite but for samples that are told as failed, and the same bits at any width.
 #![no_main]
 
-use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, Target, Width};
+use guideload::batch::{Base, Batch, Change, Group, Measure, Motion, NominalBody, Target, Width};
 use guideload::{Excitation, LawParameter, NamedMethod};
 use guideload_fuzz::Source;
 use libfuzzer_sys::fuzz_target;
@@ -17,13 +17,11 @@ fuzz_target!(|bytes: &[u8]| {
     let (mass, center_of_mass, inertia) = source.body();
     let Ok(links) = source.links() else { return };
     let half = links.len() / 2;
-    let groups = [(0..half).collect(), (half..links.len()).collect()]
-        .map(|links| Group { links, center: source.point() });
+    let groups =
+        [(0..half).collect(), (half..links.len()).collect()].map(|links| Group::new(links, source.point()));
+    let inertia_about_reference = source.chance(32);
     let base = Base {
-        mass,
-        center_of_mass,
-        inertia,
-        inertia_about_reference: source.chance(32),
+        body: NominalBody { mass, center_of_mass, inertia, inertia_about_reference },
         links: &links,
         gravity: Vector3::new(0.0, -source.number(9.8), 0.0),
         free: source.free(),

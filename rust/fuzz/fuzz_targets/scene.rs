@@ -2,8 +2,8 @@
 #![no_main]
 
 use guideload::{
-    Control, Excitation, NamedMethod, Output, Part, Scene, Start, State, System, eigenvalues, evaluate, link_load,
-    modes,
+    Control, Excitation, NamedMethod, Output, Part, Scene, Start, State, System, eigenvalues, evaluate,
+    link_load, modes,
 };
 use guideload_fuzz::Source;
 use libfuzzer_sys::fuzz_target;

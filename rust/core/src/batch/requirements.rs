@@ -169,18 +169,13 @@ impl Requirements {
         let index = match self.signals.iter().position(|wanted| wanted.signal == signal) {
             Some(index) => index,
             None => {
-                let (extremes, smallest, times, squares) = (false, false, false, false);
-                self.signals.push(SignalRequest { signal, extremes, smallest, times, squares });
+                self.signals.push(SignalRequest::new(signal));
                 self.signals.len() - 1
             }
         };
-        let wanted = &mut self.signals[index];
-        let Some(statistic) = statistic else { return index };
-        use Statistic::{Min, Rms, Start, TimeOfMax, TimeOfMin};
-        wanted.squares |= statistic == Rms;
-        wanted.extremes |= !matches!(statistic, Rms | Start);
-        wanted.smallest |= matches!(statistic, Min | TimeOfMin);
-        wanted.times |= matches!(statistic, TimeOfMin | TimeOfMax);
+        if let Some(statistic) = statistic {
+            self.signals[index].add(statistic);
+        }
         index
     }
 

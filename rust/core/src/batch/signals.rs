@@ -1,5 +1,7 @@
 //! Signals: histories of loads, from which the measures of a batch are computed.
 
+use super::measure::Statistic;
+
 /// A signal: a history from which statistics are computed, by the indices of its load rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Signal {
@@ -32,6 +34,20 @@ pub(super) struct SignalRequest {
 }
 
 impl SignalRequest {
+    /// Without statistics.
+    pub(super) fn new(signal: Signal) -> Self {
+        Self { signal, extremes: false, smallest: false, times: false, squares: false }
+    }
+
+    /// Adds what a statistic needs.
+    pub(super) fn add(&mut self, statistic: Statistic) {
+        use Statistic::{Min, Rms, Start, TimeOfMax, TimeOfMin};
+        self.extremes |= !matches!(statistic, Rms | Start);
+        self.smallest |= matches!(statistic, Min | TimeOfMin);
+        self.times |= matches!(statistic, TimeOfMin | TimeOfMax);
+        self.squares |= statistic == Rms;
+    }
+
     /// Whether a block in which bounds rule out a new extreme needs no evaluation. Bounds on magnitudes are upper ones.
     pub(super) fn needs_only_extremes(&self) -> bool {
         !self.squares

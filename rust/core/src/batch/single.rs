@@ -58,7 +58,7 @@ impl RunSettings<'_> {
         let (control, output) = (Control::Adaptive { rtol: self.rtol }, Output::Samples);
         let mut record = Watched { record, watch: self.watch };
         let method = self.method_for(system);
-        let summary = method.run_scaled(system, control, start, scaled, output, &mut record)?;
+        let summary = method.method().run_compiled(system, control, start, scaled, output, &mut record)?;
         Ok((record.record, summary.end))
     }
 

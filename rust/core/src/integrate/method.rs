@@ -84,7 +84,7 @@ pub trait Method: CompiledRun {
 
 /// A run by a method, compiled in this crate: a generic function would be compiled again in each crate that calls it.
 pub trait CompiledRun {
-    /// See [`super::run_from`].
+    /// [`super::run_from`] with factors on the excitation.
     #[doc(hidden)]
     fn run_compiled(
         &self,

@@ -47,18 +47,10 @@ macro_rules! named_methods {
                 }
             }
 
-            /// [`NamedMethod::run`] with factors on the excitation.
-            pub(crate) fn run_scaled(
-                self,
-                system: &System,
-                control: Control,
-                start: Start,
-                scaled: &ScaledExcitation,
-                output: Output,
-                record: &mut dyn Record,
-            ) -> Result<Summary, RunError> {
+            /// Its compiled run.
+            pub(crate) fn method(self) -> &'static dyn CompiledRun {
                 match self {
-                    $(Self::$variant => $method.run_compiled(system, control, start, scaled, output, record),)*
+                    $(Self::$variant => &$method,)*
                 }
             }
         }
@@ -95,6 +87,7 @@ impl NamedMethod {
         output: Output,
         record: &mut dyn Record,
     ) -> Result<Summary, RunError> {
-        self.run_scaled(system, control, start, &ScaledExcitation::unscaled(excitation), output, record)
+        let scaled = ScaledExcitation::unscaled(excitation);
+        self.method().run_compiled(system, control, start, &scaled, output, record)
     }
 }

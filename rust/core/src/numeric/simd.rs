@@ -33,7 +33,7 @@ impl pulp::WithSimd for LaneCount {
     }
 }
 
-/// Runs a kernel with the widest vectors of the processor; see [`dispatch`] for those that it needs.
+/// Runs a kernel with the widest vectors of the processor. As in [`dispatch`], x86-64 processors without AVX2 need the feature `any-processor`.
 #[cfg(feature = "studies")]
 pub(crate) fn on_widest<Op: pulp::WithSimd>(op: Op) -> Op::Output {
     #[cfg(target_arch = "x86_64")]

@@ -5,7 +5,6 @@ use super::loads::Wrench;
 use crate::equations::{Equations, Moments, PowerSeries, advance};
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, ceil, fma, scale, sqrt};
-use crate::numeric::simd::dispatch;
 use crate::system::{Input, NO_FORCE, NO_INPUT, State};
 
 /// Steps of an integration over a piece whose equations have a norm of one, also the fewest, and the most.
@@ -158,36 +157,31 @@ impl Search<'_> {
         let (mut state, mut from) = (self.ends[0], 0.0);
         let mut before = [ends[0][0], ends[0][1] * size];
         for step in 1..=steps as usize {
-            let until = step as f64 * size;
-            let last = state;
-            state = self.step(equations, &mut moments, [from, until], &last);
-            let rate = self.change(equations, &moments, [until, until - from], 2, &state);
-            let here = self.slope(&state, &rate, until);
-            if before[1] > 0.0 && here[1] < 0.0 {
+            let (until, last) = (step as f64 * size, state);
+            let (mut here, mut highest) = (before, None);
+            // In a loop, as two copies of a step would be twice its large code.
+            loop {
+                let to = highest.unwrap_or(until);
+                let reached = self.step(equations, &mut moments, [from, to], &last);
+                if highest.is_some() {
+                    self.note(self.slope(&reached, &NO_STATE, to)[0], to);
+                    break;
+                }
+                let rate = self.change(equations, &moments, [until, until - from], 2, &reached);
+                (state, here) = (reached, self.slope(&reached, &rate, until));
+                if !(before[1] > 0.0 && here[1] < 0.0) {
+                    break;
+                }
                 // The value itself at the top of the cubic: laws have corners in their slope.
-                let there = fma(top(before, here), until - from, from);
-                let state = self.step(equations, &mut moments, [from, there], &last);
-                self.note(self.slope(&state, &NO_STATE, there)[0], there);
+                highest = Some(fma(top(before, here), until - from, from));
             }
             (before, from) = (here, until);
         }
     }
 
-    /// The state after a step of the Runge-Kutta method of order 4 between two times. Out of line, as its code is large and is needed twice.
-    #[inline(never)]
-    fn step<E: Equations>(
-        &self,
-        equations: &E,
-        moments: &mut Moments,
-        times: [f64; 2],
-        start: &State,
-    ) -> State {
-        dispatch!(self.runge_kutta(equations, moments, times, start))
-    }
-
-    /// [`Search::step`].
+    /// The state after a step of the Runge-Kutta method of order 4 between two times.
     #[cfg_attr(feature = "std", inline(always))]
-    fn runge_kutta<E: Equations>(
+    fn step<E: Equations>(
         &self,
         equations: &E,
         moments: &mut Moments,

@@ -57,8 +57,8 @@ impl LaneIntegrator<'_> {
         memory.waiting.clear();
         memory.evaluated.clear();
         memory.evaluated.resize(rows / TILE, true);
-        memory.new.clear();
-        memory.new.resize(requirements.signals.len(), true);
+        memory.counts.clear();
+        memory.counts.resize(requirements.signals.len(), true);
         memory.drawn.clear::<S>(if deviations.is_some() { drawn::SIZE } else { 0 });
         set_steps(simd, &timeline.lengths, modal, &mut memory.steps);
         let steps = BlockSteps::of(start.len() / 2, deviations.is_some());

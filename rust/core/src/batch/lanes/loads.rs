@@ -27,7 +27,17 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
     memory: &mut Memory,
 ) -> bool {
     let Memory {
-        states, before, values, extremes, found, last, new, evaluated, were_evaluated, drawn, ..
+        states,
+        before,
+        values,
+        extremes,
+        found,
+        last,
+        counts,
+        evaluated,
+        were_evaluated,
+        drawn,
+        ..
     } = memory;
     let components = timeline.components.len();
     let inputs = Inputs::<DRAWN> { drawn, timeline, block, components };
@@ -47,7 +57,7 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
     let last = last.vectors_mut::<S>().as_chunks_mut::<TILE>().0;
     let values = values.vectors_mut::<S>().as_chunks_mut::<BLOCK>().0.as_chunks_mut::<TILE>().0;
     were_evaluated.clone_from(evaluated);
-    new.fill(true);
+    counts.fill(true);
     evaluated.fill(true);
     if let Some(requirements) = bounded {
         let mut sizes = [Real::splat(simd, 0.0); MAX_MODES];
@@ -59,14 +69,14 @@ pub(super) fn evaluate<S: Simd, const DRAWN: bool>(
         }
         for (tile, extremes) in tiles.clone().zip(&mut *extremes) {
             let (head, tile) = tile.split_at(1 + components);
-            *extremes = bounds(simd, head, ranges, tile.split_at(states.len()).1, &sizes);
+            *extremes = row_bounds(simd, head, ranges, tile.split_at(states.len()).1, &sizes);
         }
         evaluated.fill(false);
         let bounds = extremes.as_flattened();
         let found = found.vectors::<S>().as_chunks::<STATISTICS>().0;
-        for ((signal, found), new) in requirements.signals.iter().zip(found).zip(new) {
-            *new = may_be_new(simd, requirements, signal, bounds, found);
-            if *new {
+        for ((signal, found), counts) in requirements.signals.iter().zip(found).zip(counts) {
+            *counts = may_be_new(simd, requirements, signal, bounds, found);
+            if *counts {
                 for row in requirements.rows_of(signal.signal) {
                     evaluated[row / TILE] = true;
                 }
@@ -297,7 +307,7 @@ impl<S: Simd, const DRAWN: bool> Deviations<'_, S, DRAWN> {
 /// deviations of the modes. They cost a tenth of the evaluation of the tile. Most blocks have no new extreme: those after the overshoot of a
 /// ramp, and those at standstill.
 #[inline(always)]
-fn bounds<S: Simd>(
+fn row_bounds<S: Simd>(
     simd: S,
     head: &[[S::f64s; TILE]],
     ranges: &[[Real<S>; 2]],

@@ -28,8 +28,8 @@ pub(super) struct Memory {
     pub means: AlignedBuffer,
     /// Whether a tile of rows has means.
     pub has_means: Vec<bool>,
-    /// Whether a signal may have a new extreme in the block.
-    pub new: Vec<bool>,
+    /// Whether the block counts for a signal: it needs all samples, or may have a new extreme in it.
+    pub counts: Vec<bool>,
     /// Whether a tile of rows is evaluated at the block, and whether it was at the block before.
     pub evaluated: Vec<bool>,
     pub were_evaluated: Vec<bool>,

@@ -84,8 +84,8 @@ pub(super) fn reduce<S: Simd>(
     first: usize,
     memory: &mut Memory,
 ) {
-    let Memory { states, before, values, extremes, last, new, drawn, found, waiting, means, .. } = memory;
-    if new.iter().all(|new| !new) {
+    let Memory { states, before, values, extremes, last, counts, drawn, found, waiting, means, .. } = memory;
+    if counts.iter().all(|counts| !counts) {
         return;
     }
     let starts = modal.starts.vectors::<S>();
@@ -106,7 +106,7 @@ pub(super) fn reduce<S: Simd>(
     for (signal, (wanted, place)) in
         requirements.signals.iter().zip(found.vectors_mut::<S>().as_chunks_mut::<STATISTICS>().0).enumerate()
     {
-        if !new[signal] {
+        if !counts[signal] {
             continue;
         }
         let mut found = LaneStatistics::of(simd, *place);
