@@ -111,7 +111,7 @@ class Motion:
     @property
     def excitation(self) -> Motion:
         """What acts on the body, without the histories that do not."""
-        return Motion(self.time, self.acceleration, wrench=self.wrench)
+        return _changed(self, velocity=None, position=None, motor_speed=None, uncertainty=None)
 
     @property
     def usable_bandwidth(self) -> float:
@@ -308,46 +308,53 @@ def _at(motion: Motion, first: Integers, shares: Array, time: Array) -> Motion:
     the stamps with the slope of the acceleration, the position the cubic through positions and velocities: both are
     exact where they are the integrals of the acceleration.
     """
-    stamps, new = np.append(first, motion.time.size - 1), np.flatnonzero(shares)
-    start, end, share = first[new], first[new] + 1, shares[new, None]
+    share = shares[:, None]
 
-    def with_new(history: Array, values: Array) -> Array:
-        at_all: Array = history[stamps]
-        at_all[new] = values.reshape(new.size, *history.shape[1:])
-        return at_all
+    def with_end(values: Array, history: Array) -> Array:
+        return np.concatenate([values.reshape(first.size, *history.shape[1:]), history[-1:]])
 
-    histories: dict[str, Any] = {}
+    histories: dict[str, Any] = {"time": np.append(time, motion.time[-1])}
     smooth = () if motion.velocity is None else ("velocity", "position")
     for name in HISTORIES:
         if name not in smooth and (history := getattr(motion, name)) is not None:
-            columns = history.reshape(history.shape[0], -1)
-            histories[name] = with_new(history, columns[start] + share * (columns[end] - columns[start]))
+            start, rise = _starts_and_rises(history, first)
+            histories[name] = with_end(start + share * rise, history)
     if motion.velocity is not None:
-        histories["velocity"] = with_new(motion.velocity, _velocity(motion, start, shares[new]))
+        histories["velocity"] = with_end(_velocity(motion, first, shares), motion.velocity)
     if motion.velocity is not None and motion.position is not None:
-        h = (motion.time[end] - motion.time[start])[:, None]
-        (x, v), (x_end, v_end) = ((motion.position[i], motion.velocity[i]) for i in (start, end))
+        h = np.diff(motion.time).take(first)[:, None]
+        (x, way), (v, gain) = (_starts_and_rises(each, first) for each in (motion.position, motion.velocity))
         # Hermite's cubic x + h v s + a s^2 + b s^3.
-        a, b = 3.0 * (x_end - x) - h * (2.0 * v + v_end), 2.0 * (x - x_end) + h * (v + v_end)
-        histories["position"] = with_new(motion.position, x + share * (h * v + share * (a + share * b)))
-    histories["time"] = np.append(time, motion.time[-1])
-    made = copy(motion)  # without the checks of a new motion, which take as long as all the rest
+        a, b = 3.0 * way - h * (3.0 * v + gain), h * (2.0 * v + gain) - 2.0 * way
+        histories["position"] = with_end(x + share * (h * v + share * (a + share * b)), motion.position)
     for values in histories.values():
         values.setflags(write=False)
     # The new stamps show no higher frequencies, and the uncertainty keeps its own.
-    fields = histories | {"bandwidth": motion.usable_bandwidth, "uncertainty": _own_uncertainty(motion)}
+    bandwidth, uncertainty = motion.usable_bandwidth, _own_uncertainty(motion)
+    return _changed(motion, **histories, bandwidth=bandwidth, uncertainty=uncertainty)
+
+
+def _changed(motion: Motion, **fields: Any) -> Motion:
+    """The motion with other values of these fields, without the checks of a new one, which take long."""
+    made = copy(motion)
     for name, value in fields.items():
         object.__setattr__(made, name, value)
     return made
 
 
+def _starts_and_rises(history: Array, first: Integers) -> tuple[Array, Array]:
+    """Value at the stamps `first` and rise from each to the next one, (m, columns)."""
+    columns = history.reshape(history.shape[0], -1)
+    return columns.take(first, axis=0), np.diff(columns, axis=0).take(first, axis=0)
+
+
 def _velocity(motion: Motion, first: Integers, shares: Array) -> Array:
     """The velocity (m, 3) at shares (m,) of the intervals that begin with the stamps `first`, by the acceleration."""
-    velocity, acceleration, share = motion.velocity, motion.acceleration, shares[:, None]
-    assert velocity is not None
-    h = (motion.time[first + 1] - motion.time[first])[:, None]
-    bow = 0.5 * h * (acceleration[first + 1] - acceleration[first]) * share * (1.0 - share)
-    return np.asarray(velocity[first] + share * (velocity[first + 1] - velocity[first]) - bow)
+    assert motion.velocity is not None
+    h, share = np.diff(motion.time).take(first)[:, None], shares[:, None]
+    _, gain = _starts_and_rises(motion.acceleration, first)
+    start, rise = _starts_and_rises(motion.velocity, first)
+    return np.asarray(start + share * (rise - 0.5 * h * gain * (1.0 - share)))
 
 
 def _own_uncertainty(motion: Motion) -> Uncertainty | None:
