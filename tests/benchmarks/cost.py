@@ -3,7 +3,9 @@
 The yardstick's cart, linear, with clearance and with preload, on its `cycle` of 7062 samples at 1 kHz (clean) and on
 `noisy` (0.1 m/s2 rms of white noise on top, so that every sample is a kink): `simulate(machine, motion, method=...)`
 with `.carriage_loads`, the 24 histories of force and moment of all carriages, and `peak_loads`, in turns after a first
-call each, on one thread; medians in time of the processor. The spread is that between the quartiles.
+call each, on one thread; medians in time of the processor. The spread is that between the quartiles. Last in a row:
+`peak_loads` for every tenth sample of the motion, as a controller logs it, over that for the motion along the lines
+between them at 1 kHz.
 
 Then fresh processes: `import guideload` (its names are imported when first used, so those that a script needs are
 timed too), and the whole of `guideload run --no-pictures` on 25 s of cart velocity at 1 kHz.
@@ -35,7 +37,16 @@ NAMES = "from guideload import Machine, motion_from_trace, read_trace, simulate"
 
 def main() -> None:
     """Measure all, print all."""
-    cells = "scene", "method", "simulate", "spread", "peak_loads", "spread", "peak_loads / simulate"
+    cells = (
+        "scene",
+        "method",
+        "simulate",
+        "spread",
+        "peak_loads",
+        "spread",
+        "peak_loads / simulate",
+        "100 Hz / 1 kHz",
+    )
     print(heading(*cells, words=2))
     for scene, machine in {
         "linear": cart(),
@@ -70,7 +81,20 @@ def print_calls(scene: str, machine: Machine, motion: Motion, method: Method) ->
         for median, (low, high) in zip(middle, quartiles, strict=True)
         for cell in (f"{1e3 * median:.3g} ms", f"{(high - low) / median:.0%}")
     ]
-    print(row(scene, method, *cells, f"{middle[1] / middle[0]:.2f}"), flush=True)
+    coarse = f"{coarse_ratio(machine, motion):.2f}" if method == "auto" else ""
+    print(row(scene, method, *cells, f"{middle[1] / middle[0]:.2f}", coarse), flush=True)
+
+
+def coarse_ratio(machine: Machine, motion: Motion) -> float:
+    """Time of the peaks of every tenth sample over that of the same motion at the rate of all."""
+    stamps, some, values = motion.time, motion.time[::10], motion.acceleration[::10, 0]
+    every = stamps[stamps <= some[-1]]
+    motions = Motion.along_x(some, values), Motion.along_x(every, np.interp(every, some, values))
+    names = "coarse", "fine"
+    calls = {name: partial(peak_loads, machine, each) for name, each in zip(names, motions, strict=True)}
+    by_turns(calls, 1)
+    coarse, fine = map(statistics.median, by_turns(calls, TURNS, time.process_time).values())
+    return coarse / fine
 
 
 def import_time(statement: str, runs: int = 7) -> float:
