@@ -239,7 +239,7 @@ class Motion:
 def refined(motion: Motion, parts: Integers) -> Motion:
     """The motion with each interval between stamps in so many equal parts, (n - 1,)."""
     first = np.repeat(np.arange(parts.size), parts)
-    share = (np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[first]
+    share = (np.arange(first.size) - np.repeat(np.cumsum(parts) - parts, parts)) / np.repeat(parts, parts)
     stamps = motion.time
     return _at(motion, first, share, stamps[first] + share * np.diff(stamps)[first])
 
