@@ -1,6 +1,8 @@
 """Golden files of the command line: the help of every command, and the message of calls that must fail.
 
-`python tests/golden.py --write` writes them anew; read the difference before it is committed.
+`python tests/golden.py --write` writes them anew; read the difference before it is committed. The calls are those in the
+files themselves: write a line `$ guideload ...` there, and its message is filled in. Each ends with exit code 2, a
+message on standard error, and no file written.
 """
 
 from __future__ import annotations
@@ -46,123 +48,20 @@ path = "body.mass"
 distribution = "uniform"
 plus_minus = "10 %"
 """
-MOVE = "'distance=0.4 m, speed=1 m/s, acceleration=4 m/s^2, jerk=200 m/s^3, dwell=0.5 s'"
-FORCES = f"{MOVE} --forces forces.csv --forces-at tool"
-
-# By page, calls that end with exit code 2, a message on standard error, and no file written.
-ERRORS: dict[str, list[str]] = {
-    "options": [
-        *(
-            f"run machine.toml trace.csv -o out {options}"
-            for options in (
-                "--method euler", "--rtol 0", "--rtol small", "--rtol nan", "--step -1", "--step inf",
-                "--step 1e-3", "--free y,roll", "--free y,y", "--free ''", "--max-speed -1", "--max-speed nan",
-                "--rate nan", "--format xlsx", "--smoothing none", "--kind torque",
-            )
-        ),
-        "chart machine.toml trace.csv -o out --budget 0",
-        "chart machine.toml trace.csv -o out --free x,y",
-        "study study.toml -o out --samples 0",
-        "study study.toml -o out --threads 0",
-        "study study.toml -o out --seed -1",
-        "probability study.toml --limit 'peak=8 kN'",
-        "probability study.toml --limit 'peak_resultant[9z]=8 kN'",
-        "run machine.toml -o out",
-        "check machine.toml --forces-at tool",
-        "check machine.toml --unit mm",
-        "stability machine.toml --forces-at tool",
-        "stability machine.toml --unit mm",
-    ],
-    "files": [
-        "check missing.toml",
-        "run machine.toml missing.csv -o out",
-        "run machine.toml . -o out",
-        "run machine.toml backwards.csv -o out",
-        "run machine.toml jump.csv -o out",
-        "encoder jump.csv",
-        "check negative.toml",
-        "check unclosed.toml",
-        "check twice.toml",
-        "check quotes.toml",
-        "check ratio.toml",
-        "check trace.csv machine.toml",
-        "check headers.toml",
-        "check class.toml",
-        "check untyped.toml",
-        "check loose.toml",
-        "modes loose.toml",
-        "run loose.toml trace.csv -o out",
-        "run machine.toml trace.csv -o out --free x,y",
-        "study missing.toml -o out",
-        "study missing.toml -o out --resume",
-        "study path.toml -o out",
-        "life machine.toml trace.csv",
-        "catalogue show catalogue.toml HGH26CA",
-        "catalogue check short.toml",
-    ],
-    "outputs": [
-        "run machine.toml trace.csv -o trace.csv",
-        "run machine.toml trace.csv -o trace.csv/out",
-        "run machine.toml trace.csv -o full",
-        "run machine.toml trace.csv -o full --overwrite",
-        "run machine.toml full/loads.nc -o full --overwrite",
-        "study study.toml -o trace.csv/out",
-        "study study.toml -o full",
-        "study study.toml -o full --resume",
-        "demo -o full",
-        "modes machine.toml -o modes.bmp",
-        "modes machine.toml -o modes",
-        "modes machine.toml -o trace.csv/modes.png",
-        "modes machine.toml -o none/modes.png",
-        "modes disguised.png -o disguised.png --overwrite",
-        "encoder trace.csv -o disguised.png",
-        "init machine.toml",
-        "init machine.toml --kind gantry",
-        "init none/machine.toml",
-        "init trace.csv/machine.toml",
-        "init --study",
-        "init --moves",
-        "init --catalogue",
-        "init --catalogue --moves",
-        "init --catalogue --study",
-        "init --catalogue --kind gantry",
-    ],
-    "forces": [
-        "run machine.toml trace.csv -o out --forces forces.csv",
-        "run machine.toml trace.csv -o out --forces forces.csv --forces-at spindle",
-        f"run machine.toml -o out --move {MOVE} --forces-at tool",
-        "run machine.toml trace.csv -o out --forces-at tool",
-        "run machine.toml both.csv -o out --column velocity_m_s --forces-at tool --clock uniform",
-        "run machine.toml trace.csv -o out --forces forces.csv --forces-at tool --forces-start '1 mm'",
-        "run machine.toml trace.csv -o out --forces forces.csv --forces-at tool --forces-start 1",
-        f"limit machine.toml --move {FORCES} --of jerk",
-    ],
-    "moves": [
-        "run machine.toml moves.toml -o out --rate 1000",
-        "run machine.toml moves.toml -o out --no-cross-check",
-        "run machine.toml -o out --move 'distance=1,2 m, speed=2 m/s'",
-        f"run machine.toml -o out --move {MOVE} --smoothing auto",
-        f"run machine.toml moves.toml -o out --move {MOVE}",
-        "run machine.toml machine.toml -o out",
-        "run machine.toml -o out --move 'distanz=1 m'",
-        "encoder moves.toml",
-        "study moving.toml -o out",
-        "run rider.toml trace.csv -o out --rider arm=moves.toml",
-    ],
-    "watch": [
-        "monitor watch monitor.toml --record-only",
-        "monitor watch monitor.toml --follow none.csv",
-        "monitor watch monitor.toml --follow none.csv -o out",
-        "monitor watch monitor.toml -o none/out",
-        "monitor watch unlimited.toml --stop-at-limit",
-    ],
-}  # fmt: skip
+CALL = "$ guideload "  # begins a line of a call
 
 
 def pages() -> dict[str, Callable[[], str]]:
     """The content of each golden file by its name."""
     found = {f"help/{name.replace(' ', '_')}": lambda name=name: help_page(name) for name in commands()}
-    return found | {f"errors/{name}": lambda name=name: error_page(ERRORS[name]) for name in ERRORS}
+    errors = [file.stem for file in sorted((FOLDER / "errors").glob("*.txt"))]
+    return found | {f"errors/{name}": lambda name=name: error_page(calls(name)) for name in errors}
+
+
+def calls(name: str) -> list[str]:
+    """The calls of a golden file of errors: what follows CALL in its lines."""
+    lines = (FOLDER / "errors" / f"{name}.txt").read_text(encoding="utf-8").splitlines()
+    return [line.removeprefix(CALL) for line in lines if line.startswith(CALL)]
 
 
 def commands(command: click.Command = main, name: str = "guideload") -> Iterator[str]:
@@ -192,7 +91,7 @@ def error_page(calls: list[str]) -> str:
             assert (ended.exit_code, ended.stdout) == (2, ""), f"{call}: {ended.exit_code}, {ended.output}"
             assert contents(folder) == before, call
             message = ended.stderr[ended.stderr.index("Error: ") :].replace(str(folder.resolve()), "FOLDER")
-            texts.append(f"$ guideload {call}\n{message}")
+            texts.append(f"{CALL}{call}\n{message}")
     return "\n".join(texts)
 
 
