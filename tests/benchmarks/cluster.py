@@ -9,20 +9,18 @@ and starting process per task, and the largest memory of each, with the growth o
 from __future__ import annotations
 
 import argparse
-import json
-import subprocess
-import sys
+import os
 import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import psutil
-from distributed import Client
+from distributed import Client, SpecCluster
+from distributed.deploy.subprocess import SubprocessCluster
 
 from guideload import Study, run_study
 from guideload.cli.inputs import EXAMPLES
@@ -42,14 +40,9 @@ class Memory:
 
     def watch(self) -> None:
         while not self.stop:
-            workers = max(sum(map(resident, family(pid))) for pid in self.workers)
-            self.rows.append((self.share, resident(self.scheduler), workers, resident(psutil.Process().pid)))
+            workers = max(map(resident, self.workers))
+            self.rows.append((self.share, resident(self.scheduler), workers, resident(os.getpid())))
             time.sleep(0.5)
-
-
-def family(pid: int) -> list[int]:
-    """A worker is the only child of its nanny."""
-    return [child.pid for child in psutil.Process(pid).children(recursive=True)]
 
 
 def resident(pid: int) -> float:
@@ -59,38 +52,12 @@ def resident(pid: int) -> float:
         return 0.0
 
 
-@contextmanager
-def cluster(workers: int) -> Iterator[tuple[str, int, list[int]]]:
-    """Address and process of a scheduler, and the processes of its workers."""
-    started: list[subprocess.Popen[bytes]] = []
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "scheduler.json"
-
-        def start(program: str, *options: str) -> int:
-            words = [
-                sys.executable,
-                "-m",
-                f"distributed.cli.dask_{program}",
-                "--scheduler-file",
-                str(place),
-                *options,
-            ]
-            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-            started.append(subprocess.Popen(words, cwd=folder, **quiet))
-            return started[-1].pid
-
-        try:
-            scheduler = start("scheduler", "--port", "0", "--no-dashboard")
-            while not place.exists() or not place.read_text():
-                time.sleep(0.1)
-            one = ("--nthreads", "1", "--memory-limit", "1GiB", "--no-dashboard", "--local-directory", folder)
-            pids = [start("worker", *one) for _ in range(workers)]
-            yield json.loads(place.read_text())["address"], scheduler, pids
-        finally:
-            for process in reversed(started):
-                process.terminate()
-            for process in started:
-                process.wait(20)
+def cluster(workers: int) -> SpecCluster:
+    """A scheduler and workers, each a process of its own."""
+    of_each = {"memory_limit": "1GiB", "dashboard": False}
+    return SubprocessCluster(
+        n_workers=workers, threads_per_worker=1, worker_kwargs=of_each, dashboard_address=None
+    )
 
 
 def processor_time(pids: Iterable[int]) -> float:
@@ -112,12 +79,13 @@ class Measured:
 def measured(samples: int, workers: int, folder: Path) -> Measured:
     keys = {"quantities": ("resultant",), "statistics": ("max",), "histories": 0}
     study = Study.from_toml(EXAMPLES / "study.toml", samples=samples).model_copy(update=keys)
-    with cluster(workers) as (address, scheduler, pids), Client(address) as client:
+    with cluster(workers) as started, Client(started) as client:
         client.wait_for_workers(workers, timeout=60)
+        scheduler, pids = client.run_on_scheduler(os.getpid), list(client.run(os.getpid).values())
         memory = Memory(scheduler, pids)
         watcher = threading.Thread(target=memory.watch)
         begun = [0.0, 0.0]
-        groups = [scheduler], [one for pid in pids for one in family(pid)], [psutil.Process().pid]
+        groups = [scheduler], pids, [os.getpid()]
         before = [processor_time(group) for group in groups]
 
         def progress(done: int, runs: int) -> None:

@@ -1,8 +1,8 @@
 """Golden files of the command line: the help of every command, and the message of calls that must fail.
 
-`python tests/golden.py --write` writes them anew; read the difference before it is committed. The calls are those in the
-files themselves: write a line `$ guideload ...` there, and its message is filled in. Each ends with exit code 2, a
-message on standard error, and no file written.
+`python tests/golden.py --write` writes them anew; read the difference before it is committed. The calls are those in
+the files themselves: write a line `$ guideload ...` there, and its message is filled in. Each ends with exit code 2,
+a message on standard error, and no file written.
 """
 
 from __future__ import annotations
