@@ -7,11 +7,13 @@ is the closed-form answer of an oscillator to such an acceleration. Nothing here
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from oscillator import free_vibration
+from scipy.interpolate import PPoly
 
 Array: TypeAlias = NDArray[np.float64]
 Truth: TypeAlias = Callable[[Array], tuple[Array, Array, Array]]  # position, velocity, acceleration at times
@@ -50,57 +52,35 @@ class Case:
 
 @dataclass(frozen=True)
 class Piece:
-    """Stretch of a move: starts at `start`, acceleration `at(s)`, s since then, with its first two integrals."""
+    """Stretch of a move: its acceleration is linear, less ripple cos(2 pi s/length), s since its start."""
 
     length: float
-    at: Callable[
-        [Array], tuple[Array, Array, Array]
-    ]  # integrals from 0: position, velocity; and acceleration
-
-
-def line(length: float, first: float, last: float) -> Piece:
-    """Acceleration from `first` to `last`, linear."""
-    slope = (last - first) / length
-
-    def at(s: Array) -> tuple[Array, Array, Array]:
-        return first * s**2 / 2 + slope * s**3 / 6, first * s + slope * s**2 / 2, first + slope * s
-
-    return Piece(length, at)
+    first: float
+    last: float
+    ripple: float = 0.0
 
 
 def sine_squared(length: float, height: float) -> Piece:
     """Acceleration height sin^2(pi s/length)."""
-    w = 2 * np.pi / length
-
-    def at(s: Array) -> tuple[Array, Array, Array]:
-        phase = w * s
-        return (
-            height / 2 * (s**2 / 2 + (np.cos(phase) - 1) / w**2),
-            height / 2 * (s - np.sin(phase) / w),
-            height / 2 * (1 - np.cos(phase)),
-        )
-
-    return Piece(length, at)
+    return Piece(length, height / 2, height / 2, height / 2)
 
 
 def course(pieces: list[Piece]) -> Truth:
-    """The pieces one after the other, from rest at 0; the last goes on for ever."""
-    starts, states = [0.0], [(0.0, 0.0)]
-    for piece in pieces:
-        x, v, _ = piece.at(np.array([piece.length]))
-        x0, v0 = states[-1]
-        starts.append(starts[-1] + piece.length)
-        states.append((x0 + v0 * piece.length + float(x[0]), v0 + float(v[0])))
+    """The pieces one after the other, from rest at 0; the last, which has no ripple, goes on for ever."""
+    lengths, first, last, ripples = np.array([astuple(piece) for piece in pieces]).T
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])
+    acceleration = PPoly([(last - first) / lengths, first], starts)
+    velocity, position = acceleration.antiderivative(), acceleration.antiderivative(2)
 
     def truth(time: Array) -> tuple[Array, Array, Array]:
         number = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(pieces) - 1)
-        found = np.zeros((3, time.size))
-        for i, piece in enumerate(pieces):
-            here = number == i
-            s = time[here] - starts[i]
-            x, v, a = piece.at(s)
-            found[:, here] = states[i][0] + states[i][1] * s + x, states[i][1] + v, a
-        return found[0], found[1], found[2]
+        w, ripple = 2 * np.pi / lengths[number], ripples[number]
+        phase = w * (time - starts[number])
+        return (
+            position(time) + ripple * (np.cos(phase) - 1) / w**2,
+            velocity(time) - ripple * np.sin(phase) / w,
+            acceleration(time) - ripple * np.cos(phase),
+        )
 
     return truth
 
@@ -111,7 +91,6 @@ def ringing(corners: Array, heights: Array, frequency: float, damping: float) ->
     d = x - u obeys d'' + 2 D w d' + w^2 d = -u''; for u'' = h + g s the particular answer is linear in s.
     """
     w = 2 * np.pi * frequency
-    wd = w * np.sqrt(1 - damping**2)
 
     def drive(first: float, last: float, length: float) -> tuple[float, float]:
         slope = (last - first) / length
@@ -119,7 +98,7 @@ def ringing(corners: Array, heights: Array, frequency: float, damping: float) ->
 
     foot = course(
         [
-            line(float(b - a), float(f), float(g))
+            Piece(float(b - a), float(f), float(g))
             for a, b, f, g in zip(corners[:-1], corners[1:], heights[:, 0], heights[:, 1], strict=True)
         ]
     )
@@ -127,10 +106,7 @@ def ringing(corners: Array, heights: Array, frequency: float, damping: float) ->
     d, e = 0.0, 0.0
 
     def free(s: Array, d0: float, e0: float) -> tuple[Array, Array, Array]:
-        decay, c, n = np.exp(-damping * w * s), np.cos(wd * s), np.sin(wd * s)
-        b = (e0 + damping * w * d0) / wd
-        y = decay * (d0 * c + b * n)
-        y1 = decay * ((b * wd - damping * w * d0) * c - (d0 * wd + damping * w * b) * n)
+        y, y1 = free_vibration((1.0, w**2, 2 * damping * w), s, d0, e0)
         return y, y1, -2 * damping * w * y1 - w**2 * y
 
     for a, b, (first, last) in zip(corners[:-1], corners[1:], heights, strict=True):
@@ -157,14 +133,10 @@ def ringing(corners: Array, heights: Array, frequency: float, damping: float) ->
 
 def moves(family: str, rng: np.random.Generator) -> tuple[Truth, float]:
     """Two to four moves of a family, each with its own speed, acceleration and stroke, and dwells; the end time."""
-    lengths: list[float] = []
-    pairs: list[tuple[float, float]] = []
     pieces: list[Piece] = []
 
     def add(length: float, first: float, last: float) -> None:
-        lengths.append(length)
-        pairs.append((first, last))
-        pieces.append(line(length, first, last))
+        pieces.append(Piece(length, first, last))
 
     sign = 1.0
     height = np.exp(rng.uniform(np.log(1.0), np.log(10.0)))
@@ -175,7 +147,6 @@ def moves(family: str, rng: np.random.Generator) -> tuple[Truth, float]:
         ramp = hold * rng.uniform(0.15, 0.6)
         if family == "sin2":
             for side in (1.0, -1.0):
-                lengths.append(1.5 * hold)
                 pieces.append(sine_squared(1.5 * hold, side * peak))
                 if side > 0:
                     add(cruise + 1e-3, 0.0, 0.0)
@@ -191,11 +162,12 @@ def moves(family: str, rng: np.random.Generator) -> tuple[Truth, float]:
                     add(cruise + 1e-3, 0.0, 0.0)
         add(rng.uniform(0.2, 0.6), 0.0, 0.0)
         sign = -sign
+    lengths, firsts, lasts, _ = np.array([astuple(piece) for piece in pieces]).T
     end = float(np.sum(lengths))
     if family == "ringing":
         corners = np.concatenate([[0.0], np.cumsum(lengths)])
         frequency, damping = np.exp(rng.uniform(np.log(4.0), np.log(25.0))), rng.uniform(0.02, 0.15)
-        return ringing(corners, np.array(pairs), frequency, damping), end
+        return ringing(corners, np.column_stack([firsts, lasts]), frequency, damping), end
     return course(pieces), end
 
 

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from linear_gaussian import dense, problem
-from made_traces import FAMILIES, case, course, line
+from made_traces import FAMILIES, Piece, case, course
 from signals import best_filter_error, check_draws, rms, rounded
 from trace_files import refuses
 
@@ -126,7 +126,7 @@ def test_a_jump_is_located_to_two_intervals():
     for seed in range(4):
         lengths = np.array([0.3, 0.2, 0.3, 0.2, 0.3]) + np.random.default_rng(seed).uniform(0.0, 2.5e-4, 5)
         heights = (0.0, 5.0, 0.0, -5.0, 0.0)
-        truth = course([line(each, a, a) for each, a in zip(lengths, heights, strict=True)])
+        truth = course([Piece(each, a, a) for each, a in zip(lengths, heights, strict=True)])
         time = np.arange(0.0, lengths.sum(), 2.5e-4)
         found = estimate(time, rounded(truth(time)[0], 1e-6), "position", 1e-6)
         for corner in np.cumsum(lengths)[:-1]:
