@@ -25,7 +25,6 @@ import numpy as np
 import reference as ref
 from harness import heading, row
 from numpy.typing import NDArray
-from rider_reference import cross
 
 from guideload import Machine, Motion, simulate
 
@@ -34,6 +33,8 @@ DOFS = ("x", "y", "z", "rx", "ry", "rz")
 SCALES = (1.0, 0.1, 0.01)
 STEP = 1e-4  # s, the longer of two
 END = 0.5  # s
+ORIGIN = [0.0, 0.0, 0.0]
+ONLY_X = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 DRIVE = 1e10  # N/m, of the spring that moves a rider
 NEWTON = 1e-14  # m and rad; at scale 0.01 the links give way by some 1e-7 m
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "validation.md"
@@ -116,54 +117,36 @@ class Finite:
 
     def run(self, step: float) -> dict[str, Array]:
         import exudyn as exu
-        import exudyn.itemInterface as item
 
         machine, motion = self.machine, self.motion
         container = exu.SystemContainer()
         self.kept.append(container)
-        system = container.AddSystem()
-        self.exu, self.item, self.system = exu, item, system
-        ground = system.AddObject(item.ObjectGround())
+        self.system = system = container.AddSystem()
+        ground = system.CreateGround()
         body = self.body(machine.body)
-        node = system.GetObject(body)["nodeNumber"]
         foot = self.base(ground)
-        nothing = system.AddNode(item.NodePointGround())
-        fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=nothing, coordinate=0))
-        held = {}
-        for dof in range(6):
-            if DOFS[dof] not in machine.free:
-                marker = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=dof))
-                held[dof] = system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, marker]))
+        held = {
+            dof: system.CreateCoordinateConstraint(itemNumbers=[None, body], coordinates=[None, dof])
+            for dof in range(6)
+            if DOFS[dof] not in machine.free
+        }
         self.weigh(body, machine.body)
         for rider in machine.riders:
             self.ride(body, rider)
-        at_l = system.AddMarker(item.MarkerBodyRigid(bodyNumber=body, localPosition=[0.0] * 3))
         wrench = np.zeros((motion.time.size, 6)) if motion.wrench is None else motion.wrench.copy()
         if self.push is not None:
             wrench[:, :3] += self.push
-        self.load(at_l, wrench[:, :3])
-        self.load(at_l, wrench[:, 3:], item.LoadTorqueVector)
+        self.load(system.CreateForce, body, ORIGIN, wrench[:, :3])
+        self.load(system.CreateTorque, body, ORIGIN, wrench[:, 3:])
         forces = [self.spring(foot, body, spring) for spring in springs_of(machine)]
         kind = exu.OutputVariableType
         sensors = {
-            "link_load": [
-                self.sensor(item.SensorObject, objectNumber=one, outputVariableType=kind.ForceLocal)
-                for one in forces
-            ],
+            "link_load": [self.sensor("Object", objectNumber=one, kind=kind.ForceLocal) for one in forces],
             "point_displacement": [
-                self.sensor(
-                    item.SensorBody,
-                    bodyNumber=body,
-                    localPosition=list(point.at),
-                    outputVariableType=kind.Displacement,
-                )
+                self.sensor("Body", bodyNumber=body, localPosition=list(point.at), kind=kind.Displacement)
                 for point in machine.points
             ],
-            "drive": [
-                self.sensor(item.SensorObject, objectNumber=one, outputVariableType=kind.Force)
-                for dof, one in held.items()
-                if dof == 0
-            ],
+            "drive": [self.sensor("Object", objectNumber=held[0], kind=kind.Force)] if 0 in held else [],
         }
         system.Assemble()
         settings = exu.SimulationSettings()
@@ -201,14 +184,13 @@ class Finite:
 
     def body(self, given: Any, at: Sequence[float] = (0.0, 0.0, 0.0)) -> int:
         """A rigid body whose reference point starts at a place."""
-        r = np.array(given.center_of_mass) - np.array(at)
-        about = given.central_inertia() - given.mass * cross(r) @ cross(r)
-        node = self.system.AddNode(self.item.NodeRigidBodyRxyz(referenceCoordinates=[*at, 0.0, 0.0, 0.0]))
-        inertia = [about[0, 0], about[1, 1], about[2, 2], about[1, 2], about[0, 2], about[0, 1]]
-        rigid = self.item.ObjectRigidBody(
-            mass=given.mass, inertia=inertia, centerOfMass=r.tolist(), nodeNumber=node
-        )
-        return int(self.system.AddObject(rigid))
+        import exudyn as exu
+        from exudyn.rigidBodyUtilities import RigidBodyInertia
+
+        center = np.array(given.center_of_mass) - np.array(at)
+        inertia = RigidBodyInertia(given.mass, given.central_inertia(), center, inertiaTensorAtCOM=True)
+        kind = exu.NodeType.RotationRxyz
+        return self.system.CreateRigidBody(referencePosition=list(at), inertia=inertia, nodeType=kind)
 
     def ride(self, body: int, rider: Any) -> None:
         """A rigid body on a prismatic joint, with a stiff spring from its place along the joint to its travel."""
@@ -225,35 +207,25 @@ class Finite:
             return k * (place - wanted[0]) + c * (speed - wanted[1])
 
         self.kept.append(drive)
-        carried, frame = self.body(rider), frame_along(np.array(rider.direction))
-        markers = [
-            self.system.AddMarker(self.item.MarkerBodyRigid(bodyNumber=one, localPosition=[0.0] * 3))
-            for one in (body, carried)
-        ]
-        self.system.AddObject(
-            self.item.ObjectJointPrismaticX(
-                markerNumbers=markers, rotationMarker0=frame, rotationMarker1=frame
-            )
-        )
-        self.system.AddObject(
-            self.item.ObjectConnectorLinearSpringDamper(
-                markerNumbers=markers,
-                stiffness=DRIVE,
-                damping=2.0 * np.sqrt(DRIVE * rider.mass),
-                axisMarker0=frame[:, 0].tolist(),
-                springForceUserFunction=drive,
-            )
+        carried, axis = self.body(rider), list(rider.direction)
+        self.system.CreatePrismaticJoint(itemNumbers=[body, carried], position=ORIGIN, axis=axis)
+        self.system.CreateLinearSpringDamper(
+            itemNumbers=[body, carried],
+            position=ORIGIN,
+            axis=axis,
+            stiffness=DRIVE,
+            damping=2.0 * np.sqrt(DRIVE * rider.mass),
+            springForceUserFunction=drive,
         )
         self.weigh(carried, rider)
 
-    def weigh(self, body: int, given: Any, at: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+    def weigh(self, body: int, given: Any) -> None:
         """Weight and -m a, in the frame of L, at the centre of mass."""
-        place = (np.array(given.center_of_mass) - np.array(at)).tolist()
-        marker = self.system.AddMarker(self.item.MarkerBodyPosition(bodyNumber=body, localPosition=place))
-        self.load(marker, given.mass * (np.array(self.machine.gravity) - self.motion.acceleration))
+        values = given.mass * (np.array(self.machine.gravity) - self.motion.acceleration)
+        self.load(self.system.CreateForce, body, given.center_of_mass, values)
 
-    def load(self, marker: int, values: Array, kind: Any = None) -> None:
-        """A force (time, 3), linear between the stamps; at rest only what gravity gives."""
+    def load(self, create: Callable[..., Any], body: int, place: Sequence[float], values: Array) -> None:
+        """A force or torque (time, 3), linear between the stamps; at rest only what gravity gives."""
         time, at_rest = self.motion.time - self.motion.time[0], values[0].tolist()
 
         def of(system: Any, t: float, vector: Any) -> list[float]:
@@ -264,8 +236,7 @@ class Finite:
             return [float(x) for x in values[k - 1] + share * (values[k] - values[k - 1])]
 
         self.kept.append(of)
-        kind = kind or self.item.LoadForceVector
-        self.system.AddLoad(kind(markerNumber=marker, loadVectorUserFunction=of))
+        create(itemNumber=body, localPosition=list(place), loadVectorUserFunction=of)
 
     def base(self, ground: int) -> int:
         """The ground, or a nearly massless body on the base's stiffness."""
@@ -273,84 +244,56 @@ class Finite:
             return ground
         light = ref.body(mass=0.01, center_of_mass=(0.0, 0.0, 0.0), inertia=(1e-3 * np.eye(3)).tolist())
         base = self.body(light)
-        markers = [
-            self.system.AddMarker(self.item.MarkerBodyRigid(bodyNumber=one, localPosition=[0.0] * 3))
-            for one in (ground, base)
-        ]
         stiffness = np.linalg.inv(np.array(self.machine.base.compliance))
-        self.system.AddObject(
-            self.item.ObjectConnectorRigidBodySpringDamper(
-                markerNumbers=markers, stiffness=stiffness, damping=1e-5 * stiffness
-            )
-        )
+        self.connect(ground, base, stiffness, 1e-5 * stiffness)
         return base
+
+    def connect(self, one: int, other: int, stiffness: Array, damping: Array, **options: Any) -> int:
+        """A spring-damper for all six directions."""
+        return self.system.CreateRigidBodySpringDamper(
+            itemNumbers=[one, other],
+            stiffness=stiffness,
+            damping=damping,
+            useIntrinsicFormulation=False,
+            **options,
+        )
 
     def spring(self, foot: int, body: int, given: Spring) -> int:
         """A spring-damper whose x is the direction of the link; with a structure in series, a small mass in between."""
-        item, system = self.item, self.system
-        frame = frame_along(given.direction)
+        frame, point = frame_along(given.direction), given.point.tolist()
+        options = {"rotationMatrixJoint": frame, "localPosition0": point, "localPosition1": point}
         if given.structure:
-            between = self.body(
-                ref.body(mass=1e-3, center_of_mass=given.point.tolist(), inertia=(1e-6 * np.eye(3)).tolist()),
-                given.point,
-            )
-            self.connect(between, body, given, frame, 1.0 / given.structure, 0.0, [0.0] * 3, given.point)
+            light = ref.body(mass=1e-3, center_of_mass=point, inertia=(1e-6 * np.eye(3)).tolist())
+            between = self.body(light, point)
+            at_body = {"rotationMatrixJoint": frame, "localPosition1": point}
+            self.connect(between, body, ONLY_X / given.structure, 0.0 * ONLY_X, **at_body)
             stiff = np.diag([0.0, 1e8, 1e8, 1e4, 1e4, 1e4])
-            ends = (foot, given.point.tolist()), (between, [0.0] * 3)
-            markers = [
-                system.AddMarker(item.MarkerBodyRigid(bodyNumber=one, localPosition=at)) for one, at in ends
-            ]
-            system.AddObject(
-                item.ObjectConnectorRigidBodySpringDamper(
-                    markerNumbers=markers,
-                    stiffness=stiff,
-                    damping=1e-5 * stiff,
-                    rotationMarker0=frame,
-                    rotationMarker1=frame,
-                )
-            )
-            return self.connect(
-                foot, between, given, frame, given.force, given.damping, given.point, np.zeros(3)
-            )
-        return self.connect(foot, body, given, frame, given.force, given.damping, given.point, given.point)
-
-    def connect(
-        self,
-        foot: int,
-        body: int,
-        given: Spring,
-        frame: Array,
-        force: Any,
-        damping: float,
-        at_foot: Any,
-        at_body: Any,
-    ) -> int:
-        item, system = self.item, self.system
-        ends = (foot, list(at_foot)), (body, list(at_body))
-        markers = [
-            system.AddMarker(item.MarkerBodyRigid(bodyNumber=one, localPosition=at)) for one, at in ends
-        ]
-        only_x = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-        options: dict[str, Any] = {"stiffness": 0.0 * only_x, "damping": damping * only_x}
-        if given.rail is None and not callable(force):
-            options |= {"stiffness": force * only_x, "offset": [given.error, 0.0, 0.0, 0.0, 0.0, 0.0]}
+            options = {"rotationMatrixJoint": frame, "localPosition0": point}
+            self.connect(foot, between, stiff, 1e-5 * stiff, **options)
+            body = between
+        stiffness = 0.0 * ONLY_X
+        if given.rail is None and not callable(given.force):
+            stiffness = given.force * ONLY_X
+            options["offset"] = [given.error, 0.0, 0.0, 0.0, 0.0, 0.0]
         else:
-            law = force if callable(force) else lambda d: force * d
-            moved = self.profile(given)
+            options["springForceTorqueUserFunction"] = self.law(given)
+        return self.connect(foot, body, stiffness, given.damping * ONLY_X, **options)
 
-            def of(
-                mbs: Any, t: float, number: int, d: Any, phi: Any, v: Any, omega: Any, k: Any, b: Any, one: Any,
-                two: Any, offset: Any,
-            ) -> list[float]:  # fmt: skip
-                e, rate = moved(t)
-                return [law(d[0] - given.error - e) + damping * (v[0] - rate), 0.0, 0.0, 0.0, 0.0, 0.0]
+    def law(self, given: Spring) -> Callable[..., list[float]]:
+        """Force of a link whose law is not linear or whose rail is not straight."""
+        force = given.force
+        law = force if callable(force) else lambda d: force * d
+        moved = self.profile(given)
 
-            self.kept.append(of)
-            options["springForceTorqueUserFunction"] = of
-        spring = item.ObjectConnectorRigidBodySpringDamper(
-            markerNumbers=markers, rotationMarker0=frame, rotationMarker1=frame, **options
-        )
-        return int(system.AddObject(spring))
+        def of(
+            mbs: Any, t: float, number: int, d: Any, phi: Any, v: Any, omega: Any, k: Any, b: Any, one: Any,
+            two: Any, offset: Any,
+        ) -> list[float]:  # fmt: skip
+            e, rate = moved(t)
+            return [law(d[0] - given.error - e) + given.damping * (v[0] - rate), 0.0, 0.0, 0.0, 0.0, 0.0]
+
+        self.kept.append(of)
+        return of
 
     def profile(self, given: Spring) -> Callable[[float], tuple[float, float]]:
         """Displacement and speed of the foot along the link, at a time."""
@@ -372,8 +315,11 @@ class Finite:
 
         return moved
 
-    def sensor(self, kind: Any, **options: Any) -> int:
-        return int(self.system.AddSensor(kind(storeInternal=True, writeToFile=False, **options)))
+    def sensor(self, of: str, kind: Any, **options: Any) -> int:
+        import exudyn.itemInterface as item
+
+        options |= {"outputVariableType": kind, "storeInternal": True, "writeToFile": False}
+        return int(self.system.AddSensor(getattr(item, f"Sensor{of}")(**options)))
 
 
 def frame_along(direction: Array) -> Array:
@@ -577,7 +523,7 @@ def gripped(machine: Machine, motion: Motion, step: float) -> Array:
         one = Finite((bare, full, bare)[stage], ref.piece(motion, begin, end + 1), state=state)
         if stage == 1:
             assert state is not None
-            before, after = (np.array(mass_of(each), float)[free] for each in (bare, full))
+            before, after = (ref.matrices(each)[0][free] for each in (bare, full))
             q, v = state
             v = np.array(v)
             v[free[1].ravel()] = np.linalg.solve(after, before @ v[free[1].ravel()])
@@ -586,13 +532,6 @@ def gripped(machine: Machine, motion: Motion, step: float) -> Array:
         loads.append(found if stage == 2 else found[:-1])
         state = one.end
     return np.concatenate(loads)
-
-
-def mass_of(machine: Machine) -> Any:
-    """6 x 6, about L."""
-    import mpmath
-
-    return ref._body(mpmath.mp, machine)[0]
 
 
 def ours(feature: Feature, scale: float) -> Array:
