@@ -7,13 +7,13 @@ it.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from rider_reference import cross
 
 from guideload import Machine
-from peers.laws import Law, Sided
+from peers.laws import Law, force
 from peers.problem import Array, At, Problem, rest_position
 
 
@@ -52,28 +52,23 @@ def exudyn(given: Problem, *, solver: str, machine: Machine) -> At:
 def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[tuple[int, int]]]:
     """What must outlive the run; the system; of each end of a carriage, the carriage's index and the force's sensor."""
     import exudyn.itemInterface as item
+    from exudyn.rigidBodyUtilities import RigidBodyInertia, RotationVector2RotationMatrix
 
     container = exu.SystemContainer()
     system = container.AddSystem()
     start = np.zeros(6)
     free = ["x y z rx ry rz".split().index(dof) for dof in machine.free]
     start[free] = rest_position(machine, given.law)
-    mass, r = machine.body.mass, np.array(machine.body.center_of_mass)
-    about = machine.body.central_inertia() - mass * cross(r) @ cross(r)
-    node = system.AddNode(
-        item.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6, initialCoordinates=start.tolist())
+    mass, r = machine.body.mass, list(machine.body.center_of_mass)
+    body = system.CreateRigidBody(
+        inertia=RigidBodyInertia(mass, machine.body.central_inertia(), r, inertiaTensorAtCOM=True),
+        initialDisplacement=start[:3].tolist(),
+        initialRotationMatrix=RotationVector2RotationMatrix(start[3:]),
+        nodeType=exu.NodeType.RotationRotationVector,
     )
-    inertia = [about[0, 0], about[1, 1], about[2, 2], about[1, 2], about[0, 2], about[0, 1]]
-    body = system.AddObject(
-        item.ObjectRigidBody(mass=mass, inertia=inertia, centerOfMass=r.tolist(), nodeNumber=node)
-    )
-    ground = system.AddObject(item.ObjectGround())
-    nothing = system.AddNode(item.NodePointGround())
-    fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=nothing, coordinate=0))
+    ground = system.CreateGround()
     for dof in set(range(6)) - set(free):
-        held = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=dof))
-        system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, held]))
-    center = system.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=r.tolist()))
+        system.CreateCoordinateConstraint(itemNumbers=[None, body], coordinates=[None, dof])
     weight, last, step, u = mass * np.array(machine.gravity), given.u.size - 2, given.step, given.u
 
     def load(system: Any, t: float, vector: Any) -> list[float]:
@@ -81,8 +76,8 @@ def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[t
         k = min(int(at), last)
         return [float(weight[0] - mass * (u[k] + (u[k + 1] - u[k]) * (at - k))), weight[1], weight[2]]
 
-    system.AddLoad(
-        item.LoadForceVector(markerNumber=center, loadVector=weight.tolist(), loadVectorUserFunction=load)
+    system.CreateForce(
+        itemNumber=body, localPosition=r, loadVector=weight.tolist(), loadVectorUserFunction=load
     )
     expression = 0 if given.law is None else _symbolic(exu, system, given.law)
     sensors = []
@@ -90,16 +85,14 @@ def _model(exu: Any, machine: Machine, given: Problem) -> tuple[Any, Any, list[t
     ends = np.flatnonzero(links.directions[:, 1])  # of each end its link along y; that along z follows
     for link in ends:
         point = links.points[link].tolist()
-        one = system.AddMarker(item.MarkerBodyPosition(bodyNumber=ground, localPosition=point))
-        other = system.AddMarker(item.MarkerBodyPosition(bodyNumber=body, localPosition=point))
         k, b = float(links.stiffness[link]), float(links.damping[link])
-        spring = system.AddObject(
-            item.CartesianSpringDamper(
-                markerNumbers=[one, other],
-                stiffness=[0.0, k, k],
-                damping=[0.0, b, b],
-                springForceUserFunction=expression,
-            )
+        spring = system.CreateCartesianSpringDamper(
+            itemNumbers=[ground, body],
+            localPosition0=point,
+            localPosition1=point,
+            stiffness=[0.0, k, k],
+            damping=[0.0, b, b],
+            springForceUserFunction=expression,
         )
         sensor = system.AddSensor(
             item.SensorObject(
@@ -118,15 +111,7 @@ def _symbolic(exu: Any, system: Any, law: Law) -> Any:
     """The law along y and z as an expression that Exudyn evaluates itself."""
     from exudyn.advancedUtilities import CreateSymbolicUserFunction
 
-    symbolic = exu.symbolic
-
-    def pull(d: Any) -> Any:
-        if isinstance(law, Sided):
-            return law.positive * symbolic.max(d - law.clearance, 0.0) - law.negative * symbolic.max(
-                -law.clearance - d, 0.0
-            )
-        one, other = symbolic.max(law.opening + d, 0.0), symbolic.max(law.opening - d, 0.0)
-        return law.factor * (one * symbolic.sqrt(one) - other * symbolic.sqrt(other))
+    pull = force(law, SimpleNamespace(maximum=exu.symbolic.max, sqrt=exu.symbolic.sqrt))
 
     def springs(
         mbs: Any, t: Any, itemNumber: Any, displacement: Any, velocity: Any, stiffness: Any, damping: Any,
