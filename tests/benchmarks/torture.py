@@ -1,8 +1,7 @@
 """The torture set by every method of guideload and every peer: `python tests/benchmarks/torture.py`.
 
-    --write         the tables of docs/torture.md and the atlas, docs/images/torture.png
-    --only WORD     methods whose name has this word
-    --results FILE  JSON to keep results in; methods that it has already are not run again
+    --write      the tables of docs/torture.md and the atlas, docs/images/torture.png
+    --only WORD  methods whose name has this word
 
 The scenes are those of tests/helpers/torture_scenes.py, which are laws for guideload in tests/torture. Peers are in
 peers/small.py and small_compiled.py; `pip install .[bench]`. Each method works in a process of its own, which is
@@ -12,7 +11,6 @@ killed after LIMIT; a call is repeated for its time if it was short, so what com
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import time
@@ -270,16 +268,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help="tables and picture of docs/torture.md")
     parser.add_argument("--only", default="", metavar="WORD", help="methods whose name has this word")
-    parser.add_argument("--results", type=Path, metavar="FILE", help="JSON to keep results in")
     asked = parser.parse_args()
-    known = json.loads(asked.results.read_text()) if asked.results and asked.results.exists() else {}
     found: dict[str, list[Outcome]] = {}
     for method, (package, _) in methods().items():
-        if asked.only in method and (method in known or harness.installed(package)):
-            found[method] = [Outcome(*of) for of in known.get(method, ())] or outcomes(method)
-            if asked.results:
-                known[method] = [(of.error, of.seconds, of.refusal) for of in found[method]]
-                asked.results.write_text(json.dumps(known))
+        if asked.only in method and harness.installed(package):
+            found[method] = outcomes(method)
             kinds = [one.kind for one in found[method]]
             counts = ", ".join(
                 f"{kinds.count(kind)} {kind}" for kind in ("right", "slow", "refused", "wrong")

@@ -91,11 +91,16 @@ class Problem:
 
     def exponential(self) -> tuple[Array, Array, Array]:
         """p, g0, g1 of x(t + h) = p x + g0 u(t) + g1 u(t + h), without the links' laws."""
-        n = self.b.size
-        m = np.zeros((n + 2, n + 2))
-        m[:n, :n], m[:n, n], m[n, n + 1] = self.a * self.step, self.b * self.step, 1.0
-        e = scipy.linalg.expm(m)[:n]
-        return e[:, :n].copy(), e[:, n] - e[:, n + 1], e[:, n + 1].copy()
+        return exponential(self.a, self.b, self.step)
+
+
+def exponential(a: Array, b: Array, step: float) -> tuple[Array, Array, Array]:
+    """That of `Problem.exponential`, also of many systems, with an axis over them in front."""
+    n = b.shape[-1]
+    m = np.zeros((*b.shape[:-1], n + 2, n + 2))
+    m[..., :n, :n], m[..., :n, n], m[..., n, n + 1] = a * step, b * step, 1.0
+    e = scipy.linalg.expm(m)[..., :n, :]
+    return np.ascontiguousarray(e[..., :n]), e[..., n] - e[..., n + 1], e[..., n + 1].copy()
 
 
 def free_rows(machine: Machine) -> tuple[list[int], Array]:

@@ -7,11 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from guideload import Machine, Motion
 from peers.laws import Sided
-from peers.problem import Array, Problem, free_rows, problem
+from peers.problem import Array, Problem, exponential, free_rows, problem
 
 Peaks = Array  # (scene, 2 carriages) N: of each carriage the largest |Fy| and |Fz| at the samples
 Run = Callable[["Scatter"], Peaks]
@@ -127,12 +126,7 @@ class Systems:
 
     def propagators(self) -> tuple[Array, Array, Array]:
         """p, g0, g1 of `Problem.exponential`, with an axis over scenes."""
-        count, n = self.b.shape
-        step = self.scatter.nominal.step
-        m = np.zeros((count, n + 2, n + 2))
-        m[:, :n, :n], m[:, :n, n], m[:, n, n + 1] = self.a * step, self.b * step, 1.0
-        e = scipy.linalg.expm(m)[:, :n]
-        return np.ascontiguousarray(e[:, :, :n]), e[:, :, n] - e[:, :, n + 1], e[:, :, n + 1].copy()
+        return exponential(self.a, self.b, self.scatter.nominal.step)
 
     def problem(self, scene: int) -> Problem:
         """One of them for the peers that run one at a time; of the loads only those along y and z."""
