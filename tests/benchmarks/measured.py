@@ -83,8 +83,8 @@ def differences(ax: Axes, result: Predicted, unit: str) -> None:
     ax.set(xlabel="time, s", ylabel=f"measured less predicted, {unit}")
 
 
-def two(title: str, height: float = 3.6) -> tuple[Figure, Axes, Axes]:
-    figure = new_figure(10.0, height)
+def two(title: str) -> tuple[Figure, Axes, Axes]:
+    figure = new_figure(10.0, 3.6)
     figure.suptitle(title, x=0.01, ha="left")
     left, right = figure.subplots(1, 2)
     return figure, left, right

@@ -55,7 +55,7 @@ def served(folder: Path, *words: str) -> Iterator[Served]:
 
 
 @contextmanager
-def browser(width: int = 1280, height: int = 720) -> Iterator[Any]:
+def browser() -> Iterator[Any]:
     """A driver of headless Chromium; skips where there is none."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     if CHROMIUM is None or DRIVER is None:
@@ -78,7 +78,7 @@ def browser(width: int = 1280, height: int = 720) -> Iterator[Any]:
         # The window of headless Chromium has no frame, but its height counts the missing one.
         driver.execute_cdp_cmd(
             "Emulation.setDeviceMetricsOverride",
-            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
+            {"width": 1280, "height": 720, "deviceScaleFactor": 1, "mobile": False},
         )
         yield driver
     finally:

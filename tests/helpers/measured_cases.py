@@ -286,10 +286,10 @@ def mill(folder: Path, name: str = "Y") -> tuple[Predicted, Predicted]:
     return predict(found, current(first, half, np.inf)), predict(found, current(last, -np.inf, np.inf))
 
 
-def refusal(file: Path, name: str = "X") -> str:
-    """Why the log of an axis of the mill is refused; "" if it is read."""
+def refusal(file: Path) -> str:
+    """Why the log of the axis X of the mill is refused; "" if it is read."""
     try:
-        read_trace(file, column=f"{name}1_ActualVelocity", unit="mm/s", kind="velocity", rate=10)
+        read_trace(file, column="X1_ActualVelocity", unit="mm/s", kind="velocity", rate=10)
     except TraceError as error:
         return str(error)
     return ""

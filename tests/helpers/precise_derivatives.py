@@ -120,13 +120,7 @@ def at_rest() -> Motion:
 
 def matrices_of(machine: Machine, all_dofs: bool = False) -> tuple[Any, Any, Any]:
     """M, C, K of the free dofs, or of all, as matrices of mpmath in its present precision."""
-    links = reference.links_of(mpmath.mp, machine)
-    rows = [link.row for link in links]
-    mass = reference._body(mpmath.mp, machine)[0]
-    squares = [
-        reference._sum_of_squares(mpmath.mp, rows, [getattr(link, key) for link in links])
-        for key in ("damping", "k")
-    ]
+    _, *matrices, _ = reference.assembled(mpmath.mp, machine)
     dofs = [i for i, dof in enumerate(reference.DOFS) if all_dofs or dof in machine.free]
-    m, c, k = (mpmath.matrix([[of[i][j] for j in dofs] for i in dofs]) for of in (mass, *squares))
+    m, c, k = (mpmath.matrix([[of[i][j] for j in dofs] for i in dofs]) for of in matrices)
     return m, c, k

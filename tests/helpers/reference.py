@@ -157,9 +157,9 @@ def random_body(rng: np.random.Generator) -> Body:
     return Body(mass=float(masses.sum()), center_of_mass=center, inertia=inertia)
 
 
-def random_base(seed: int = 1, size: float = 1.0) -> Array:
+def random_base(size: float = 1.0) -> Array:
     """The compliance of a base: some micrometres per kilonewton."""
-    root = np.random.default_rng(seed).normal(size=(6, 6)) * np.sqrt([1e-9] * 3 + [1e-8] * 3)[:, None]
+    root = np.random.default_rng(1).normal(size=(6, 6)) * np.sqrt([1e-9] * 3 + [1e-8] * 3)[:, None]
     return np.asarray(size * root @ root.T)
 
 
@@ -334,11 +334,7 @@ def precise(machine: Machine, motion: Motion, digits: int = DIGITS) -> dict[str,
     """The fields of `Reference` as nested lists of mpmath numbers."""
     mp = MPContext()
     mp.dps = digits
-    links = links_of(mp, machine)
-    rows = [link.row for link in links]
-    mass, weight = _body(mp, machine)
-    stiffness = _sum_of_squares(mp, rows, [link.k for link in links])
-    damping = _sum_of_squares(mp, rows, [link.damping for link in links])
+    links, mass, damping, stiffness, weight = assembled(mp, machine)
     free = [DOFS.index(dof) for dof in machine.free]
     n = len(free)
 
@@ -403,12 +399,21 @@ def matrices(machine: Machine) -> tuple[Array, Array, Array, Array, Array]:
     """M, C, K, each (6, 6), weight (6,), and the rows d (link, 6), rounded once to float64."""
     mp = MPContext()
     mp.dps = DIGITS
-    links = links_of(mp, machine)
-    rows = [link.row for link in links]
-    mass, weight = _body(mp, machine)
-    c, k = (_sum_of_squares(mp, rows, [getattr(link, name) for link in links]) for name in ("damping", "k"))
-    m, c, k, weight, rows = (np.array(part, dtype=np.float64) for part in (mass, c, k, weight, rows))
+    links, *parts = assembled(mp, machine)
+    m, c, k, weight, rows = (
+        np.array(part, dtype=np.float64) for part in (*parts, [link.row for link in links])
+    )
     return m, c, k, weight, rows
+
+
+def assembled(mp: Any, machine: Machine) -> tuple[list[PreciseLink], Any, Any, Any, Numbers]:
+    """Links, M, C, K, each of all dofs, and weight."""
+    links, (mass, weight) = links_of(mp, machine), _body(mp, machine)
+    rows = [link.row for link in links]
+    damping, stiffness = (
+        _sum_of_squares(mp, rows, [getattr(link, name) for link in links]) for name in ("damping", "k")
+    )
+    return links, mass, damping, stiffness, weight
 
 
 @dataclass
