@@ -87,7 +87,7 @@ def write_project(folder: Path) -> None:
     _write(folder / "riding.toml", plain + RIDER)
     _write(folder / "elastic.toml", plain.replace(LENGTHS, ROTATIONS) + BASE)
     _write(folder / "preloaded.toml", bent.replace(DAMPED, "damping_in_contact = false"))
-    _write(folder / "slide.toml", _text(folder / "moves.toml").replace("0.5 m", "0.2 m"))
+    _write(folder / "slide.toml", _text(folder / "moves.toml").replace("0.1 m", "0.05 m"))
     drive = folder / "manipulator.toml"
     _write(drive, _text(drive) + FRICTION_AND_TOOL)
     time = np.arange(400) * 2e-3
@@ -101,7 +101,7 @@ def write_project(folder: Path) -> None:
     noise = 0.01 * np.sin(1e4 * time**2)
     sensor = measured["point_acceleration"][:, 0, 1] + noise
     cell = measured["force"][:, 0, 1] + 100 * noise
-    response = np.arange(20.0, 300.0, 10.0)
+    response = np.arange(20.0, 300.0, 40.0)
     texts = {
         "cases.csv": "body.mass [kg],motion.scale\n1250,1\n1300,1.1\n1200,0.9\n",
         "trace.csv": _table("t [s],v [m/s],I [A]", time, speed, current),
