@@ -69,6 +69,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("page", with_code("python", "sh"))
 def test_code_of_a_page_runs(page: str, folder: Path) -> None:
+    shown = [name for _, name, _, _ in refresh.BLOCK.findall(PAGES[page])]
+    if not refresh.ON_PAGE.keys() & set(shown):  # else the numbers on the page are of the whole trace
+        shorten_traces()
     if "<!-- folder: empty -->" in PAGES[page]:
         for file in folder.iterdir():
             file.unlink()
@@ -86,6 +89,13 @@ def test_code_of_a_page_runs(page: str, folder: Path) -> None:
         if name in refresh.ON_PAGE:
             command, choose = refresh.ON_PAGE[name]
             assert inside == f"{refresh.chosen(printed[command], choose)}\n", name
+
+
+def shorten_traces() -> None:
+    """Only the first third of the packaged trace, which is simulated sooner."""
+    for name in ("manipulator.csv", "trace.csv"):
+        rows = Path(name).read_text(encoding="utf-8").splitlines(keepends=True)
+        Path(name).write_text("".join(rows[:1800]), encoding="utf-8")
 
 
 def write(how: str, rows: str) -> None:
