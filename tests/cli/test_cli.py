@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import MACHINE, contents, guideload, names, refused, write_trace
+from unrendered import leave_unrendered
 
 from guideload.base.atomic import DRAFT
 from guideload.base.errors import ArgumentError, RunError
@@ -27,7 +28,11 @@ def trace(tmp_path: Path) -> str:
     return write_trace(tmp_path / "Spur für Wagen.csv", 1200, 0.5)
 
 
-def test_run_writes_loads_report_and_pictures(tmp_path: Path, trace: str) -> None:
+def test_run_writes_loads_report_and_pictures(
+    tmp_path: Path, trace: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rendered pictures are in test_names.py."""
+    leave_unrendered(monkeypatch)
     out = tmp_path / "neue Läufe" / "eins"
     ended = guideload("run", MACHINE, trace, "-o", out)
     assert names(out) == {"loads.nc", "report.txt", *PICTURES}
@@ -266,7 +271,7 @@ def test_a_real_trace_with_bad_rows_is_refused(shared_data: Path) -> None:
     [
         ("-h", "click", "numpy pydantic xarray pandas scipy matplotlib pyarrow rich"),
         ("run {machine} {trace} -o out --no-pictures", "numpy", "matplotlib dask xarray pandas"),
-        ("run {machine} {trace} -o out --report out.html", "matplotlib", "dask xarray pandas"),
+        ("run {machine} {trace} --report out.html", "matplotlib", "dask xarray pandas"),
         ("encoder {trace}", "numpy", "matplotlib"),
     ],
 )

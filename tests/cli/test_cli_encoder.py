@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
 from trace_files import has_note, write_trace
+from unrendered import leave_unrendered
 
 from guideload import Inspection, Machine, motion_from_trace, plots, read_trace
 from guideload.base.number_text import digits
@@ -109,7 +110,10 @@ def test_the_ratio_stands_for_the_drive_of_a_machine() -> None:
         assert "--ratio: expected a travel per turn" in refused("encoder", TRACE, "--ratio", wrong)
 
 
-def test_a_machine_without_a_drive_is_no_reason_to_fail(tmp_path: Path) -> None:
+def test_a_machine_without_a_drive_is_no_reason_to_fail(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave_unrendered(monkeypatch)
     bare = tmp_path / "bare.toml"
     machine = Path(MACHINE).read_text(encoding="utf-8")
     start, stop = machine.index("[drive]"), machine.index("[", machine.index("[drive]") + 1)

@@ -72,7 +72,11 @@ def stops_at(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
     monkeypatch.setattr(execution._Writer, "count", counts)
 
 
-def test_study_writes_samples_report_and_pictures(file: Path, tmp_path: Path) -> None:
+def test_study_writes_samples_report_and_pictures(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rendered pictures are in test_names.py."""
+    leave_unrendered(monkeypatch)
     out = tmp_path / "neue" / "Studie"
     ended = guideload("study", file, "-o", out)
     written = {"study.json", "samples", "histories.nc", "summary.json", "report.txt"}
@@ -280,7 +284,7 @@ LINKS = dict(
 )
 
 
-@pytest.mark.parametrize(("read", "link"), [*LINKS.items(), ("machine", "hard link")])
+@pytest.mark.parametrize(("read", "link"), LINKS.items())
 def test_what_a_study_reads_is_neither_removed_nor_replaced(
     file: Path, tmp_path: Path, read: str, link: str
 ) -> None:

@@ -7,6 +7,7 @@ import pytest
 from command_line import MACHINE, guideload, names, write_trace
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from unrendered import leave_unrendered
 
 from guideload import plots
 from guideload.cli.exit_codes import PICTURE_MISSING
@@ -92,6 +93,7 @@ def test_a_picture_that_fails_costs_neither_numbers_nor_the_other_pictures(
     def fail(*_: object) -> Axes:
         raise ValueError("no \x1b[31mfont")
 
+    leave_unrendered(monkeypatch)
     trace = write_trace(tmp_path / "trace.csv", 1200, 0.5)
     monkeypatch.setattr("guideload.plots.run.moments", fail)
     ended = guideload("run", MACHINE, trace, "-o", tmp_path / "out", code=PICTURE_MISSING)
