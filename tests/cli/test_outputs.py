@@ -164,7 +164,7 @@ def test_a_file_that_must_not_be_replaced_stays(
 
 # Each writes one thing, where nothing is: a file, or a folder.
 AT_ONCE = {
-    "report": ["run", "{machine}", "{trace}", "--report", "{out}.html"],
+    "report": ["modes", "{gantry}", "--report", "{out}.html"],
     "folder": ["run", "{machine}", "{trace}", "--no-pictures", "-o", "{out}"],
     "table": ["response", "{gantry}", "--csv", "{out}.csv"],
     "study": ["study", "{study}", "--samples", "50", "--no-pictures", "-o", "{out}"],
