@@ -9,8 +9,18 @@ from guideload.app.decide_view import holding_first, product_changes
 from guideload.app.document import with_values
 
 
-@pytest.mark.parametrize("kind", ["two-rails", "one-rail", "gantry", "vertical", "manipulator"])
-@pytest.mark.parametrize("product", ["HGH25CA", "MGN12H", "SHS30V"])
+@pytest.mark.parametrize(
+    ("kind", "product"),
+    [
+        ("two-rails", "HGH25CA"),
+        ("one-rail", "HGH25CA"),
+        ("gantry", "HGH25CA"),
+        ("vertical", "HGH25CA"),
+        ("manipulator", "HGH25CA"),
+        ("two-rails", "MGN12H"),
+        ("two-rails", "SHS30V"),
+    ],
+)
 def test_a_product_that_is_taken_gives_the_machine_of_its_candidate(kind: str, product: str) -> None:
     text = guideload.file_template(kind)
     machine = guideload.Machine.from_text(text)
