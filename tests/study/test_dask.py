@@ -4,6 +4,7 @@ import importlib
 import os
 import pickle
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,11 +21,16 @@ from guideload.study.tasks import write_chunk
 
 distributed = pytest.importorskip("distributed", reason="needs the extra: pip install guideload[cluster]")
 
+dask = pytest.importorskip("dask")
+
 RUNS = 1000
 
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Any]:
+    if sys.platform != "win32":  # workers are forked from one process that has imported all they need
+        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})
+        distributed.utils.get_mp_context().set_forkserver_preload(["distributed", "study_standin"])
     with (
         distributed.LocalCluster(
             n_workers=2, processes=True, threads_per_worker=1, dashboard_address=None
