@@ -66,7 +66,7 @@ def test_adapting_never_lowers_the_likelihood():
 
 def test_the_noise_before_rounding_is_found_whatever_the_quantum():
     """A slow sine: many samples in a quantum. Rounding adds quantum^2/12 to nothing here."""
-    time = np.arange(2000) * 1e-3
+    time = np.arange(0.0, 2.0, 2e-3)
     true = 0.01 * np.sin(2.0 * np.pi * time)
     rng = np.random.default_rng(RNG_SEED)
     for noise in (0.3, 1.0, 3.0):
@@ -88,10 +88,10 @@ def test_the_quantum_helps_where_samples_creep():
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_better_than_the_best_filter_and_the_band_covers(family):
-    """Means of eight cases, because single ones scatter (tests/benchmarks/encoder.py shows them all)."""
+    """Means of six cases, because single ones scatter (tests/benchmarks/encoder.py shows them all)."""
     rng = np.random.default_rng(RNG_SEED)
     ratios, covers = [], []
-    for rate, quantum in product((250.0, 1000.0), (1e-7, 1e-6, 1e-5, 8e-5)):
+    for rate, quantum in product((250.0, 1000.0), (1e-7, 1e-5, 8e-5)):
         one = case(family, rate, quantum, 0.0, 0.5, rng)
         lengths = np.geomspace(3, 0.3 * rate, 20)
         best = best_filter_error(one.value, one.acceleration, rate, (2, 4, 6), lengths)
@@ -123,7 +123,7 @@ def test_jumps_are_found_where_they_are_and_a_sine_has_none():
 def test_a_jump_is_located_to_two_intervals():
     """Medians over moves that start between two samples: 4 kHz, 1 um, without noise, jumps by 5 m/s2."""
     widths, misses = [], []
-    for seed in range(4):
+    for seed in range(2):
         lengths = np.array([0.3, 0.2, 0.3, 0.2, 0.3]) + np.random.default_rng(seed).uniform(0.0, 2.5e-4, 5)
         heights = (0.0, 5.0, 0.0, -5.0, 0.0)
         truth = course([Piece(each, a, a) for each, a in zip(lengths, heights, strict=True)])
@@ -156,7 +156,7 @@ def test_no_more_is_shown_than_half_the_samples_rate():
     assert estimate(time, velocity, "velocity", 1e-4).bandwidth <= 5.0
 
 
-@pytest.mark.parametrize("count", [36, 108, 210, 318, 366])
+@pytest.mark.parametrize("count", [36, 210, 366])
 def test_a_line_with_a_gap_of_a_million_steps_is_smoothed(count):
     """The best orders do not survive rounding when they smooth all samples; the others do."""
     time = np.arange(float(count))
@@ -233,7 +233,7 @@ def test_draws_scatter_as_the_posterior_also_beside_a_gap(missing):
     assert rms(found.acceleration - acceleration) < 1e-3 * rms(acceleration)
 
 
-@pytest.mark.parametrize("seed", [1, 4, 7])
+@pytest.mark.parametrize("seed", [1, 7])
 def test_a_long_rest_does_not_blur_the_move(seed: int) -> None:
     """The order of the model is chosen on excerpts of a long trace, and most of this one is at rest."""
     one = case("jerk-limited", 1000.0, 2e-5, 0.0, 0.0, np.random.default_rng(seed))
@@ -246,7 +246,7 @@ def test_a_long_rest_does_not_blur_the_move(seed: int) -> None:
 
 
 def test_a_stamp_long_before_the_others_changes_next_to_nothing_of_them():
-    time = np.arange(1000) * 1e-3
+    time = np.arange(400) * 2.5e-3
     value = rounded(np.sin(10.0 * time), 1e-6)
     alone = estimate(time, value, "position", 1e-6)
     for before in (1.0, 1e3, 1e6):

@@ -27,9 +27,14 @@ def axis(frequency, damping, soft=False, step=1e-3):
 
 
 @pytest.mark.parametrize(
-    ("frequency", "damping", "soft"), [(8.0, 0.04, False), (20.0, 0.12, False), (14.0, 0.03, True)]
+    ("frequency", "damping", "soft", "kind"),
+    [
+        (8.0, 0.04, False, "position"),
+        (20.0, 0.12, False, "velocity"),
+        (14.0, 0.03, True, "position"),
+        (14.0, 0.03, True, "velocity"),
+    ],
 )
-@pytest.mark.parametrize("kind", ["position", "velocity"])
 def test_frequency_and_damping_are_found_and_halve_the_error(frequency, damping, soft, kind, monkeypatch):
     rng = np.random.default_rng(SEED)
     time, position, velocity, acceleration = axis(frequency, damping, soft)
@@ -47,7 +52,7 @@ def test_frequency_and_damping_are_found_and_halve_the_error(frequency, damping,
 
 @pytest.mark.parametrize("family", ["jerk-limited", "trapezoid"])
 def test_what_does_not_ring_has_no_oscillator(family):
-    for seed in range(4):
+    for seed in range(2):
         one = case(family, 1000.0, 1e-6, 0.0, 0.5, np.random.default_rng(seed))
         assert estimate(one.time, one.value, "position", one.quantum).oscillation is None
     pure = np.random.default_rng(SEED).standard_normal(2000)
@@ -55,7 +60,7 @@ def test_what_does_not_ring_has_no_oscillator(family):
 
 
 def test_a_unit_of_time_changes_the_frequency_alone():
-    time, position, *_ = axis(10.0, 0.06)
+    time, position, *_ = axis(10.0, 0.06, step=4e-3)
     value = rounded(position, 1e-5)
     one, other = (estimate(scale * time, value, "position", 1e-5) for scale in (1.0, 1024.0))
     assert one.oscillation is not None and other.oscillation is not None
@@ -72,7 +77,7 @@ def test_draws_of_a_ringing_axis_scatter_as_its_posterior():
     check_draws(found, SEED)
 
 
-@pytest.mark.parametrize("count", [8, 9, 12, 20, 30, 45, 70])
+@pytest.mark.parametrize("count", [8, 9, 20, 70])
 def test_short_records_are_smoothed(count):
     time, position, *_ = axis(10.0, 0.06, step=0.01)
     part = slice(40, 40 + count)
@@ -100,7 +105,7 @@ def test_a_straight_line_with_a_gap_has_no_oscillator(length):
     assert found.oscillation is None and np.isfinite(found.acceleration).all()
 
 
-@pytest.mark.parametrize("burst", [2, 3, 5])
+@pytest.mark.parametrize("burst", [2, 5])
 def test_bursts_of_samples_are_smoothed(burst):
     """Means of samples that reach over gaps are left out of the search; here they may be all."""
     rng = np.random.default_rng(SEED)
