@@ -44,7 +44,7 @@ from guideload.sizing.limits import at_pace, with_payload
 from guideload.sizing.requirements import margins_of
 from guideload.sizing.size import with_product
 
-TIME = GENTLE.times(500.0)
+TIME = GENTLE.times(100.0)
 PLACE, SPEED, ACCELERATION = GENTLE.motion(TIME)
 MOTION = Motion.along_x(TIME, ACCELERATION, velocity=SPEED, position=PLACE)
 WANTED = LifeConditions(life="2000 km", safety=3.0)
@@ -191,7 +191,7 @@ def test_limits_of_moves_are_where_a_requirement_fails(name: Any) -> None:
     way, *speeds = (0.1, 0.05, 0.04) if name == "speed" else (0.4, 0.8, 0.7)
     ways = zip((way, -way), speeds, strict=True)
     listed = [Move(distance=each, speed=speed, **limits) for each, speed in ways]
-    moves = Moves(moves=listed, rate=512)
+    moves = Moves(moves=listed, rate=256)
 
     def found(factor: float, conditions: LifeConditions) -> Life:
         return life_of(simulate(machine, moves.with_limit(name, factor).motion()), conditions)
@@ -213,14 +213,14 @@ def test_a_limit_ends_where_a_force_lacks_its_phase() -> None:
     machine = with_product(cart(), CATALOGUE["large"], "Z0")
     force = {"force": (0.0, -100.0, 0.0), "during": "constant speed"}
     keys = {"speed": 0.3, "acceleration": 2.0, "jerk": 40.0, "dwell": 0.3}
-    moves = Moves(moves=[Move(distance=0.4, forces=[force], **keys)], rate=512)
+    moves = Moves(moves=[Move(distance=0.4, forces=[force], **keys)], rate=256)
     limit = largest(machine, moves, "speed", conditions=LifeConditions(safety=0.1))
     reached = np.polynomial.Polynomial([-0.4, 2.0 / 40.0, 1.0 / 2.0]).roots().max()
     assert limit.value == math.inf and limit.margins.hold
     assert limit.tried[1] == pytest.approx(reached, rel=1e-3) and limit.tried[1] < reached
     assert "constant speed" in limit.beyond and limit.beyond in limit_report(machine, limit, WANTED).answer[0]
     # Downwards too: with v^2/a + v a/j of the way left, the acceleration cannot be halved.
-    short = Moves(moves=[Move(distance=0.08, forces=[force], **keys)], rate=512)
+    short = Moves(moves=[Move(distance=0.08, forces=[force], **keys)], rate=256)
     safety = life_of(simulate(machine, short.motion())).weakest.static.safety
     wanted = LifeConditions(safety=1.001 * safety)
     assert largest(machine, short, "acceleration", conditions=wanted).value < 2.0

@@ -42,8 +42,8 @@ HALVED = dropped("restitution 0.5", damping=2.0 * 0.215 * sqrt(1e7), damping_in_
 EXTRA = {
     scene.name: scene
     for scene in (
-        Scene("a thousand impacts", "", {"y": gap(1e6)}, **pushes(KICK, (10.0, 0.0)), asked=evenly(10.0)),
-        *(grazing(beyond) for beyond in (1e-9, 1e-12, 0.0, -1e-9)),
+        Scene("four hundred impacts", "", {"y": gap(1e6)}, **pushes(KICK, (4.0, 0.0)), asked=evenly(4.0)),
+        *(grazing(beyond) for beyond in (1e-12, 0.0)),
         HALVED,
         dropped("damped throughout", damping=300.0),
     )
@@ -76,8 +76,10 @@ def test_right_or_refused_and_each_event_found_once(name: str) -> None:
         found = result.quantities["link_load"], result.quantities["displacement"][:, scene.axes]
         assert scene.error(*found) <= (MOST[name] if result.method == "exact" else 10.0 * RTOL), method
         if scene.by is None and method in ("exact", "rk45", "implicit"):
-            counted = simulate(scene.machine, scene.motion, method, rtol=RTOL).data.attrs["contact_changes"]
-            more = counted - links * sum(len(axis.events) for axis in scene.paths)
+            # Without instants between the events, which could help to find them.
+            ends = scene.motion.time[[0, -1]]
+            run = simulate(scene.machine, scene.motion, method, times=ends, rtol=RTOL)
+            more = run.data.attrs["contact_changes"] - links * sum(len(axis.events) for axis in scene.paths)
             assert more in UNCERTAIN.get(name, (0,)), method
 
 
