@@ -376,11 +376,10 @@ def predicted_drift(method: str, steps: float) -> tuple[complex, float]:
     return complex(drifted), ROUNDING + ROUNDING_OF_R * PERIODS * steps
 
 
-FIXED_STEPS = [("rk45", 30, None), ("implicit", 4, None)]
-TOLERANCES = [("rk45", None, 1e-1), ("rk45", None, 1e-2), ("implicit", None, 1e-2), ("implicit", None, 1e-4)]
-
-
-@pytest.mark.parametrize(("method", "steps", "rtol"), FIXED_STEPS + TOLERANCES)
+@pytest.mark.parametrize(
+    ("method", "steps", "rtol"),
+    [("rk45", 30, None), ("implicit", 4, None), ("rk45", None, 1e-1), ("implicit", None, 1e-4)],
+)
 def test_amplitude_and_phase_after_1e5_periods_are_those_of_r(
     method: str, steps: float | None, rtol: float | None
 ) -> None:

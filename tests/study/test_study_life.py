@@ -24,7 +24,7 @@ from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import QUANTITIES
 from guideload.study.result import StudyResult
 
-MOTION = moved(GENTLE, 500.0)
+MOTION = moved(GENTLE, 200.0)
 CONDITIONS = {"reliability": 0.95, "hardness_factor": 0.9, "life": "20000 km", "application": "strong shock"}
 PRELOADED = {"preload_y": 8e3, "preload_z": 8e3, "rolling": "ball"}
 LINEAR = 1e-5  # of the life: means of loads are exact in a study with linear links, those of a run by Simpson's rule
