@@ -121,10 +121,10 @@ def test_doubts_stand_first_and_strict_makes_them_an_error(tmp_path: Path) -> No
 
 
 def test_the_same_samples_are_judged_however_the_study_runs(tmp_path: Path) -> None:
-    whole = study(ref.cart_clear(), 200)
+    whole = study(ref.cart_clear(), 60)
     run_study(whole, tmp_path / "whole", threads=1)
     with pytest.raises(StudyInterrupted) as stopped:
-        run_study(whole, tmp_path / "resumed", chunk=64, progress=stops_at(128))
+        run_study(whole, tmp_path / "resumed", chunk=20, progress=stops_at(40))
     unfinished = stopped.value.result
     assert unfinished.second_look is None and "not judged" in repr(unfinished)
     assert "not judged" in study_report(unfinished).text().replace("\n", " ")
