@@ -581,8 +581,6 @@ def test_products_that_differ_in_name_only_share_a_run() -> None:
 
 
 def test_two_makers_by_the_names_of_their_products() -> None:
-    from guideload.cli.inputs import EXAMPLES
-
     run = EXAMPLES / "manipulator.toml", EXAMPLES / "manipulator.csv"
     pair = "--product", "HGW25CC ZA", "--product", "THK SHS25C C1"
     text = " ".join(guideload("compare", *run, *pair).stdout.split())
