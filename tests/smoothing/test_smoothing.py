@@ -56,7 +56,7 @@ def test_uneven_stamps_cost_little():
     assert rms(uneven.acceleration - true[2]) < 1.25 * rms(even.acceleration - acceleration)
 
 
-@pytest.mark.parametrize(("kind", "quantum"), [("position", 1e-6), ("position", 1e-5), ("velocity", 1e-3)])
+@pytest.mark.parametrize(("kind", "quantum"), [("position", 1e-5), ("velocity", 1e-3)])
 def test_rest_is_quiet_and_the_ends_are_sane(kind: Kind, quantum: float):
     time, position, velocity, acceleration = cycle(1000.0)
     noise = 0.0 if kind == "position" else 0.3 * quantum
@@ -71,7 +71,7 @@ def test_rest_is_quiet_and_the_ends_are_sane(kind: Kind, quantum: float):
 
 def test_velocity_and_position_agree():
     """The acceleration is the derivative of the velocity, and that of the position, in both kinds."""
-    time, position, velocity, _ = cycle(1000.0)
+    time, position, velocity, _ = cycle(1000.0, 3.5)
     for kind, value in (("position", rounded(position, 1e-6)), ("velocity", rounded(velocity, 1e-4))):
         found = smooth(time, value, kind)
         middle = 0.5 * (time[1:] + time[:-1])
