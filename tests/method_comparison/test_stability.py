@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference as ref
-from command_line import MACHINE, TRACE, guideload
+from command_line import MACHINE, guideload, write_trace
 from numpy.typing import NDArray
 from reference import DOFS, all_modes_critical, translating
 from texts import one_line
@@ -521,8 +521,9 @@ def test_the_command_reports_and_draws(tmp_path: Path) -> None:
     printed = guideload("stability", MACHINE, "-o", picture).stdout
     assert "rk45 is stable up to" in printed and "standard move" in printed
     assert picture.read_bytes().startswith(b"\x89PNG")
-    measured = guideload("stability", MACHINE, TRACE, "--free", "rx,ry,rz").stdout
-    assert "manipulator.csv" in measured and "free rx, ry, rz" in measured
+    trace = write_trace(tmp_path / "trace.csv", 800, 0.2)
+    measured = guideload("stability", MACHINE, trace, "--free", "rx,ry,rz").stdout
+    assert "trace.csv" in measured and "free rx, ry, rz" in measured
 
 
 def test_the_picture_shows_every_eigenvalue_at_both_steps() -> None:
