@@ -222,13 +222,11 @@ def test_the_report_has_the_figures_of_the_summary() -> None:
     np.testing.assert_allclose(numbers[3::2], errors, rtol=0.05)
 
 
-def test_the_report_warns_of_few_samples_failures_and_wide_intervals() -> None:
+def test_the_report_warns_of_failures() -> None:
+    """Of few samples and wide intervals: a golden file."""
     failed = dict.fromkeys(range(5), "no equilibrium")
     text = one_line(study_report(studies.study(100, failed=failed)).text())
     assert "5 of 100 runs failed, 5 %" in text and "no equilibrium" in text
-    assert "the 99 % quantile needs 368 samples" in text
-    wide = one_line(study_report(studies.study(20, sensitivity=True)).text())
-    assert "Sobol indices" in wide and "wide" in wide
 
 
 @pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
