@@ -95,13 +95,15 @@ chain = lambda n: (np.ones(n - 1), np.ones(n), np.eye(4), np.zeros(n - 1, np.uin
 samples = (np.ones(2 * count - 1), *[np.ones(2 * count)] * 2, np.zeros(4), *chain(2 * count)[2:])
 machine = cart()
 result = simulate(machine, small)
+calls = {calls}
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + {spare},) * 2)
 print("begun", flush=True)
-try:
-    {call}
-except MemoryError as error:
-    print("refused:", error)
+for name, call in calls.items():
+    try:
+        call()
+    except MemoryError as error:
+        print("refused", name, error, sep=": ")
 print("alive", peak_loads(machine, small).largest.shape)
 """
 
@@ -119,20 +121,21 @@ del CALLS["peaks"]
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the used memory is read from /proc")
-@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_too_little_memory_is_an_error(call: str) -> None:
-    """A call that needs more than some 80 MB under that limit raises MemoryError, and the process goes on.
+def test_too_little_memory_is_an_error() -> None:
+    """Calls that need more than some 80 MB under that limit raise MemoryError, and the process goes on.
 
     Where less than a page of the heap is left, the next few bytes end any process; then with another limit.
     """
+    calls = ", ".join(f"{name!r}: lambda: {call}" for name, call in CALLS.items())
     for spare in (80_000_000, 83_000_000, 86_000_000):
-        ended = run_process(LIMITED.replace("{call}", call).replace("{spare}", str(spare)))
+        ended = run_process(LIMITED.replace("{calls}", f"{{{calls}}}").replace("{spare}", str(spare)))
         if not re.search(r"memory allocation of \d{1,4} bytes failed", ended.stderr):
             break
     assert ended.returncode == 0, ended.stderr[-2000:]
-    begun, refused, alive = ended.stdout.splitlines()
+    begun, *refused, alive = ended.stdout.splitlines()
     assert (begun, alive) == ("begun", "alive (4, 8)")
-    assert refused.startswith("refused: ") and len(refused) > 20
+    assert [line.split(": ")[1] for line in refused] == [*CALLS]
+    assert all(len(line.split(": ", 2)[2]) > 10 for line in refused)
 
 
 @pytest.mark.parametrize("law", [{}, PRELOAD])
