@@ -233,8 +233,13 @@ def test_the_largest_motions_of_points_are_those_at_any_time(name: str) -> None:
         assert distance.max() <= largest * (1.0 + tolerance(case))
 
 
-@every_case
-@pytest.mark.parametrize("ending", ["nc", "parquet"])
+# Of netCDF, which takes four times as long, the cases whose files have quantities, dimensions or instants of their own.
+NETCDF = ("extra links, jumps", "payload, preload", "rider", "wavy rails", "points", "a measured trace")
+
+
+@pytest.mark.parametrize(
+    ("name", "ending"), [*((name, "parquet") for name in CASES), *((name, "nc") for name in NETCDF)]
+)
 def test_files_keep_everything(name: str, ending: str, tmp_path: Path) -> None:
     result, file = case_of(name).result, tmp_path / f"loads.{ending}"
     {"nc": result.to_netcdf, "parquet": result.to_parquet}[ending](file)

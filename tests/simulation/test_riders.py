@@ -70,8 +70,8 @@ def reference(
 
 
 def test_two_riders_against_dop853():
-    machine, motion = gantry(SLIDE, ARM), swing(0.002, 30.0, count=301)
-    riders = {"slide": swing(0.02, 15.0, 0.1, count=301), "arm": swing(0.01, 25.0, count=301)}
+    machine, motion = gantry(SLIDE, ARM), swing(0.002, 30.0, count=101)
+    riders = {"slide": swing(0.02, 15.0, 0.1, count=101), "arm": swing(0.01, 25.0, count=101)}
     riding, states = reference(machine, motion, riders)
     want = riding.link_loads(states)
     scale = np.abs(want).max()
