@@ -85,7 +85,7 @@ def test_a_handler_of_the_user_decides() -> None:
     def refuses(*_: object) -> None:
         raise LookupError("mine")
 
-    motion = repeated(30)  # a second; runs to its end once
+    motion = repeated(15)  # half a second; runs to its end once
     with pytest.raises(LookupError, match="mine"), ctrl_c(refuses):
         peak_loads(preloaded(), motion, "implicit", rtol=1e-12)
     with ctrl_c(lambda *_: handled.append("handled")):

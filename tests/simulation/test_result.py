@@ -250,10 +250,9 @@ def test_files_read_back_bit_by_bit(make: Callable[[], Result], ending: str, tmp
     assert again.modes.frequency.tolist() == result.modes.frequency.tolist()
     if result.machine.carriages:
         pd.testing.assert_frame_equal(again.peaks(), result.peaks(), check_exact=True)
-    # A file of a file is the same.
-    second = tmp_path / f"second.{ending}"
-    WRITERS[ending](again, second)
-    assert Result.load(second).data.identical(result.data)
+    if ending == "parquet":  # a file of a file is the same; of netCDF: the next test but one
+        again.to_parquet(tmp_path / "second.parquet")
+        assert Result.load(tmp_path / "second.parquet").data.identical(result.data)
 
 
 @pytest.mark.parametrize("make", [cart_result, rich_result, without_carriages])
@@ -330,9 +329,11 @@ def test_a_netcdf_file_is_byte_for_byte_what_xarray_writes(
     xr.testing.assert_identical(Result.load(tmp_path / "again.nc").data, again.data)
 
 
-# Files of a kind, and what may stand in place of any of them.
-OF_A_KIND = (foreign, halved, without_columns, another_machine)
-NO_RESULTS: dict[str, Callable[[Path], object]] = {one.__name__: one for one in OF_A_KIND} | {
+NO_RESULTS: dict[str, Callable[[Path], object]] = {
+    "foreign": foreign,
+    "halved": halved,
+    "without columns": without_columns,
+    "another machine": another_machine,
     "junk": lambda path: path.write_bytes(b"\x00\xff\xfejunk\n" * 20),
     "empty": Path.touch,
     "nothing": lambda path: None,
@@ -340,15 +341,12 @@ NO_RESULTS: dict[str, Callable[[Path], object]] = {one.__name__: one for one in 
 }
 
 
-@pytest.mark.parametrize("ending", [*WRITERS, "csv"])
-@pytest.mark.parametrize("name", NO_RESULTS)
+@pytest.mark.parametrize(
+    ("name", "ending"), [*((name, ending) for name in NO_RESULTS for ending in WRITERS), ("junk", "csv")]
+)
 def test_what_is_no_result_is_refused_by_name(name: str, ending: str, tmp_path: Path) -> None:
-    path, write = tmp_path / f"loads.{ending}", NO_RESULTS[name]
-    if ending not in WRITERS and write in OF_A_KIND:
-        write(path.with_suffix(".nc"))
-        path.with_suffix(".nc").rename(path)
-    else:
-        write(path)
+    path = tmp_path / f"loads.{ending}"
+    NO_RESULTS[name](path)
     with pytest.raises(ReadError) as caught:
         Result.load(path)
     assert str(path) in str(caught.value)
