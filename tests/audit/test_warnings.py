@@ -388,9 +388,8 @@ def test_real_traces_have_no_warnings(shared_data: Path) -> None:
     emps = read_trace(shared_data / "emps_bangbang_1kHz.csv")
     assert not encoder_report(Inspection.of(emps)).warnings
     assert not result_report(simulate(machine(), motion_from_trace(emps))).warnings
-    for axis in "XYZ":
-        options = {"column": f"{axis}1_ActualVelocity", "unit": "mm/s", "rate": 10, "cross_check": False}
-        mill = read_trace(shared_data / "michigan_cnc_experiment_01.csv", **options)
+    options = {"column": "Z1_ActualVelocity", "unit": "mm/s", "rate": 10, "cross_check": False}
+    mill = read_trace(shared_data / "michigan_cnc_experiment_01.csv", **options)
     assert keys(motion_warnings(motion_from_trace(mill))) <= {"suspect samples", "noise"}
 
 

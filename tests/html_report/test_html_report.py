@@ -39,8 +39,9 @@ def result() -> Result:
 
 
 @pytest.fixture(scope="module")
-def page(result: Result) -> str:
-    return html_report.run_page(result)
+def page(result: Result, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = html_report.save(result, tmp_path_factory.mktemp("page") / "report.html")
+    return path.read_text(encoding="utf-8")
 
 
 class Elements(HTMLParser):
@@ -150,11 +151,10 @@ def test_ratings_that_nobody_compared_are_told_beside_the_verdict(pages: dict[st
     assert sized.index("HGH25CA: not checked by a person") < sized.index("<table>")
 
 
-def test_saved_whole_or_not_at_all(tmp_path: Path, result: Result) -> None:
-    path = html_report.save(result, tmp_path / "report.html")
-    assert path.read_text(encoding="utf-8").endswith("</html>\n")
+def test_saved_whole_or_not_at_all(tmp_path: Path, page: str) -> None:
+    assert page.endswith("</html>\n")
     with pytest.raises(OSError, match="there is no folder"):
-        html_report.save(result, tmp_path / "missing" / "report.html")
+        html_report.save_page(page, tmp_path / "missing" / "report.html")
 
 
 def opened(page: str, folder: Path) -> str:

@@ -64,7 +64,8 @@ def test_the_audit_warns_of_a_sudden_start(machine: Machine):
 
 
 def test_the_peaks_of_emps_are_not_its_first_instant(shared_data: Path):
-    motion = motion_from_trace(read_trace(shared_data / "emps_bangbang_1kHz.csv"))
+    whole = read_trace(shared_data / "emps_bangbang_1kHz.csv")
+    motion = motion_from_trace(replace(whole, time=whole.time[:6000], value=whole.value[:6000]))
     machine = ref.cart()
     first = motion.time[0] + 0.05
     at_rest = simulate(machine, motion, start="rest").peak_columns
