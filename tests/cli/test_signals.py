@@ -1,18 +1,23 @@
 """Signals end a command with their exit code, at any time, and leave nothing behind."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from types import CodeType, FrameType
 
 import numpy as np
 import pytest
 from command_line import MACHINE, write_trace
 from interrupts import run_process, signalled
 
+from guideload import Machine, Moves, Study
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.outputs import MANIFEST
+from guideload.cli.signals import ended_in_order
 
 STUDY = EXAMPLES / "study.toml"
 
@@ -263,3 +268,40 @@ def test_a_command_leaves_the_handlers_of_its_caller(tmp_path: Path) -> None:
     before = [*map(signal.getsignal, [*NUMBERS, signal.SIGALRM]), sys.unraisablehook]
     guideload("check", MACHINE)
     assert [*map(signal.getsignal, [*NUMBERS, signal.SIGALRM]), sys.unraisablehook] == before
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda: Machine.from_toml(MACHINE),
+        lambda: Moves.from_toml(EXAMPLES / "moves.toml"),
+        lambda: Study.from_toml(EXAMPLES / "study.toml"),
+    ],
+    ids=["machine", "moves", "study"],
+)
+def test_a_signal_in_any_function_of_pydantic_is_no_refusal(read: Callable[[], object]) -> None:
+    """Pydantic takes an exception while it writes a model for an error of the value, as in a validator."""
+    functions: dict[CodeType, int] = {}
+
+    def noted(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and "pydantic" in frame.f_code.co_filename:
+            functions.setdefault(frame.f_code, len(functions))
+
+    def profiled(profile: Callable[[FrameType, str, object], None]) -> None:
+        sys.setprofile(profile)
+        try:
+            read()
+        finally:
+            sys.setprofile(None)
+
+    read()
+    profiled(noted)
+    for place in range(len(functions)):
+
+        def signals(frame: FrameType, event: str, _: object, place: int = place) -> None:
+            if event == "call" and functions.get(frame.f_code) == place:
+                sys.setprofile(None)
+                os.kill(os.getpid(), signal.SIGINT)
+
+        with pytest.raises(KeyboardInterrupt):
+            ended_in_order(profiled, signals)

@@ -90,10 +90,12 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
             raise
         from click import ClickException
 
-        from guideload.base.errors import GuideloadError
+        from guideload.base.errors import ConfigError, GuideloadError
 
-        # Reported: what goes wrong while the command ends, such as results that cannot be written.
-        if isinstance(error, (OSError, MemoryError, GuideloadError, ClickException)):
+        # Reported: what goes wrong while the command ends, such as results that cannot be written. No refusal of a
+        # value is: pydantic takes any exception while it writes a model for one.
+        reported = isinstance(error, (OSError, MemoryError, GuideloadError, ClickException))
+        if reported and not isinstance(error, ConfigError):
             raise
         # Library code may lose the exception and fail at what it then misses, or raise its own instead.
         raise raiser.raised from error
