@@ -13,6 +13,7 @@ tests import; unit tests of the core, and Python tests that took less than 0.5 s
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -35,6 +36,7 @@ EMBEDDED = ROOT / "rust" / "embedded"
 # The same profile and features wherever the core is built, or cargo would build it anew.
 PROFILE = ("--profile", "tests")
 PLAIN = "guideload-monitor/plain"
+MOST_AGAIN = 20  # failed tests that are run again
 PRINTING = threading.Lock()
 FAILED = threading.Event()
 
@@ -93,7 +95,10 @@ def python_tests(*tests: str) -> None:
     try:
         run("Python tests", *tests, "--assert=plain")
     except SystemExit:
-        subprocess.run((*tests, "--last-failed", "--last-failed-no-failures", "none"), cwd=ROOT)
+        noted = ROOT / ".pytest_cache" / "v" / "cache" / "lastfailed"
+        names = json.loads(noted.read_text(encoding="utf-8")) if noted.exists() else {}
+        if failed := [name for name in names if "::" in name]:  # the others are files that cannot be imported
+            subprocess.run((str(PYTHON), "-m", "pytest", "-q", *failed[:MOST_AGAIN]), cwd=ROOT)
         raise
 
 
