@@ -108,9 +108,8 @@ def test_energy_alone_doubts_a_result_that_cannot_be_repeated() -> None:
         assert any("does not balance" in doubt for doubt in found.doubts) == doubted
 
 
-@pytest.mark.parametrize(
-    ("machine", "ending"), [(ref.cart, "nc"), (ref.cart_clear, "parquet"), (ref.preloaded, "parquet")]
-)
+@pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear, ref.preloaded])
+@pytest.mark.parametrize("ending", ["nc", "parquet"])
 def test_a_file_with_other_instants_is_judged_like_the_run(
     machine: Callable[[], Machine], ending: str, tmp_path: Path
 ) -> None:

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command with exit code 130 and leaves nothing half written."""
+"""Ctrl-C ends every command with exit code 130 and leaves nothing half written."""
 
 from pathlib import Path
 
@@ -6,6 +6,12 @@ import numpy as np
 import pytest
 from command_line import MACHINE, guideload
 from interrupts import run_process
+
+COMMANDS = {
+    "run": ["run", "{machine}", "{trace}", "-o", "{folder}/out"],
+    "chart": ["chart", "{machine}", "{trace}", "--budget", "100", "-o", "{folder}/out"],
+    "encoder": ["encoder", "{trace}"],
+}
 
 
 @pytest.fixture(scope="module")
@@ -22,10 +28,10 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
 @pytest.mark.parametrize("later", [0.0, 1.0], ids=["at once", "later"])
-def test_ctrl_c_ends_a_command(later: float, trace: Path, tmp_path: Path) -> None:
-    """All commands that read a trace smooth it by the same code, which takes most of the time of this one."""
-    words = ["run", MACHINE, str(trace), "-o", str(tmp_path / "out")]
+def test_ctrl_c_ends_a_command(command: list[str], later: float, trace: Path, tmp_path: Path) -> None:
+    words = [word.format(machine=MACHINE, trace=trace, folder=tmp_path) for word in command]
     code = (
         "import threading, time\nfrom guideload.cli.main import main\n"
         f"threading.Thread(target=lambda: (time.sleep({later}), print('begun', flush=True)), daemon=True).start()\n"

@@ -284,7 +284,7 @@ LINKS = dict(
 )
 
 
-@pytest.mark.parametrize(("read", "link"), LINKS.items())
+@pytest.mark.parametrize(("read", "link"), [*LINKS.items(), ("machine", "hard link")])
 def test_what_a_study_reads_is_neither_removed_nor_replaced(
     file: Path, tmp_path: Path, read: str, link: str
 ) -> None:

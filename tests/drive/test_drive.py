@@ -268,7 +268,7 @@ def test_the_rms_of_huge_and_of_no_forces_is_finite() -> None:
     assert rms(time, np.array([0.0, 3.0, 0.0])) == pytest.approx(np.sqrt(3.0), rel=1e-14)
 
 
-@pytest.mark.parametrize("quantum", [1e-7, 2e-5])
+@pytest.mark.parametrize("quantum", [1e-7, 1e-6, 2e-5])
 def test_a_trace_has_no_friction_at_rest(quantum: float) -> None:
     """An estimated speed is not quite zero there; dry friction with its random sign would heat the motor."""
     friction, time = Friction(seal=25.0), np.arange(0.0, 4.0, 1e-3)

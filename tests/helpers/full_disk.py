@@ -62,7 +62,7 @@ study cases.toml --no-pictures -o DISK/o
 """.splitlines()
 # After a failure the next start goes on with what was written.
 RESUMED = ("study", "monitor watch")
-# Of these twice as many disks are filled, and one of them by a process of its own, whose end must not fail either.
+# Of these three times as many disks are filled, one of them by a process of its own, whose end must not fail either.
 FRESH = (COMMANDS[0], COMMANDS[13], COMMANDS[18])
 PEAK = 6  # times the room of what `monitor watch` leaves: the journal becomes a Parquet file
 PAGE = 4096
@@ -162,7 +162,7 @@ def main_in_place(arguments: argparse.Namespace) -> None:
         total = Counter[str]()
         try:
             for line in arguments.commands or COMMANDS:
-                sizes = arguments.sizes * (2 if line in FRESH else 1)
+                sizes = arguments.sizes * (3 if line in FRESH else 1)
                 counts = sweep(line, disk, sizes, limit)
                 total += counts
                 print(f"{sum(counts.values()):5d}  {line}: {dict(counts)}", flush=True)

@@ -75,7 +75,7 @@ def both(law: str, roll: float) -> tuple[Result, Result]:
 
 
 @pytest.mark.parametrize("law", ["linear", "width", "sided"])
-@pytest.mark.parametrize("degrees", [-45.0, 180.0])
+@pytest.mark.parametrize("degrees", [-45.0, 30.0, 90.0, 180.0])
 def test_loads_of_the_turned_machine_are_the_same_in_the_rails_axes(law: str, degrees: float) -> None:
     roll = np.radians(degrees)
     upright, rolled = both(law, roll)

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import cart
 from scipy.optimize import linprog
 
 from guideload import ConfigError, Motion, Move, MoveLimits, Moves, simulate
+from guideload.motion.moves import MOST_STAMPS
 from guideload.motion.profiles import DEVIATION, Limits, Pieces, fastest_move
 
 PROFILES = ("jerk limited", "trapezoid", "sine squared", "polynomial 5")
@@ -37,6 +38,10 @@ def planned(draw: st.DrawFn) -> tuple[float, Limits]:
     )
 
 
+def many(law: Any) -> Any:
+    return settings(derandomize=True, max_examples=150, deadline=None)(law)
+
+
 def duration(distance: float, limits: Limits) -> float:
     return float(fastest_move(distance, limits).length.sum())
 
@@ -46,6 +51,7 @@ def steepest(pieces: Pieces) -> float:
 
 
 @given(planned())
+@many
 def test_a_move_ends_at_rest_after_its_distance_within_all_limits(case: tuple[float, Limits]) -> None:
     distance, limits = case
     pieces = fastest_move(distance, limits)
@@ -64,6 +70,7 @@ def test_a_move_ends_at_rest_after_its_distance_within_all_limits(case: tuple[fl
 
 
 @given(planned())
+@many
 def test_limits_are_reached_where_the_distance_allows(case: tuple[float, Limits]) -> None:
     """A profile could be no faster: it has its largest speed, or its largest accelerations or jerk throughout."""
     distance, limits = case
@@ -151,6 +158,7 @@ def test_durations_are_those_of_closed_forms() -> None:
 
 
 @given(planned(), st.sampled_from(["speed", "acceleration", "deceleration", "jerk"]), st.floats(1.0, 10.0))
+@many
 def test_a_higher_limit_never_takes_longer(case: tuple[float, Limits], name: str, factor: float) -> None:
     distance, limits = case
     raised = Limits(**{**vars(limits), name: factor * getattr(limits, name)})
@@ -158,6 +166,7 @@ def test_a_higher_limit_never_takes_longer(case: tuple[float, Limits], name: str
 
 
 @given(planned())
+@many
 def test_units_and_the_sense_of_time_do_not_matter(case: tuple[float, Limits]) -> None:
     """Twice all lengths takes the same time. Backwards in time, acceleration and deceleration change places."""
     distance, limits = case
@@ -385,6 +394,7 @@ def test_texts_of_the_command_line() -> None:
     st.lists(st.floats(0.0, 1.0), min_size=4, max_size=4),
     st.integers(1, 3),
 )
+@settings(derandomize=True, max_examples=60, deadline=None)
 def test_every_list_of_moves_is_a_motion(
     cases: list[tuple[float, Limits]], dwell: list[float], repeat: int
 ) -> None:
@@ -394,8 +404,8 @@ def test_every_list_of_moves_is_a_motion(
         values = {**vars(limits), "jerk": None if math.isinf(limits.jerk) else limits.jerk}
         listed.append(Move(distance=distance, dwell=pause, **values))
         lasting += repeat * (duration(distance, limits) + pause)
-    if lasting > 600.0:
-        return  # would take most of the time of this test
+    if lasting * 64.0 > MOST_STAMPS:
+        return
     motion = Moves(moves=listed, repeat=repeat, rate=64.0).motion()
     assert motion.time[-1] == pytest.approx(lasting, rel=1e-12)
     assert motion.velocity is not None and motion.position is not None

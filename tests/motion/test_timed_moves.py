@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference import cart
-from test_moves import LIMITS, PROFILES, decades, duration, planned, steepest
+from test_moves import LIMITS, PROFILES, decades, duration, many, planned, steepest
 
 from guideload import ArgumentError, ConfigError, Motion, Moves, simulate
 from guideload.motion.phase_forces import PhaseForce
@@ -20,6 +20,7 @@ PHASES = ("speeding up", "constant speed", "braking", "at rest", None)
 
 
 @given(st.sampled_from(PROFILES), decades(1e-4, 100), decades(1e-2, 100))
+@many
 def test_a_time_alone_gives_the_move(profile: str, distance: float, time: float) -> None:
     (leg,) = Moves(moves=[{"distance": distance, "time": time, "profile": profile}], rate=1e-6)._legs
     pieces = leg.pieces
@@ -32,6 +33,7 @@ def test_a_time_alone_gives_the_move(profile: str, distance: float, time: float)
 
 
 @given(planned(), st.floats(1.0, 10.0))
+@many
 def test_under_limits_a_time_is_reached_and_all_limits_are_kept(
     case: tuple[float, Limits], factor: float
 ) -> None:

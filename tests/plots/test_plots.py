@@ -272,7 +272,9 @@ def test_scene_shows_loads_at_the_peak(machine: Machine, result: Result) -> None
     )
 
 
-@pytest.mark.parametrize("down", [(0, -9.81, 0), (9.81, 0, 0), (0, 1, -9.81), (0, 0, 0)])
+@pytest.mark.parametrize(
+    "down", [(0, -9.81, 0), (-9.81, 0, 0), (9.81, 0, 0), (0, 9.81, 1), (0, 1, -9.81), (0, 0, 0)]
+)
 def test_up_is_against_gravity_and_points_are_drawn(
     machine: Machine, down: tuple[float, float, float]
 ) -> None:
@@ -398,7 +400,7 @@ def test_without_position_the_damage_has_no_place() -> None:
 
 def test_a_picture_that_is_laid_out_first_is_the_same_to_the_pixel(result: Result, tmp_path: Path) -> None:
     """Saving draws it once; Matplotlib alone draws it twice. The figure keeps its layout for the next change."""
-    for draw in (plots.resultant, lambda one: plots.scene(one.machine, one)):
+    for draw in (plots.resultant, plots.spectrum, lambda one: plots.scene(one.machine, one)):
         figure = draw(result).figure
         figure.savefig(tmp_path / "plain.png", dpi=DOTS_PER_INCH)
         ax = draw(result)

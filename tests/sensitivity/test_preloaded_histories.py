@@ -87,7 +87,9 @@ def complex_step(size: float, exponent: float, name: str) -> Array:
     return np.array(states)[:, 4:] / NUMBERS[name]
 
 
-@pytest.mark.parametrize(("size", "rolling"), [(3.0, "ball"), (14.0, "roller")])
+@pytest.mark.parametrize(
+    ("size", "rolling"), [(3.0, "ball"), (3.0, "roller"), (14.0, "ball"), (14.0, "roller")]
+)
 def test_two_links_by_a_complex_step(size: float, rolling: str) -> None:
     machine = pair(rolling)
     acceleration = np.zeros((TIME.size, 3))

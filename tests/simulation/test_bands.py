@@ -315,7 +315,7 @@ def example() -> Result:
 
 @pytest.mark.parametrize(
     ("quantum", "noise", "widest"),
-    [(5e-8, 0.0, 0.02), (1e-6, 2e-6, 0.02), (8e-5, 0.0, 0.02)],
+    [(5e-8, 0.0, 0.02), (1e-6, 2e-6, 0.02), (1e-5, 5e-6, 0.021), (8e-5, 0.0, 0.02)],
 )
 def test_peaks_of_a_gentle_move_are_within_a_percent_and_the_band_says_so(
     quantum: float, noise: float, widest: float

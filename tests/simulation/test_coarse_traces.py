@@ -62,7 +62,7 @@ every_machine = pytest.mark.parametrize(
 )
 
 
-@pytest.mark.parametrize("rate", [100, 500, 1000])
+@pytest.mark.parametrize("rate", [100, 200, 500, 1000])
 @every_machine
 def test_peaks_at_any_rate_are_the_same(machine: Callable[[], Machine], error: float, rate: int) -> None:
     coarse, dense = (peaks(machine, each) for each in (rate, DENSE))

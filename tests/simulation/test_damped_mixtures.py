@@ -81,7 +81,7 @@ def scenes(path: Path) -> list[tuple[Machine, Motion]]:
     ]
 
 
-@pytest.mark.parametrize("first", range(0, 60, 20))
+@pytest.mark.parametrize("first", range(0, 120, 20))
 def test_random_mixtures(first: int) -> None:
     found = {seed: faults(seed) for seed in range(first, first + 20)}
     assert sum(tried for tried, _ in found.values()) > 10
@@ -91,13 +91,13 @@ def test_random_mixtures(first: int) -> None:
 def test_implicit_shortens_a_step_that_overflows(shared_data: Path) -> None:
     """An iteration that leaves the range of numbers was taken for rounding, and the run ended: "grew without bound"."""
     for machine, motion in scenes(shared_data / "implicit_refused.json"):
-        truth, scale = loads(machine, motion, "rk45", 1e-8)
+        truth, scale = loads(machine, motion, "rk45", 1e-9)
         for rtol in (1e-3, 1e-6):
             got, _ = loads(machine, motion, "implicit", rtol)
             assert np.abs(got - truth).max() <= MOST_ERROR * rtol * scale, rtol
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5, 1e-6])
 def test_rk45_keeps_its_tolerance_over_many_contact_changes(rtol: float, shared_data: Path) -> None:
     """It was 13 times its tolerance off at 1e-3."""
     for machine, motion in scenes(shared_data / "rk45_beyond.json"):

@@ -91,6 +91,8 @@ def test_without_preload_it_is_exact_to_the_last_bit(machine: Any) -> None:
     [
         (ref.cart(), {"step": 1e-3}, 'step: method "exponential".*exact there.*leave step out'),
         (ref.cart(**MIXED), {}, 'clearance, one side or a curve beside preloaded.*expected "rk45"'),
+        (BALLS, {"rtol": 1e-15}, "rtol: expected 1e-13 to 0.1"),
+        (BALLS, {"step": -1e-3}, "step: expected > 0 s"),
     ],
 )
 def test_what_it_cannot_do_is_refused_with_the_way_out(

@@ -66,7 +66,7 @@ def load_error(machine: Machine, motion: Motion, method: str, expected: Array, *
 # ---- against each other
 
 
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-10])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("machine", MACHINES)
 def test_methods_agree_within_ten_times_the_tolerance(machine: str, motion: str, rtol: float) -> None:
@@ -268,10 +268,16 @@ def test_auto_is_exact_for_linear_scenes_and_says_why() -> None:
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"method": "bdf"}, r"method: expected one of auto, exact, exponential, rk45, implicit, got 'bdf'"),
     ({"method": "exact", "step": 1e-3}, r'step: method "exact".*use rk45 or implicit'),
+    ({"method": "auto", "step": 1e-3}, r'step: method "auto".*use rk45 or implicit'),
+    ({"method": "exponential", "step": 1e-3}, r'step: method "exponential".*use rk45 or implicit'),
     ({"method": "rk45", "rtol": 0.0}, r"rtol: expected 1e-13 to 0.1.*got 0"),
+    ({"method": "rk45", "rtol": -1e-6}, r"rtol: .*got -1e-6"),
     ({"method": "implicit", "rtol": 1e-15}, r'rtol: .*method "exact" has no step error'),
     ({"method": "implicit", "rtol": 0.5}, r"rtol: .*got 5e-1"),
+    ({"method": "exact", "rtol": 5.0}, r"rtol: .*got 5e0"),
+    ({"method": "auto", "rtol": float("inf")}, r"rtol: .*got inf"),
     ({"method": "rk45", "rtol": float("nan")}, r"rtol: .*got NaN"),
+    ({"method": "rk45", "step": 0.0}, r"step: expected > 0 s, got 0"),
     ({"method": "rk45", "step": -1e-3}, r"step: expected > 0 s, got -0.001"),
     ({"method": "implicit", "step": float("inf")}, r"step: expected > 0 s, got inf"),
     ({"times": [0.0, 0.6]}, r"times\[0\]: expected 0.56 to 0.859 s, ascending, got 0 s"),

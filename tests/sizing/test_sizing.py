@@ -569,6 +569,17 @@ def test_stiffness_of_a_candidate_tells_its_source() -> None:
     assert "; 1 candidate by machine file" in words
 
 
+def test_products_that_differ_in_name_only_share_a_run() -> None:
+    twins = [
+        product("a", 2e4, mass=1.0),
+        product("b", 2e4, mass=2.0, page="7"),
+        product("c", 2e4, static=2e4),
+    ]
+    a, b, c = size(cart(), MOTION, Catalogue(products=twins), conditions=WANTED).candidates
+    assert a.machine is b.machine and c.machine is not a.machine
+    assert [one.product for one in (a, b, c)] == twins
+
+
 def test_two_makers_by_the_names_of_their_products() -> None:
     run = EXAMPLES / "manipulator.toml", EXAMPLES / "manipulator.csv"
     pair = "--product", "HGW25CC ZA", "--product", "THK SHS25C C1"

@@ -191,7 +191,12 @@ def test_measured_values_come_from_a_list_or_a_table_in_their_unit(tmp_path: Any
             dict(distribution="normal", sigma=1, low=1),
             r"vary\[0\].low: expected a known key, got \"low\"; keys known here: .*, mean, sigma",
         ),
+        (
+            dict(distribution="uniform", plus_minus=1, width=1),
+            r"vary\[0\].width: expected a known key, got \"width\"",
+        ),
         (dict(distribution="uniform", low=1), "expected either plus_minus, or low and high"),
+        (dict(distribution="uniform", low=1, high=2, plus_minus=1), "expected either plus_minus, or low and"),
         (dict(distribution="triangular", mode=1, plus_minus=1), "expected no mode beside plus_minus"),
         (dict(distribution="sample"), "expected either values or file"),
         (dict(distribution="sample", values=[1], column="k"), "expected no column without a file"),

@@ -53,8 +53,16 @@ def test_quantile_intervals_cover_at_least_what_they_say(count: int, law: stats.
         assert (held <= stats.binom.ppf(1 - BY_CHANCE, trials, 0.97)).all()
 
 
+@pytest.mark.parametrize("truth", [0.0005, 0.02, 0.3, 0.98])
+def test_probability_intervals_cover_at_least_what_they_say(truth: float) -> None:
+    """Over all counts that 300 samples can give, each with its own probability: no chance in it."""
+    counts = np.arange(301)
+    _, low, high, _ = probability(counts, 300)
+    covered = stats.binom.pmf(counts, 300, truth)[(low <= truth) & (truth <= high)].sum()
+    assert covered >= 0.95
+
+
 def test_probability_intervals_are_those_of_clopper_and_pearson() -> None:
-    """Which cover at least what they say, whatever the probability."""
     for hits, samples in [(0, 50), (3, 50), (50, 50), (17, 1000), (1, 1_000_000)]:
         found = [float(part) for part in probability(hits, samples)[:3]]
         exact = stats.binomtest(hits, samples).proportion_ci(0.95, "exact")

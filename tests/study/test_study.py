@@ -196,6 +196,8 @@ REFUSALS = [
     ("machine", "machine = 1", "machine", "text in quotes"),
     ("samples", "samples = 0", "samples", "a whole number from 1"),
     ("samples", "", "samples", "got nothing; add samples = 10_000"),
+    ("seed", "seed = -1", "seed", "a whole number from 0"),
+    ("sampling", 'sampling = "sobel"', "sampling", '"sobol", "latin hypercube" or "random"'),
     ("sensitivity", "sensitivity = true", "sensitivity", "false where factors are correlated"),
     ("histories", "histories = [3, 10_000]", "histories", "indices below 10000"),
     ("seed", "exponent = 3", "exponent", "is the exponent of the carriages' product"),
@@ -203,15 +205,19 @@ REFUSALS = [
     ("samples", "sample = 3", "sample", 'did you mean "samples"?'),
     ("peak_resultant", 'peak_resultant = "7 kg"', "limits.peak_resultant", "a force in N"),
     ("peak_resultant", 'peak_result = "7 kN"', "limits.peak_result", "known are peak_resultant"),
+    ("path", 'path = "body.mas"', "vary[0].path", "did you mean body.mass"),
     ("path", 'path = "carriages.*.preload_y"', "vary[0].path", "it takes a preload"),
     ("path", "path = []", "vary[0].path", "at least one entry"),
     ("plus_minus", 'plus_minus = "10 kN"', "vary[0].plus_minus", "a mass in kg"),
     ("plus_minus", 'plus_minus = "100 %"', "vary[0].distribution", "body.mass > 0 kg"),
+    ("plus_minus", 'plusminus = "10 %"', "vary[0].plusminus", 'did you mean "plus_minus"?'),
+    ("plus_minus", "", "vary[0]", "either plus_minus, or low and high"),
     ("each", 'each = "carriage"', "vary[1].each", "paths of carriages"),
     ("within", "within = 1.0", "vary[2].within", "between -1 and 1"),
     ("within", "within = -0.4", "correlation[0].value", "a positive definite matrix"),
     ("between", 'between = ["k", "c"]', "correlation[0].between", "they are body.mass"),
     ("between", 'between = ["k", "k[1a]"]', "correlation[0].between", "different entries"),
+    ("value", "value = 2", "correlation[0].value", "between -1 and 1"),
 ]
 
 

@@ -14,6 +14,7 @@ from guideload import Machine, Motion, Study, run_study
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.reports.study import study_report
 from guideload.study.metadata import StudyMetadata
+from guideload.study.quantities import QUANTITIES
 from guideload.study.result import LEVELS, StudyResult
 
 BY_CHANCE = 1e-4
@@ -203,6 +204,10 @@ def test_parquet_and_json_hold_all_and_the_summary(tmp_path: Path) -> None:
         result.to_json(tmp_path / "summary.txt")
 
 
+def test_every_quantity_has_its_unit() -> None:
+    assert {quantity.unit for quantity in QUANTITIES.values()} == {"N", "N m", "km", "s", ""}
+
+
 # ---- the report
 
 
@@ -222,11 +227,13 @@ def test_the_report_has_the_figures_of_the_summary() -> None:
     np.testing.assert_allclose(numbers[3::2], errors, rtol=0.05)
 
 
-def test_the_report_warns_of_failures() -> None:
-    """Of few samples and wide intervals: a golden file."""
+def test_the_report_warns_of_few_samples_failures_and_wide_intervals() -> None:
     failed = dict.fromkeys(range(5), "no equilibrium")
     text = one_line(study_report(studies.study(100, failed=failed)).text())
     assert "5 of 100 runs failed, 5 %" in text and "no equilibrium" in text
+    assert "the 99 % quantile needs 368 samples" in text
+    wide = one_line(study_report(studies.study(20, sensitivity=True)).text())
+    assert "Sobol indices" in wide and "wide" in wide
 
 
 @pytest.mark.parametrize(("carriages", "factors"), [(1, 1), (4, 3), (8, 40)])
@@ -278,6 +285,24 @@ def test_a_study_without_peaks_is_about_what_it_recorded(
         worst = np.min if name.startswith("min") else np.max
         if not owner:
             np.testing.assert_array_equal(result.column(name), worst(of_all, axis=0))
+
+
+def test_the_report_leads_with_the_answer() -> None:
+    result = studies.study(2000, limits={"peak_resultant_N": 9000.0})
+    answer = study_report(result).text().partition("Study\n")[0]
+    row, any_carriage = result.summary().loc["peak_resultant_N", "2b"], result.probabilities().iloc[4]
+    interval = f"{row['q99_low']:.0f} to {row['q99_high']:.0f} at 95 %"
+    assert f"Peak resultant, 99 % quantile: {row['q99']:.0f} N ({interval}), carriage 2b" in answer
+    probability = 100 * any_carriage["probability"]
+    assert f"Probability of peak resultant above 9000 N: {probability:.3g} % (" in answer
+    assert f"Driven by {result.driving().index[0]} (rank correlation " in answer
+    life = studies.recording(result, [("load", "mean")], limits={})
+    mean_load = life.summary().loc[("mean_load_N", "2b"), "q99"]
+    assert f"{mean_load:.0f} N" in study_report(life).text().split("Study\n")[0]
+    cases = study_report(studies.chosen(result)).text().partition("Study\n")[0]
+    largest = result.column("peak_resultant_N")
+    assert f"{largest.max():.0f} N, case {largest.argmax()}" in one_line(cases)
+    assert f"above 9000 N: {(largest > 9000).sum()} of 2000 cases" in cases
 
 
 def test_given_cases_are_listed_one_by_one_without_statistics(tmp_path: Path) -> None:

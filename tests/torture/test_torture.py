@@ -42,8 +42,8 @@ HALVED = dropped("restitution 0.5", damping=2.0 * 0.215 * sqrt(1e7), damping_in_
 EXTRA = {
     scene.name: scene
     for scene in (
-        Scene("four hundred impacts", "", {"y": gap(1e6)}, **pushes(KICK, (4.0, 0.0)), asked=evenly(4.0)),
-        *(grazing(beyond) for beyond in (1e-12, 0.0)),
+        Scene("a thousand impacts", "", {"y": gap(1e6)}, **pushes(KICK, (10.0, 0.0)), asked=evenly(10.0)),
+        *(grazing(beyond) for beyond in (1e-9, 1e-12, 0.0, -1e-9)),
         HALVED,
         dropped("damped throughout", damping=300.0),
     )

@@ -23,8 +23,8 @@ def travel(bits: int, turns: float) -> np.ndarray:
 
 @pytest.mark.parametrize("bits", [16, 24, 32])
 @pytest.mark.parametrize("signed", [False, True])
-@pytest.mark.parametrize("turns", [0.3, 40.0])
-@pytest.mark.parametrize("start", [0, -7, 32_767])
+@pytest.mark.parametrize("turns", [0.3, 1.7, 40.0])
+@pytest.mark.parametrize("start", [0, 12345, -7, 32_767])
 def test_unwrapping_undoes_wrapping(bits, signed, turns, start):
     true = travel(bits, turns) + start
     given = wrapped(true, bits, signed)

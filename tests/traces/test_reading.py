@@ -294,7 +294,7 @@ def test_emps_runs(shared_data: Path):
 
 def test_michigan_01_runs_and_18_is_refused(shared_data: Path):
     good, bad = (shared_data / f"michigan_cnc_experiment_{number}.csv" for number in ("01", "18"))
-    for axis in "XZ":
+    for axis in "XYZ":
         velocity = {"column": f"{axis}1_ActualVelocity", "unit": "mm/s", "rate": 10}
         position = {"column": f"{axis}1_ActualPosition", "unit": "mm", "rate": 10}
         for choice in (velocity, position):

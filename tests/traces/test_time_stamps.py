@@ -12,7 +12,7 @@ from guideload.traces.content.samples import decimal_quantum
 from guideload.traces.quality.clocks import detect_clock, fill_standstills, on_grid
 from guideload.traces.reading import read_trace
 
-COUNT = 200
+COUNT = 400
 TIME = np.round(np.arange(COUNT) * 0.004, 3)
 PLACE = np.round(0.03 * (1.0 - np.cos(5.0 * TIME)), 6)
 MILLI = np.round(TIME * 1e3).astype(np.int64)
