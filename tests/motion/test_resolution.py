@@ -6,12 +6,12 @@ import reference as ref
 
 from guideload import Body, Link, Machine, Motion, Result, simulate
 from guideload.base.warnings import LIMITS
-from guideload.motion.motion import usable_bandwidth
 from guideload.motion.resolution import (
     TraceResolution,
     ramp_time,
     sudden_change,
 )
+from guideload.motion.stamps import usable_bandwidth
 
 PUSH = 2.2  # m/s2
 STARTS, STOPS = 0.5, 1.0  # s

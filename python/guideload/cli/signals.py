@@ -92,8 +92,8 @@ def ended_in_order(command: Callable[P, T], *arguments: P.args, **options: P.kwa
 
         from guideload.base.errors import ConfigError, GuideloadError
 
-        # Reported: what goes wrong while the command ends, such as results that cannot be written. No refusal of a
-        # value is: pydantic takes any exception while it writes a model for one.
+        # Reported: what goes wrong while the command ends, such as results that cannot be written. Not a ConfigError:
+        # pydantic turns an exception that is raised while it serialises a model into the error of a value.
         reported = isinstance(error, (OSError, MemoryError, GuideloadError, ClickException))
         if reported and not isinstance(error, ConfigError):
             raise

@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from guideload.base.arguments import checked, real_array
-from guideload.base.arrays import Array, Indices, Integers, check_finite, median_step
+from guideload.base.arrays import Array, Indices, Integers, check_finite
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
 from guideload.machine.points import PointOfInterest
 from guideload.motion.forces import Forces
-from guideload.motion.stamps import is_late, sampled
+from guideload.motion.stamps import is_late, sampled, usable_bandwidth
 from guideload.motion.uncertainty import Uncertainty
 
-CORNER_STEP = 0.5  # of the median step: a shorter step shows a profile given by its corners, not by samples
 # The histories of a Motion and the shape of one sample of each.
 HISTORIES: dict[str, tuple[int, ...]] = {
     "acceleration": (3,),
@@ -322,8 +321,9 @@ def _at(motion: Motion, first: Integers, shares: Array, time: Array) -> Motion:
     if motion.velocity is not None:
         histories["velocity"] = with_end(_velocity(motion, first, shares), motion.velocity)
     if motion.velocity is not None and motion.position is not None:
-        h = np.diff(motion.time).take(first)[:, None]
-        (x, way), (v, gain) = (_starts_and_rises(each, first) for each in (motion.position, motion.velocity))
+        (_, h), (x, way), (v, gain) = (
+            _starts_and_rises(each, first) for each in (motion.time, motion.position, motion.velocity)
+        )
         # Hermite's cubic x + h v s + a s^2 + b s^3.
         a, b = 3.0 * way - h * (3.0 * v + gain), h * (2.0 * v + gain) - 2.0 * way
         histories["position"] = with_end(x + share * (h * v + share * (a + share * b)), motion.position)
@@ -351,9 +351,10 @@ def _starts_and_rises(history: Array, first: Integers) -> tuple[Array, Array]:
 def _velocity(motion: Motion, first: Integers, shares: Array) -> Array:
     """The velocity (m, 3) at shares (m,) of the intervals that begin with the stamps `first`, by the acceleration."""
     assert motion.velocity is not None
-    h, share = np.diff(motion.time).take(first)[:, None], shares[:, None]
-    _, gain = _starts_and_rises(motion.acceleration, first)
-    start, rise = _starts_and_rises(motion.velocity, first)
+    (_, h), (_, gain), (start, rise) = (
+        _starts_and_rises(each, first) for each in (motion.time, motion.acceleration, motion.velocity)
+    )
+    share = shares[:, None]
     return np.asarray(start + share * (rise - 0.5 * h * gain * (1.0 - share)))
 
 
@@ -363,18 +364,6 @@ def _own_uncertainty(motion: Motion) -> Uncertainty | None:
     if uncertainty is None or uncertainty.time is not None:
         return uncertainty
     return replace(uncertainty, time=motion.time)
-
-
-def usable_bandwidth(time: Array, bandwidth: float) -> float:
-    """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly.
-
-    time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. It is
-    inf if the bandwidth is unknown and the stamps are the corners of a profile.
-    """
-    step = median_step(time)
-    if step == 0.0 or (np.isinf(bandwidth) and np.diff(time).min() < CORNER_STEP * step):
-        return np.inf
-    return float(min(bandwidth, 0.5 / step))
 
 
 def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:

@@ -1,10 +1,12 @@
-"""Histories at other stamps than their own: linear in between, and with two stamps at a jump."""
+"""Histories at other stamps than their own: linear in between, and with two stamps at a jump; what stamps can show."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from guideload.base.arrays import Array, Flags, Indices
+from guideload.base.arrays import Array, Flags, Indices, median_step
+
+CORNER_STEP = 0.5  # of the median step: a shorter step shows a profile given by its corners, not by samples
 
 
 def is_late(time: Array) -> Flags:
@@ -31,3 +33,15 @@ def sampled(time: Array, values: Array, stamps: Array, late: Flags) -> Array:
     share = np.clip(np.divide(since, width, out=np.zeros(stamps.size), where=width > 0.0), 0.0, 1.0)
     share = share.reshape(-1, *[1] * (values.ndim - 1))
     return np.where(share == 1.0, values[upper], values[lower] + share * (values[upper] - values[lower]))
+
+
+def usable_bandwidth(time: Array, bandwidth: float) -> float:
+    """Frequency [Hz] up to which a motion shows accelerations; inf if it is known exactly.
+
+    time: (n,) s. bandwidth: Hz, of the smoothing, inf if unknown; the result is at most half the sampling rate. It is
+    inf if the bandwidth is unknown and the stamps are the corners of a profile.
+    """
+    step = median_step(time)
+    if step == 0.0 or (np.isinf(bandwidth) and np.diff(time).min() < CORNER_STEP * step):
+        return np.inf
+    return float(min(bandwidth, 0.5 / step))

@@ -12,8 +12,8 @@ from guideload.base.units import factor
 from guideload.machine.drive import Drive
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
-from guideload.motion.motion import usable_bandwidth
 from guideload.motion.resolution import TraceResolution
+from guideload.motion.stamps import usable_bandwidth
 from guideload.smoothing.estimation import MotionEstimate
 from guideload.smoothing.smoothing import Kind, Kinematics, Method, smooth
 from guideload.traces.reading import Trace
