@@ -11,6 +11,7 @@ from guideload.base.arrays import Array, Indices
 MOST = 50  # maxima searched of each history, the highest by their parabolas
 ROUNDING = 1e-12  # of the threshold: a smaller gain is none
 PASSES = 6  # the most; a maximum is found to rounding in four or five
+MARGIN = 0.1  # of an interval at an end of a smooth stretch, which the first parabola leaves out
 
 
 def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Callable[[Array], Array]) -> Array:
@@ -25,10 +26,13 @@ def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Calla
     if not at.size:
         return np.empty(0)
     places, found = time[at[:, None] + np.arange(3)], values[at[:, None] + np.arange(3), column[:, None]]
+    # First not at an outer one of the three: the maximum may be beside the beginning or the end of a smooth stretch.
+    inside = [(1.0 - MARGIN) * time[at + end] + MARGIN * time[at + 1] for end in (0, 2)]
     without_gain = 0
     for _ in range(PASSES):
         best = found.max(axis=1)
-        new = np.clip(places[:, 1] + _parabolas(places, found)[0], time[at], time[at + 2])
+        new = np.clip(places[:, 1] + _parabolas(places, found)[0], *inside)
+        inside = time[at], time[at + 2]
         times, of_each = np.unique(new, return_inverse=True)
         index = np.arange(at.size), np.abs(places - new[:, None]).argmax(axis=1)
         places[index], found[index] = new, evaluate(times)[of_each, column]
@@ -42,19 +46,28 @@ def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Calla
 
 
 def _candidates(time: Array, values: Array, threshold: Array) -> tuple[Indices, Indices]:
-    """First of three instants, and history, of the maxima that may reach the threshold; at most `MOST` per history."""
+    """First of three instants, and history, of the maxima that may reach the threshold; at most `MOST` per history.
+
+    The middle one of the three is the highest. Where a smooth stretch begins or ends, as at a jump, the outer one may
+    be the highest, with the maximum beside it.
+    """
     before, middle, after = values[:-2], values[1:-1], values[2:]
-    is_maximum = (middle >= before) & (middle >= after)
-    is_maximum &= (middle > before) | (middle > after)  # nothing is to be found within a rest
-    is_maximum &= (np.diff(time)[1:] > 0.0)[:, None] & (np.diff(time)[:-1] > 0.0)[:, None]
+    lasts = np.diff(time) > 0.0
+    begins, ends = np.append(True, ~lasts[:-1])[:-1, None], np.append(~lasts[1:], True)[1:, None]
+    rises, falls = middle >= before, middle >= after
+    is_maximum = (rises | (begins & falls)) & (falls | (ends & rises))
+    is_maximum &= (middle != before) | (middle != after)  # nothing is to be found within a rest
+    is_maximum &= lasts[1:, None] & lasts[:-1, None]
     at, column = np.nonzero(is_maximum)
     steps = at[:, None] + np.arange(3)
-    shift, bend = _parabolas(time[steps], values[steps, column[:, None]])
-    size, least = values[at + 1, column], threshold[column]
+    found = values[steps, column[:, None]]
+    shift, bend = _parabolas(time[steps], found)
+    size, least = found.max(axis=1), threshold[column]
     # A parabola rises by at most a quarter of this above its middle point, the history perhaps by more.
     rise = bend * np.maximum(time[at + 1] - time[at], time[at + 2] - time[at + 1]) ** 2
     chosen = np.flatnonzero((size + rise >= least) & (rise > ROUNDING * np.abs(least)))
-    chosen = chosen[np.lexsort((-(size + bend * shift**2)[chosen], column[chosen]))]
+    height = found[:, 1] + bend * shift**2
+    chosen = chosen[np.lexsort((-height[chosen], column[chosen]))]
     first = np.searchsorted(column[chosen], column[chosen])
     chosen = chosen[np.arange(chosen.size) - first < MOST]
     return at[chosen], column[chosen]

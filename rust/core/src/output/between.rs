@@ -193,13 +193,21 @@ fn search_piece(between: &mut Between, piece: &Piece, load: &Wrench, extremes: &
         add_scaled(&mut input[1], &first, -1.0);
     }
     let time = excitation.time(piece.sample) + piece.since;
-    let mut middle = moved(&piece.ends[0], &piece.ends[1], 1.0);
-    scale(&mut middle, 0.5);
-    let load = load.on_segments(&middle);
+    let inside = inside(system, piece);
+    let load = load.on_segments(&inside);
     let beside = if between.jumps { BESIDE } else { 0.0 };
-    let mut search =
-        Search { goal: piece.goal, ends: &piece.ends, load, ramp: &ramp, beside, time, input, extremes };
-    between.find_equations(&middle);
+    let ends = [time, f64::min(time + piece.h, excitation.time(piece.sample + 1))];
+    let mut search = Search {
+        goal: piece.goal,
+        ends: &piece.ends,
+        load,
+        ramp: &ramp,
+        beside,
+        times: ends,
+        input,
+        extremes,
+    };
+    between.find_equations(&inside);
     let (equations, series) = &between.on_segments;
     if system.model_level() == ModelLevel::SmoothNonlinear || !excitation.riders().is_empty() {
         let norm = series.norm(piece.h);
@@ -209,13 +217,28 @@ fn search_piece(between: &mut Between, piece: &Piece, load: &Wrench, extremes: &
     }
 }
 
+/// A state in which every link is on the segment of its law that it is on in the piece: between the mean of the states at the ends and the
+/// middle of the cubics through them. The mean lies on an edge where a link enters and leaves a segment across this edge, and the middle of
+/// the cubic may lie beyond an edge that the link just does not reach.
+#[cfg_attr(feature = "std", inline(always))]
+fn inside(system: &System, piece: &Piece) -> State {
+    let [start, end] = &piece.ends;
+    let mut inside = moved(start, end, 1.0);
+    scale(&mut inside, 0.5);
+    for mode in 0..6 {
+        let bow = 0.125 * piece.h * system.frequencies()[mode] * (start[6 + mode] - end[6 + mode]);
+        inside[mode] += 0.5 * bow;
+    }
+    inside
+}
+
 impl Between<'_> {
-    /// Finds the equations that hold in a piece, by the segments of the links in its middle.
+    /// Finds the equations that hold in a piece, by a state inside of the segments of all links.
     #[cfg_attr(feature = "std", inline(always))]
-    fn find_equations(&mut self, middle: &State) {
+    fn find_equations(&mut self, inside: &State) {
         let mut same = true;
         for (known, row) in self.segments.as_mut_slice().iter_mut().zip(nonlinear(self.system)) {
-            let segment = row.link.law().segment_of(row.deflection_at(middle)) as u8;
+            let segment = row.link.law().segment_of(row.deflection_at(inside)) as u8;
             same &= *known == segment;
             *known = segment;
         }

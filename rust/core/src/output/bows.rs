@@ -1,5 +1,7 @@
 //! How far a value of a load may bow away from the chords between the instants of a block.
 
+use core::ops::Add;
+
 use super::between::{Between, Piece, Place};
 use super::block_values::{BLOCK, Values};
 use super::extremes::{Extremes, Goal};
@@ -26,8 +28,7 @@ pub(super) struct Bows {
     quotients: Values,
     /// Bow over the larger second difference quotient, s².
     bows: Values,
-    /// Infinite for a piece whose bow is not known: at one end a load may jump, or at neither a second difference quotient is known, as
-    /// between two jumps of the excitation. Else zero.
+    /// Infinite for a piece whose bow is not known: a load may jump at one end, or see [`is_unknown`]. Else zero.
     unknown: Values,
     /// Curvature per unit of the effects of the excitation that second differences do not show; see [`Bows::hidden`].
     kinks: [[f64; 2]; 9],
@@ -64,18 +65,24 @@ impl Bows {
             self.quotients[k] = if is_smooth { 2.0 / (h + before) } else { 0.0 };
             self.bows[k] = BOW * 0.125 * h * h;
         }
+        let count = self.quotients.iter().filter(|quotient| **quotient > 0.0).count();
         for k in 0..BLOCK - 1 {
-            if self.quotients[k] == 0.0 && self.quotients[k + 1] == 0.0 {
+            if is_unknown([self.quotients[k] > 0.0, self.quotients[k + 1] > 0.0], count) {
                 self.unknown[k] = f64::INFINITY;
             }
         }
         self.most = [0.0; 3];
+        // The largest second difference quotient at each instant over the range of a value, and at all.
+        let (mut quotient, mut largest) = ([0.0; BLOCK], 0.0);
+        for k in 1..BLOCK {
+            quotient[k] = self.quotients[k] * (self.inverses[k - 1] + self.inverses[k]);
+            largest = f64::max(largest, quotient[k]);
+        }
         for k in 0..BLOCK - 1 {
-            // The largest second difference quotient over the range of a value.
-            let at = |k: usize| {
-                if k > 0 { self.quotients[k] * (self.inverses[k - 1] + self.inverses[k]) } else { 0.0 }
-            };
-            let numbers = [self.bows[k] * f64::max(at(k), at(k + 1)), self.bows[k], self.unknown[k]];
+            let is_known = self.quotients[k] > 0.0 && self.quotients[k + 1] > 0.0;
+            let ends = f64::max(quotient[k], quotient[k + 1]);
+            let bend = if is_known { ends } else { beyond(ends, largest) };
+            let numbers = [self.bows[k] * bend, self.bows[k], self.unknown[k]];
             for (most, number) in self.most.iter_mut().zip(numbers) {
                 *most = f64::max(*most, number);
             }
@@ -144,20 +151,21 @@ impl Bows {
     fn estimate(&self, values: &Values, hidden: f64, sign: f64, least: f64, most: &mut Values) -> bool {
         let Self { inverses, quotients, bows, unknown, .. } = self;
         // Curvatures from one instant before the block on.
-        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK + 3]);
+        let (mut slopes, mut curvatures) = ([0.0; BLOCK], [0.0; BLOCK + 1]);
         for k in 0..BLOCK - 1 {
             slopes[k] = sign * (values[k + 1] - values[k]) * inverses[k];
         }
         for k in 1..BLOCK - 1 {
             curvatures[k + 1] = (slopes[k - 1] - slopes[k]) * quotients[k];
         }
-        let mut may_pass = false;
+        let (mut largest, mut may_pass) = (0.0, false);
+        for curvature in &curvatures {
+            largest = if curvature.abs() > largest { curvature.abs() } else { largest };
+        }
         for k in 0..BLOCK - 1 {
-            // Where the curvature at an end is not known, it is on a straight line through those beside it.
-            let [before, start, end, after] =
-                [curvatures[k], curvatures[k + 1], curvatures[k + 2], curvatures[k + 3]];
-            let at_start = if quotients[k] > 0.0 { start } else { 2.0 * end - after };
-            let at_end = if quotients[k + 1] > 0.0 { end } else { 2.0 * start - before };
+            let [start, end] = [curvatures[k + 1], curvatures[k + 2]];
+            let at_start = if quotients[k] > 0.0 { start } else { beyond(end.abs(), largest) };
+            let at_end = if quotients[k + 1] > 0.0 { end } else { beyond(start.abs(), largest) };
             let bend = if at_start > at_end { at_start } else { at_end };
             most[k] = fma(bows[k], (if bend > 0.0 { bend } else { 0.0 }) + hidden, unknown[k]);
             let (a, b) = (sign * values[k], sign * values[k + 1]);
@@ -178,6 +186,22 @@ impl Bows {
         }
         passes
     }
+}
+
+/// Fewest second difference quotients of a block by which one that is not known can be bounded.
+const FEWEST: usize = 6;
+
+/// Whether the bow of a piece is not known, by whether the quotients at its ends are, as between two jumps of the excitation, and the number of
+/// those that are in the block.
+pub(crate) fn is_unknown(known: [bool; 2], count: usize) -> bool {
+    known == [false; 2] || (known != [true; 2] && count < FEWEST)
+}
+
+/// Bound on the second difference quotient at an end of a piece where it is not known, by that at the other end and the largest one in the
+/// block. (Those of a vibration at equal distances h are `c = 2 cos(ω h) c' - c''`.)
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn beyond<T: Copy + Add<Output = T>>(at_other_end: T, largest: T) -> T {
+    at_other_end + at_other_end + largest
 }
 
 /// The pieces of a block between its instants, with a value of a load at these.

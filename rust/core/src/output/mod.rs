@@ -28,7 +28,7 @@ pub use loads::{
 #[cfg(feature = "std")]
 pub use mean_loads::ReferenceMotion;
 #[cfg(feature = "studies")]
-pub(crate) use mean_loads::{middle, simpson_bow};
+pub(crate) use mean_loads::{INSIDE, between, contacts, finer_bow, middle, simpson_bow};
 pub use peaks::Peaks;
 #[cfg(feature = "std")]
 pub use record::Watched;
@@ -37,5 +37,5 @@ pub use riding::{Ridden, RiddenInstant};
 #[cfg(feature = "studies")]
 pub(crate) use {
     block_values::{evaluate_block, transpose},
-    bows::BOW,
+    bows::{BOW, beyond, is_unknown},
 };

@@ -14,6 +14,9 @@ const MOST_INTEGRATED: f64 = 64.0;
 /// Most steps of the search for a largest value.
 const MOST_STEPS: usize = 60;
 
+/// The same for an inflection between two ends at which the slope has the same sign.
+const MOST_INFLECTION_STEPS: usize = 4;
+
 /// Fraction of a piece over which four derivatives of a value give it, and its largest value, to rounding.
 const NEAR: f64 = 1e-3;
 
@@ -37,8 +40,8 @@ pub(super) struct Search<'a> {
     pub ramp: &'a Ramp<'a>,
     /// By how much the time of a load at an end is moved into the piece, if it may jump there.
     pub beside: f64,
-    /// Time of its start, s.
-    pub time: f64,
+    /// Time of its start and of its end, s.
+    pub times: [f64; 2],
     /// The excitation at its start, and the rise over it, if the load depends on the excitation.
     pub input: [Input; 2],
     pub extremes: &'a mut Extremes,
@@ -58,13 +61,23 @@ impl Search<'_> {
         }
         let (mut a, mut b) = (0.0, 1.0);
         let [rises, falls] = [ends[0][1] > 0.0, ends[1][1] < 0.0];
-        if rises != falls && bends[0] * bends[1] < 0.0 && (bends[0] < 0.0) == rises {
-            // The slope has the same sign at both ends, and may have the other one where the curvature is about zero.
-            let theta = bends[0] / (bends[0] - bends[1]);
-            let middle = self.derivatives(equations, &self.state_at(equations, series, theta), theta, 3);
-            let side = usize::from(rises);
-            (ends[side], bends[side]) = (middle.slope(0.0), middle.bend());
-            (a, b) = if rises { (a, theta) } else { (theta, b) };
+        if rises != falls && (bends[0] * bends[1] > 0.0 || (bends[0] < 0.0) == rises) {
+            // The slope has the same sign at both ends, and may have the other one where the curvature is zero.
+            let (side, mut zero) = (usize::from(rises), [(0.0, bends[0]), (1.0, bends[1])]);
+            for _ in 0..MOST_INFLECTION_STEPS {
+                let [(from, bend), (to, last_bend)] = zero;
+                let share = if bend * last_bend < 0.0 { bend / (bend - last_bend) } else { 0.5 };
+                let theta = from + (to - from) * share;
+                let middle = self.derivatives(equations, &self.state_at(equations, series, theta), theta, 3);
+                (ends[side], bends[side]) = (middle.slope(0.0), middle.bend());
+                (a, b) = if rises { (0.0, theta) } else { (theta, 1.0) };
+                let slope = ends[side][1];
+                let is_far = slope.abs() > bends[side].abs() * (to - from);
+                if is_far || (slope > 0.0) != rises {
+                    break;
+                }
+                zero[usize::from((bends[side] < 0.0) != (bend < 0.0))] = (theta, bends[side]);
+            }
         }
         let h = b - a;
         let [start, end] = [[ends[0][0], ends[0][1] * h], [ends[1][0], ends[1][1] * h]];
@@ -167,8 +180,9 @@ impl Search<'_> {
                     self.note(self.slope(&reached, &NO_STATE, to)[0], to);
                     break;
                 }
-                let rate = self.change(equations, &moments, [until, until - from], 2, &reached);
-                (state, here) = (reached, self.slope(&reached, &rate, until));
+                let rate = self.change(equations, &moments, [until, 1.0], 2, &reached);
+                let [value, slope] = self.slope(&reached, &rate, until);
+                (state, here) = (reached, [value, slope * (until - from)]);
                 if !(before[1] > 0.0 && here[1] < 0.0) {
                     break;
                 }
@@ -220,7 +234,7 @@ impl Search<'_> {
         rate
     }
 
-    /// The value and its slope, from a state and its rate.
+    /// The value and its slope over the piece, from a state and its change over a piece at its rate there.
     #[cfg_attr(feature = "std", inline(always))]
     fn slope(&self, state: &State, rate: &State, theta: f64) -> Slope {
         let mut local = Taylor { rows: [[0.0; 4]; 3], goal: self.goal };
@@ -247,7 +261,8 @@ impl Search<'_> {
     /// Notes a value at a time.
     #[cfg_attr(feature = "std", inline(always))]
     fn note(&mut self, value: f64, theta: f64) {
-        self.extremes.note(self.goal, value, fma(theta, self.ramp.h, self.time));
+        let [start, end] = self.times;
+        self.extremes.note(self.goal, value, f64::min(fma(theta, self.ramp.h, start), end));
     }
 }
 

@@ -1,7 +1,7 @@
 //! How far a value may bow away from the chords between the samples of a motion.
 
 use super::block::BLOCK;
-use crate::output::BOW;
+use crate::output::{BOW, beyond, is_unknown};
 
 /// What second differences at the samples of a block say of a value in the interval before a sample.
 #[derive(Debug, Clone, Copy, Default)]
@@ -14,7 +14,7 @@ pub(super) struct Bow {
     pub known: [bool; 2],
     /// Bow over the larger quotient at the ends of the interval, s².
     pub size: f64,
-    /// Infinite where no quotient is known at either end, else zero.
+    /// Infinite where the bow is not known, see [`is_unknown`], else zero.
     pub unknown: f64,
     /// What a change of the rate of the excitation at the sample adds to the curvature at the end of an interval beside what the quotient says:
     /// factor on the effect of the rate on the curvature, and on the direct effect, 1/s. Zero where the quotient is unknown.
@@ -84,10 +84,11 @@ fn bows(intervals: &[f64]) -> Vec<Bow> {
         (bow.length, bow.size) = (length, BOW * 0.125 * length * length);
     }
     for block in bows.chunks_exact_mut(BLOCK) {
+        let count = block[..BLOCK - 1].iter().filter(|bow| bow.factors[0] > 0.0).count();
         for k in 0..BLOCK {
             let known = |k: usize| block[k].factors[0] > 0.0;
             block[k].known = [k > 0 && known(k - 1), k + 1 < BLOCK && known(k)];
-            if block[k].length > 0.0 && block[k].known == [false; 2] {
+            if block[k].length > 0.0 && is_unknown(block[k].known, count) {
                 block[k].unknown = f64::INFINITY;
             }
         }
@@ -97,14 +98,15 @@ fn bows(intervals: &[f64]) -> Vec<Bow> {
 
 fn most_bow(block: &[Bow]) -> MostBow {
     let mut most = MostBow::default();
+    // The largest quotient over the range of a value at each sample, none at the last one, and at all.
+    let mut quotients = [0.0; BLOCK + 1];
+    for (quotient, bow) in quotients[1..BLOCK].iter_mut().zip(block) {
+        *quotient = bow.factors[0] + bow.factors[1];
+    }
+    let largest = quotients.iter().copied().fold(0.0, f64::max);
     for (k, bow) in block.iter().enumerate() {
-        // The largest quotient over the range; three times as much where it is continued.
-        let at = |k: Option<usize>| {
-            k.and_then(|k| block.get(k)).map_or(0.0, |bow| bow.factors[0] + bow.factors[1])
-        };
-        let ends = f64::max(at(k.checked_sub(1)), at(Some(k)));
-        let beyond = f64::max(at(k.checked_sub(2)), at(Some(k + 1)));
-        let quotient = if bow.known == [true; 2] { ends } else { 2.0 * ends + beyond };
+        let ends = f64::max(quotients[k], quotients[k + 1]);
+        let quotient = if bow.known == [true; 2] { ends } else { beyond(ends, largest) };
         most.by_range = f64::max(most.by_range, bow.size * quotient);
         most.by_curvature = f64::max(most.by_curvature, bow.size);
         most.unknown = f64::max(most.unknown, bow.unknown);

@@ -12,6 +12,7 @@ use super::vector::Real;
 use crate::batch::equivalent::EquivalentRows;
 use crate::life::COMPONENTS;
 use crate::numeric::simd::MAX_LANES;
+use crate::output::beyond;
 
 /// Gain of a value between two samples, over its largest magnitude at the samples, that is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -181,13 +182,12 @@ impl<S: Simd> SignalBlock<'_, S> {
     /// Lets those wait in which the signal, the negative one if the smallest is sought, may pass the value `known`.
     ///
     /// With the values a and b at its ends and a bow B over the middle of the chord, a piece is highest at `(a + b)/2 + B + (b - a)²/(16 B)`,
-    /// if `|b - a| < 4 B`. Where the curvature at one end is not known, it is on a straight line through those before it.
+    /// if `|b - a| < 4 B`.
     #[inline(always)]
     fn find(&self, simd: S, here: &BlockStates<S>, (known, largest): (Real<S>, bool), waiting: &mut Waiting) {
         let Some(bows) = here.timeline.bows.of(here.block) else { return };
         let (zero, half, four) = (Real::splat(simd, 0.0), Real::splat(simd, 0.5), Real::splat(simd, 4.0));
         let sixteenth = Real::splat(simd, 0.0625);
-        let two = Real::splat(simd, 2.0);
         let sign = Real::splat(simd, if largest { 1.0 } else { -1.0 });
         // From the sample before the block on, values and second difference quotients; those that are not known are zero.
         let (mut values, mut bends) = ([self.last * sign; BLOCK + 1], [zero; BLOCK + 1]);
@@ -199,6 +199,10 @@ impl<S: Simd> SignalBlock<'_, S> {
             let (first, second) = (Real::splat(simd, first), Real::splat(simd, second));
             bends[k + 1] = first * (values[k + 1] - values[k]) - second * (values[k + 2] - values[k + 1]);
         }
+        let mut largest_bend = zero;
+        for bend in &bends {
+            largest_bend = largest_bend.max(bend.abs());
+        }
         // No piece is higher than its higher end and its bow. Most blocks need no division.
         let (mut sizes, mut highest) = ([zero; BLOCK], zero.constant(f64::NEG_INFINITY));
         for (k, bow) in bows.iter().enumerate() {
@@ -206,8 +210,8 @@ impl<S: Simd> SignalBlock<'_, S> {
                 continue;
             }
             let bend = match bow.known {
-                [true, false] => bends[k].max(two * bends[k] - bends[k - 1]),
-                [false, true] => bends[k + 1].max(two * bends[k + 1] - bends[k + 2]),
+                [true, false] => beyond(bends[k].abs(), largest_bend),
+                [false, true] => beyond(bends[k + 1].abs(), largest_bend),
                 _ => bends[k].max(bends[k + 1]),
             };
             let bent = bend.max(zero) + self.hidden;
