@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from samples import with_value
 
+from guideload import Study, peak_loads, run_study
 from guideload._core import Law
 from guideload.base.errors import ValueRefused
 from guideload.catalogue.stiffness import CONTACT_EXPONENT
@@ -152,6 +153,23 @@ def test_a_changed_value_is_a_machine_built_with_it(path: str) -> None:
         assert_same(told(of, parameters.changes([(form, [path])]), [number]), built)
     same, own = told(of, parameters.changes([("value", [path])]), [parameter.value]), told(of)
     assert all(np.array_equal(same[name], own[name]) for name in own if name != "laws")  # to the last bit
+
+
+def test_own_values_are_the_machine_where_rotations_are_stated() -> None:
+    """Stiffnesses against rotation are distances of links, which do not vary themselves."""
+    stated = {
+        "stiffness_pitch": "10 MN m/rad",
+        "stiffness_yaw": "8 MN m/rad",
+        "stiffness_roll": "100 kN m/rad",
+    }
+    places = [("left", -0.5), ("left", 0.5), ("right", -0.5), ("right", 0.4)]
+    carriages = [carriage(f"{rail} {x}", rail, x) | {"length": None} | stated for rail, x in places]
+    of, move = machine(carriages=carriages, links=[]), Motion.along_x([0.0, 0.1, 0.2], [0.0, 5.0, 0.0])
+    nominal = peak_loads(of, move).largest[:, 6]
+    for parameter in Parameters(of, move):
+        found = run_study(Study(machine=of, motion=move, cases={parameter.path: [parameter.value]}))
+        peaks = [found.column(f"max_resultant_N[{each.name}]")[0] for each in of.carriages]
+        assert peaks == pytest.approx(nominal, rel=1e-12), parameter.path
 
 
 def test_all_at_once_is_a_machine_built_with_all() -> None:

@@ -128,6 +128,7 @@ class Parameters:
         self.machine = machine
         self.of_part: dict[tuple[str, str], dict[str, Parameter]] = {}
         self.needs: dict[tuple[str, str], dict[str, str]] = {}
+        self._fixed: dict[Target, float] = {}  # what targets have of numbers that do not vary
         self._add("", "", {}, _of_machine(machine, motion))
         for i, rail in enumerate(machine.rails):
             self._add("rails", rail.name, {"rail": rail.name}, of_rail(machine, i))
@@ -144,6 +145,8 @@ class Parameters:
         part = f"{part_path(kind, name)}." if kind else ""
         found, needs = self.of_part.setdefault((kind, name), {}), self.needs.setdefault((kind, name), {})
         for row in rows:
+            for target, number in row.fixed:
+                self._fixed[target] = self._fixed.get(target, 0.0) + number
             if row.value is None:
                 needs[row.key] = row.need
             else:
@@ -250,7 +253,7 @@ class Parameters:
         """Targets that vary, each as a constant plus terms (column, factor).
 
         columns: form of each column of values, and the full paths that it sets; no path is set twice. A target is the
-        sum of all parameters that set it, times their factors; a parameter without a column has the machine's value.
+        sum of all parameters that set it, times their factors; what does not vary has the machine's value.
         """
         column_of: dict[str, tuple[int, Form]] = {
             path: (column, form) for column, (form, paths) in enumerate(columns) for path in paths
@@ -261,7 +264,7 @@ class Parameters:
                 summands.setdefault(target, []).append((parameter, factor))
         changes: list[Change] = []
         for target, sums in summands.items():
-            constant = 0.0
+            constant = self._fixed.get(target, 0.0)
             terms: dict[int, float] = {}
             for parameter, factor in sums:
                 column, form = column_of.get(parameter.path, (-1, "value"))

@@ -22,7 +22,10 @@ STATED = (("pitch", "_y", "length"), ("yaw", "_z", "length"), ("roll", "_y", "wi
 
 
 class Row(NamedTuple):
-    """A parameter of one part; if its link law has none, value is None and `need` says what the law needs."""
+    """A parameter of one part. If the part has none, value is None, and `need` says what it needs.
+
+    sets: targets with the factors on its value. fixed: targets with numbers of the part that cannot vary.
+    """
 
     key: str
     unit: str
@@ -30,6 +33,7 @@ class Row(NamedTuple):
     value: float | None
     sets: Targets
     need: str = ""
+    fixed: Targets = ()
 
 
 def arguments_of(machine: Machine) -> dict[str, Any]:
@@ -70,12 +74,14 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
     links = list(enumerate(links_of(carriage), first))
     along: Targets = [(("point", k, 0), 1.0) for k, _ in links]
     yield Row("x", "m", "", carriage.x, [*along, (("center", i, 0), 1.0)])
-    by_length = (carriage.stiffness_pitch is None, carriage.stiffness_yaw is None)
-    ends: Targets = [(("point", k, 0), link.end) for k, link in links if by_length[link.axis - 1]]
-    need = "a length, in place of stiffness_pitch and stiffness_yaw"
-    yield Row("length", "m", "> 0", carriage.length, ends, need)
     own_z = machine.carriage_axes[i, 2].tolist()
     rows: Targets = [(("point", k, j), link.row * own_z[j]) for k, link in links if link.row for j in (1, 2)]
+    pitch, yaw = ([(("point", k, 0), link.end) for k, link in links if link.axis == axis] for axis in (1, 2))
+    distances: dict[str, Targets] = {"pitch": pitch, "yaw": yaw, "roll": rows}
+    stated = [rotation for rotation in distances if getattr(carriage, f"stiffness_{rotation}") is not None]
+    ends = [each for rotation in ("pitch", "yaw") if rotation not in stated for each in distances[rotation]]
+    need = "a length, in place of stiffness_pitch and stiffness_yaw"
+    yield Row("length", "m", "> 0", carriage.length, ends, need)
     yield Row("width", "m", "> 0", carriage.width, rows, "a width, in place of stiffness_roll")
     for axis in (1, 2):
         of_axis = [k for k, link in links if link.axis == axis]
@@ -84,7 +90,9 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
             yield _if_linear(row, carriage, axis)
     for rotation, suffix, distance in STATED:
         need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
-        yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need)
+        number = getattr(carriage.distances, rotation)
+        fixed = [(target, factor * number) for target, factor in distances[rotation] if rotation in stated]
+        yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need, fixed)
     yield from _of_mounting_error(machine, carriage.mounting_error, machine.links_of_carriages[i])
 
 
