@@ -12,9 +12,9 @@ from machines import one_mass
 from mpmath import mpf
 from numpy.typing import NDArray
 from precise_derivatives import SIZE_OF_ZERO, STEP, at_rest, differences, matrices_of, with_value
-from reference import DIGITS, body, cart, paper, random_machine, translating
+from reference import DIGITS, body, cart, example, paper, random_machine, translating
 
-from guideload import Machine
+from guideload import Machine, Modes
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.machine.response import frequency_response
 from guideload.sensitivity import VariedMachine
@@ -60,7 +60,6 @@ def precise_modes(machine: Machine) -> dict[str, list[Any]]:
     shapes = (lower.T * turned).T
     n = len(squares)
     omega = [mpmath.sqrt(square) for square in squares]
-    ratio = [(shapes[k, :] * damping * shapes[k, :].T)[0] / (2 * omega[k]) for k in range(n)]
     signs = [mpmath.sign(max(shapes[k, :], key=abs)) for k in range(n)]
     inverse = mass**-1
     first = mpmath.zeros(2 * n)
@@ -69,7 +68,7 @@ def precise_modes(machine: Machine) -> dict[str, list[Any]]:
     values = sorted((z for z in mpmath.eig(first, left=False, right=False) if z.imag >= 0), key=abs)
     return {
         "frequency": [w / (2 * mpmath.pi) for w in omega],
-        "damping_ratio": ratio,
+        "damping_ratio": [-z.real / abs(z) for z in values],
         "shape": [signs[k] * x for k in range(n) for x in shapes[k, :]],
         "eigenvalue": values,
     }
@@ -314,3 +313,9 @@ def test_what_has_no_derivative_is_refused_with_the_reason() -> None:
             VariedMachine(cart(), "body.mass").at().response(*wrong)
     with pytest.raises(ArgumentError, match="expected each number once"):
         VariedMachine(cart(), {"a": "body.mass", "b": "body.mass"})
+
+
+@pytest.mark.parametrize("machine", [cart(), paper(), example()[0]])
+def test_damping_ratios_are_those_of_the_modes(machine: Machine) -> None:
+    modes = VariedMachine(machine, ["body.mass"]).at().modes()
+    assert modes.damping_ratio == pytest.approx(Modes.of(machine).damping_ratio, rel=1e-9)

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array, Complex
+from guideload.base.arrays import Array, Complex, Indices
 from guideload.machine.machine import DOFS, Machine
 
 ROUNDING = 1e-12  # of an eigenvalue
@@ -53,14 +53,22 @@ def _damped(alone: Array, eigenvalues: Complex) -> tuple[Array, Array]:
     alone: (n,) damping ratio of each mode without the coupling of modes by dampers. Modes whose frequencies are close
     are coupled even by light damping: of two at one frequency, one may take all of it.
     """
-    vibrating = eigenvalues[eigenvalues.imag > ROUNDING * np.abs(eigenvalues)]
+    modes, places = vibrating_modes(alone, eigenvalues)
+    vibrating = eigenvalues[places]
     ratio, frequency = alone.copy(), np.zeros(alone.size)
-    # The others are overdamped, each with two real eigenvalues: those with the largest ratios alone.
-    modes = np.sort(np.argsort(alone, kind="stable")[: vibrating.size])
     found = -vibrating.real / np.abs(vibrating)
     ratio[modes] = np.where(found > ROUNDING, found, 0.0)
     frequency[modes] = vibrating.imag / (2.0 * np.pi)
     return ratio, frequency
+
+
+def vibrating_modes(alone: Array, eigenvalues: Complex) -> tuple[Indices, Indices]:
+    """The modes that vibrate, and the places of their eigenvalues, those with a positive imaginary part, in order.
+
+    The others are overdamped, each with two real eigenvalues: those with the largest damping ratios alone.
+    """
+    places = np.flatnonzero(eigenvalues.imag > ROUNDING * np.abs(eigenvalues))
+    return np.sort(np.argsort(alone, kind="stable")[: places.size]), places
 
 
 def _guided_points(machine: Machine) -> Array:

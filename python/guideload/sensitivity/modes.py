@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.base.arrays import Array, Complex
+from guideload.machine.modes import vibrating_modes
 
 # Relative distance of frequencies that count as one: nearer ones have shapes with less than half of the digits.
 REPEATED = 1e-8
@@ -21,7 +22,7 @@ class ModeDerivatives:
     """The n undamped and the m damped modes, by ascending frequency, and their derivatives by p columns.
 
     frequency, d_frequency          (n,) Hz, (p, n), of the undamped machine
-    damping_ratio, d_damping_ratio  (n,), (p, n), of each mode alone, without the coupling of modes by damping
+    damping_ratio, d_damping_ratio  (n,), (p, n), of the damped machine; of an overdamped mode that of the mode alone
     shape, d_shape                  (n, 6), (p, n, 6), undamped, of unit modal mass
     eigenvalue, d_eigenvalue        (m,) 1/s, complex, (p, m), of the damped machine: one of each conjugate pair, with
                                     positive imaginary part, and all real ones (of overdamped modes)
@@ -86,6 +87,12 @@ class Modal:
         d_modal = np.einsum("pkk->pk", self.d_damping) + 2.0 * mixed
         d_ratio = d_modal / (2.0 * self.omega) - ratio * d_frequency / self.omega
         eigenvalue, d_eigenvalue, damped, d_damped = self._damped(reasons)
+        # Of the modes that vibrate those of the damped machine, as in `Modes`.
+        modes, places = vibrating_modes(ratio, eigenvalue)
+        value, change, size = eigenvalue[places], d_eigenvalue[:, places], np.abs(eigenvalue[places])
+        ratio[modes] = -value.real / size
+        d_ratio[:, modes] = (value.real * (value.conj() * change).real / size**2 - change.real) / size
+        d_ratio[:, [k for group in repeated for k in group]] = np.nan
         turn = 2.0 * np.pi
         return ModeDerivatives(
             self.omega / turn,
