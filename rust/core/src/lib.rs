@@ -154,9 +154,9 @@ pub use system::{
 
 // Read out: records of a run, and loads and motions from its states.
 pub use output::{
-    Axes, Axial, Extremes, History, Part, Peaks, Record, Recovery, Ridden, RiddenInstant, Wrench,
-    acceleration, evaluate, group_load, group_load_along, largest_velocity_change, link_load, position,
-    reaction, velocity,
+    Axes, Axial, BodyWithRiders, BodyWithRidersInstant, Extremes, History, Part, Peaks, Record, Recovery,
+    Wrench, acceleration, evaluate, group_load, group_load_along, largest_velocity_change, link_load,
+    position, reaction, velocity,
 };
 
 #[cfg(feature = "std")]

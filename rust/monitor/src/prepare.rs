@@ -126,7 +126,7 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
         [sampled.from_start, sampled.from_end].map(|effect| to.places(entries().map(|i| effect[i])));
     let mut change = [[T::ZERO; S]; S];
     for (column, j) in change.iter_mut().zip(entries()) {
-        *column = to.places(entries().map(|i| sampled.change[j][i]));
+        *column = to.places(entries().map(|i| sampled.exp_minus_identity[j][i]));
     }
     let mut carriages = [Carriage::NONE; C];
     for (carriage, (load, judgement)) in carriages.iter_mut().zip(loads) {

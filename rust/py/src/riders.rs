@@ -1,6 +1,8 @@
 //! Riders of a scene, and their motions.
 
-use guideload::{Body, Excitation, Ridden, RiddenInstant, Rider, RiderMotion, RunError, State, System};
+use guideload::{
+    Body, BodyWithRiders, BodyWithRidersInstant, Excitation, Rider, RiderMotion, RunError, State, System,
+};
 use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -78,8 +80,8 @@ impl Travels {
         system: &System,
         states: &[State],
         input: impl Fn(usize) -> guideload::Input,
-    ) -> Result<Vec<RiddenInstant>, CoreError> {
-        let ridden = Ridden::new(system, &self.riders);
+    ) -> Result<Vec<BodyWithRidersInstant>, CoreError> {
+        let ridden = BodyWithRiders::new(system, &self.riders);
         let mut travel = vec![[0.0; 3]; self.riders.len()];
         let mut instants = Vec::with_capacity(states.len());
         for (k, state) in states.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use guideload::input_from;
-use guideload::{Input, RiddenInstant, RunError, State, Summary, System, Wrench, link_load};
+use guideload::{BodyWithRidersInstant, Input, RunError, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, largest_velocity_change, position, reaction, velocity};
 use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
@@ -190,7 +190,7 @@ impl PySolution {
         &self,
         py: Python<'py>,
         width: usize,
-        write: impl Fn(&RiddenInstant, &mut [f64]),
+        write: impl Fn(&BodyWithRidersInstant, &mut [f64]),
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let system = &self.stretches[0].0;
         filled(py, &[self.states.len(), width], |out| {

@@ -92,7 +92,7 @@ impl Covariance {
         }
     }
 
-    /// z' = carry z + g a + h unit d[derivative].
+    /// z' = transition z + g a + h unit d[derivative].
     #[inline(always)]
     fn advance(&mut self, response: &Response, from: f64, to: f64) {
         let at = self.derivative;
@@ -102,7 +102,7 @@ impl Covariance {
             h[i] = from * response.start[i] + to * response.end[i];
         }
         let (across, after) = self.end();
-        let carried = three_sums([[0.0; 12]; 3], &response.carry, &self.a_z);
+        let carried = three_sums([[0.0; 12]; 3], &response.transition, &self.a_z);
         let mut by_g = carried;
         self.a_z = carried;
         for i in 0..12 {
@@ -111,7 +111,7 @@ impl Covariance {
         }
         let mut by_h = [0.0; 12];
         for d in 0..self.order {
-            let mut carried = three_sums([[0.0; 12]; 3], &response.carry, &self.d_z[d]);
+            let mut carried = three_sums([[0.0; 12]; 3], &response.transition, &self.d_z[d]);
             if d == at {
                 by_h = carried.map(|x| self.unit * x);
                 add_scaled(&mut by_h, &h, 0.5 * after);
@@ -122,13 +122,13 @@ impl Covariance {
         }
         let mut half = [[0.0; 12]; 12];
         for j in 0..12 {
-            half[j] = three_sums([[0.0; 12]; 3], &response.carry, &self.z[j]);
+            half[j] = three_sums([[0.0; 12]; 3], &response.transition, &self.z[j]);
         }
-        // half carry^T: column j is the sum over i of column i of half times carry[i][j].
+        // half transition^T: column j is the sum over i of column i of half times transition[i][j].
         for j in 0..12 {
             let mut column = [0.0; 12];
             for i in 0..12 {
-                add_scaled(&mut column, &half[i], response.carry[i][j]);
+                add_scaled(&mut column, &half[i], response.transition[i][j]);
             }
             add_scaled(&mut column, &g, by_g[j]);
             add_scaled(&mut column, &by_g, g[j]);

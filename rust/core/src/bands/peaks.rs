@@ -175,7 +175,7 @@ impl DrawBlock {
             for half in [0, 6] {
                 for j in half..half + plan.active {
                     for i in 0..4 {
-                        add_scaled(&mut sums[i], &old[j], response.carry[j][4 * rows + i]);
+                        add_scaled(&mut sums[i], &old[j], response.transition[j][4 * rows + i]);
                     }
                 }
             }

@@ -30,11 +30,11 @@ impl Deviation<'_> {
     }
 }
 
-/// z at the end of a part of an interval: `carry` z + `start` a(start) + `end` a(end).
+/// z at the end of a part of an interval: `transition` z + `start` a(start) + `end` a(end).
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     /// By columns.
-    pub carry: [[f64; 12]; 12],
+    pub transition: [[f64; 12]; 12],
     pub start: [f64; 12],
     pub end: [f64; 12],
 }
@@ -155,10 +155,10 @@ impl Iterator for Schedule<'_> {
 #[inline(always)]
 fn response(system: &System, length: f64) -> Response {
     let propagator = Propagator::new(system, &system.influence()[..1], length);
-    let (change, &start, &end) = propagator.parts(0);
-    let mut carry = *change;
+    let (exp_minus_identity, &start, &end) = propagator.parts(0);
+    let mut transition = *exp_minus_identity;
     for i in 0..12 {
-        carry[i][i] += 1.0;
+        transition[i][i] += 1.0;
     }
-    Response { carry, start, end }
+    Response { transition, start, end }
 }

@@ -110,13 +110,13 @@ impl MotionDraws {
         watch: Watch,
         out: &mut [Aligned<Lanes>],
     ) {
-        let mut walk = Walk::<N>::new(self, numbers);
+        let mut draw = DrawState::<N>::new(self, numbers);
         let places = self.places.chunks(SAMPLES_AT_A_TIME);
         for (places, out) in places.zip(out.chunks_mut(SAMPLES_AT_A_TIME)) {
             if watch.stops() {
                 return;
             }
-            dispatch_wide!(walk_to::<N, ROWS>(&mut walk, places, out));
+            dispatch_wide!(write_deviations::<N, ROWS>(&mut draw, places, out));
         }
     }
 }
@@ -148,7 +148,7 @@ fn pack(step: &BlockStep, order: usize, unit: &[f64], to: &mut Vec<f64>) {
 }
 
 /// Eight draws on their way through the stamps.
-struct Walk<'a, const N: usize> {
+struct DrawState<'a, const N: usize> {
     draws: &'a MotionDraws,
     normals: NormalStreams,
     state: Aligned<[Lanes; N]>,
@@ -160,35 +160,35 @@ struct Walk<'a, const N: usize> {
 
 /// Writes the deviations at some samples.
 #[inline(always)]
-fn walk_to<const N: usize, const ROWS: usize>(
-    walk: &mut Walk<N>,
+fn write_deviations<const N: usize, const ROWS: usize>(
+    draw: &mut DrawState<N>,
     places: &[(usize, f64)],
     out: &mut [Aligned<Lanes>],
 ) {
-    let mut normals = walk.normals.clone();
+    let mut normals = draw.normals.clone();
     for (&(stamp, share), Aligned(out)) in places.iter().zip(out) {
-        while BLOCK * walk.passed <= stamp {
+        while BLOCK * draw.passed <= stamp {
             let mut normal = Aligned([[0.0; LANES]; ROWS]);
             for number in &mut normal.0 {
                 *number = normals.next();
             }
-            walk.advance(&normal.0);
+            draw.advance(&normal.0);
         }
         let at = 1 + stamp % BLOCK;
-        let now = &walk.values.0[at];
+        let now = &draw.values.0[at];
         if share == 1.0 {
             *out = *now;
         } else {
-            let before = &walk.values.0[at - 1];
+            let before = &draw.values.0[at - 1];
             for lane in 0..LANES {
                 out[lane] = (1.0 - share) * before[lane] + share * now[lane];
             }
         }
     }
-    walk.normals = normals;
+    draw.normals = normals;
 }
 
-impl<'a, const N: usize> Walk<'a, N> {
+impl<'a, const N: usize> DrawState<'a, N> {
     fn new(draws: &'a MotionDraws, numbers: [u64; LANES]) -> Self {
         Self {
             draws,
@@ -240,11 +240,11 @@ mod tests {
         let blocks = COUNT.div_ceil(BLOCK);
         let mut all = DMatrix::zeros(COUNT, blocks * ROWS);
         for column in 0..blocks * ROWS {
-            let mut walk = Walk::<N>::new(draws, [0; LANES]);
+            let mut draw = DrawState::<N>::new(draws, [0; LANES]);
             for block in 0..blocks {
                 let one = |row| [f64::from(u8::from(column == block * ROWS + row)); LANES];
-                walk.advance::<ROWS>(&core::array::from_fn(one));
-                for (at, value) in walk.values.0[1..].iter().enumerate() {
+                draw.advance::<ROWS>(&core::array::from_fn(one));
+                for (at, value) in draw.values.0[1..].iter().enumerate() {
                     // The first block is the one that is not full.
                     if let Some(stamp) = (BLOCK * block + at + COUNT).checked_sub(BLOCK * blocks) {
                         all[(stamp, column)] = value[0];

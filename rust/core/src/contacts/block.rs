@@ -10,7 +10,7 @@ pub(super) struct LinkBlock {
     pub deflection: [Lanes; 6],
     pub rate: [Lanes; 6],
     /// Norm of the deflection row: largest deflection for a state of norm one.
-    pub reach: Lanes,
+    pub norm: Lanes,
     pub tolerance: Lanes,
     /// Edges of the present segments, less the deflection at rest.
     pub low: Lanes,
@@ -20,7 +20,7 @@ pub(super) struct LinkBlock {
 pub(super) const NO_LINKS: LinkBlock = LinkBlock {
     deflection: [[0.0; LANES]; 6],
     rate: [[0.0; LANES]; 6],
-    reach: [0.0; LANES],
+    norm: [0.0; LANES],
     tolerance: [0.0; LANES],
     low: [f64::NEG_INFINITY; LANES],
     high: [f64::INFINITY; LANES],
@@ -48,19 +48,19 @@ impl LinkBlock {
     }
 
     /// Whether no link passes an edge between two states, if the distance of the path from the straight line through them is at most
-    /// `margin` per unit of reach.
+    /// `margin` per unit of the norm of its deflection row.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn ends_clear(&self, state: &State, next: &State, margin: f64) -> bool {
         let (at, end) = (self.deflections(state), self.deflections(next));
         let mut worst = [0.0; LANES];
         for i in 0..LANES {
             let (up, down) = (larger(at[i], end[i]) - self.high[i], self.low[i] - smaller(at[i], end[i]));
-            worst[i] = fma(margin, self.reach[i], larger(up, down)) - self.tolerance[i];
+            worst[i] = fma(margin, self.norm[i], larger(up, down)) - self.tolerance[i];
         }
         none_above_zero(&worst)
     }
 
-    /// Whether no link passes an edge in the states of a box, or up to `margin` per unit of reach beside it.
+    /// Whether no link passes an edge in the states of a box, or up to `margin` per unit of the norm of its deflection row beside it.
     #[inline(always)]
     pub(super) fn box_clear(&self, states: &StateBox, margin: f64) -> bool {
         let at = self.deflections(&states.middle);
@@ -73,19 +73,19 @@ impl LinkBlock {
         let mut worst = [0.0; LANES];
         for i in 0..LANES {
             let beyond = larger(at[i] - self.high[i], self.low[i] - at[i]) + around[i];
-            worst[i] = fma(margin, self.reach[i], beyond) - self.tolerance[i];
+            worst[i] = fma(margin, self.norm[i], beyond) - self.tolerance[i];
         }
         none_above_zero(&worst)
     }
 
-    /// Smallest distance of a link from its nearest edge, over its reach.
+    /// Smallest distance of a link from its nearest edge, over the norm of its deflection row.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn slack(&self, state: &State) -> f64 {
         let at = self.deflections(state);
         let mut slack = at;
         for i in 0..LANES {
             let left = smaller(self.high[i] - at[i], at[i] - self.low[i]);
-            slack[i] = (left + self.tolerance[i]) / self.reach[i];
+            slack[i] = (left + self.tolerance[i]) / self.norm[i];
         }
         // A link that nothing moves divides zero by zero.
         let mut least = [f64::INFINITY; LANES / 2];
@@ -97,7 +97,7 @@ impl LinkBlock {
         smaller(smaller(least[0], least[1]), smaller(least[2], least[3]))
     }
 
-    /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of reach, show that no link passes an
+    /// Whether the cubics through both ends of a step, with an error of at most `margin` per unit of the norm of its deflection row, show that no link passes an
     /// edge: they stay within it, or they only move away from it, as those of a link that has just passed it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn cubics_clear(&self, h: f64, state: &State, next: &State, margin: f64) -> bool {
@@ -111,12 +111,12 @@ impl LinkBlock {
             let (after, before) = (fma(third, moving[i], at[i]), fma(-third, end_moving[i], end_at[i]));
             let top = larger(larger(after, before), larger(at[i], end_at[i])) - self.high[i];
             let bottom = self.low[i] - smaller(smaller(after, before), smaller(at[i], end_at[i]));
-            let beyond = fma(margin, self.reach[i], -self.tolerance[i]);
+            let beyond = fma(margin, self.norm[i], -self.tolerance[i]);
             // Control points of the slope.
             let middle = (before - after) * per_third;
             let steepest = larger(larger(moving[i], end_moving[i]), middle);
             let flattest = smaller(smaller(moving[i], end_moving[i]), middle);
-            let slope_error = slope_margin * self.reach[i];
+            let slope_error = slope_margin * self.norm[i];
             worst[i] = larger(
                 smaller(top + beyond, steepest + slope_error),
                 smaller(bottom + beyond, slope_error - flattest),
@@ -174,7 +174,7 @@ mod tests {
     fn a_cubic_that_passes_an_edge_is_never_clear() {
         let (h, tolerance) = (0.5, 1e-9);
         let mut block = NO_LINKS;
-        (block.deflection[0][3], block.rate[0][3], block.reach[3], block.tolerance[3]) =
+        (block.deflection[0][3], block.rate[0][3], block.norm[3], block.tolerance[3]) =
             (1.0, 1.0, 1.0, tolerance);
         let [mut clear, mut away] = [0; 2];
         for i in 0..7 * 41 * 41 {

@@ -22,11 +22,11 @@ pub(crate) use switched::{SwitchedEquations, Unswitched};
 
 use segments::{Change, Segments, bow};
 
-use crate::equations::{LeapBounds, SegmentEquations};
+use crate::equations::{LongStepBounds, SegmentEquations};
 use crate::excitation::{Forcing, Ramp, Values};
 use crate::numeric::float::fma;
 use crate::numeric::simd::dispatch;
-use crate::system::{State, System, size};
+use crate::system::{State, System, energy_norm};
 
 /// Contacts of one run.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ pub(crate) struct Contacts<'a> {
     /// Slopes of the excitation over the last step, and its values at the end.
     slopes: Values,
     values: Values,
-    haven: Haven,
+    ball: ClearanceBall,
     /// The change that ends the present step, and the state there.
     change: Option<(Change, State)>,
     /// Links that have changed their segment so far.
@@ -54,7 +54,7 @@ impl<'a> Contacts<'a> {
             curvature: f64::INFINITY,
             slopes: [0.0; 9],
             values: [0.0; 9],
-            haven: Haven::NONE,
+            ball: ClearanceBall::NONE,
             change: None,
             changes: 0,
             searched: 0,
@@ -96,7 +96,7 @@ impl SwitchedEquations for Contacts<'_> {
         [state, next]: [&State; 2],
         _: impl FnMut(&SegmentEquations, f64) -> State,
     ) -> Option<f64> {
-        self.haven = Haven::NONE;
+        self.ball = ClearanceBall::NONE;
         let growth = self.segments.growth(ramp.h);
         let ends = [ramp.start, ramp.end];
         let slope_change =
@@ -107,7 +107,7 @@ impl SwitchedEquations for Contacts<'_> {
             return None;
         }
         let second = self.segments.second_derivative(ramp, state);
-        self.curvature = growth * size(&second);
+        self.curvature = growth * energy_norm(&second);
         if self.segments.ends_clear(ramp.h, state, next, self.curvature) {
             return None;
         }
@@ -125,16 +125,16 @@ impl SwitchedEquations for Contacts<'_> {
         let slope_change =
             growth * ramp.forcing.slope_change(ramp.h, [ramp.start, ramp.end], &mut slopes, &mut values);
         let mut curvature = fma(growth, self.curvature, slope_change);
-        if let Some(strayed) = self.haven.reaches(next, bow(ramp.h, curvature)) {
-            self.haven.strayed = strayed;
+        if let Some(squared_distance) = self.ball.reaches(next, bow(ramp.h, curvature)) {
+            self.ball.squared_distance = squared_distance;
         } else {
             if !self.segments.ends_clear(ramp.h, state, next, curvature) {
-                curvature = growth * size(&self.segments.second_derivative(ramp, state));
+                curvature = growth * energy_norm(&self.segments.second_derivative(ramp, state));
                 if !self.segments.ends_clear(ramp.h, state, next, curvature) {
                     return false;
                 }
             }
-            self.haven = Haven::around(next, self.segments.slack(next));
+            self.ball = ClearanceBall::around(next, self.segments.slack(next));
         }
         (self.curvature, self.slopes, self.values) = (curvature, slopes, values);
         true
@@ -142,33 +142,39 @@ impl SwitchedEquations for Contacts<'_> {
 
     /// By the first test of `stays`.
     #[inline(always)]
-    fn stays_near(&mut self, h: f64, forcing: &Forcing, values: &[Values], states: &[State]) -> usize {
+    fn steps_without_change(
+        &mut self,
+        h: f64,
+        forcing: &Forcing,
+        values: &[Values],
+        states: &[State],
+    ) -> usize {
         let growth = self.segments.growth(h);
         let (mut slopes, mut last, mut curvature) = (self.slopes, self.values, self.curvature);
-        let (mut haven, mut count) = (self.haven, 0);
+        let (mut ball, mut count) = (self.ball, 0);
         for (ends, state) in values.windows(2).zip(states) {
             let slope_change = growth * forcing.slope_change(h, [&ends[0], &ends[1]], &mut slopes, &mut last);
             let after = fma(growth, curvature, slope_change);
-            let Some(strayed) = haven.reaches(state, bow(h, after)) else { break };
-            (curvature, haven.strayed) = (after, strayed);
+            let Some(squared_distance) = ball.reaches(state, bow(h, after)) else { break };
+            (curvature, ball.squared_distance) = (after, squared_distance);
             count += 1;
         }
         if count > 0 {
             let ramp = [&values[count - 1], &values[count]];
             forcing.slope_change(h, ramp, &mut self.slopes, &mut self.values);
-            (self.curvature, self.haven) = (curvature, haven);
+            (self.curvature, self.ball) = (curvature, ball);
         }
         count
     }
 
     #[inline(always)]
-    fn stays_over(&self, bounds: &LeapBounds) -> bool {
+    fn stays_over(&self, bounds: &LongStepBounds) -> bool {
         self.segments.box_clear(bounds)
     }
 
     #[inline(always)]
-    fn leapt(&mut self) {
-        (self.curvature, self.haven) = (f64::INFINITY, Haven::NONE);
+    fn invalidate_bounds(&mut self) {
+        (self.curvature, self.ball) = (f64::INFINITY, ClearanceBall::NONE);
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -197,40 +203,40 @@ impl SwitchedEquations for Contacts<'_> {
 
 /// States around an earlier one, in which no link is past an edge.
 #[derive(Debug, Clone, Copy)]
-struct Haven {
+struct ClearanceBall {
     /// `ω η` of the earlier state.
     center: [f64; 6],
     /// How far a state may be from it.
-    slack: f64,
+    radius: f64,
     /// Square of how far the last one is.
-    strayed: f64,
+    squared_distance: f64,
 }
 
-impl Haven {
-    const NONE: Self = Self { center: [0.0; 6], slack: f64::NEG_INFINITY, strayed: 0.0 };
+impl ClearanceBall {
+    const NONE: Self = Self { center: [0.0; 6], radius: f64::NEG_INFINITY, squared_distance: 0.0 };
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn around(state: &State, slack: f64) -> Self {
+    fn around(state: &State, radius: f64) -> Self {
         let mut center = [0.0; 6];
         center.copy_from_slice(&state[..6]);
-        Self { center, slack, strayed: 0.0 }
+        Self { center, radius, squared_distance: 0.0 }
     }
 
-    /// The square of the distance of `next`, if the path there from the last state stays in the haven. The path leaves the straight line by
+    /// The square of the distance of `next`, if the path there from the last state stays in the ball. The path leaves the straight line by
     /// at most `bow`.
     #[cfg_attr(feature = "std", inline(always))]
     fn reaches(&self, next: &State, bow: f64) -> Option<f64> {
-        let room = self.slack - bow;
-        let distance = distance_squared(&self.center, next);
+        let room = self.radius - bow;
+        let distance = squared_distance_of(&self.center, next);
         // These tests fail for NaN, as they must.
-        let stays = room >= 0.0 && distance <= room * room && self.strayed <= room * room;
+        let stays = room >= 0.0 && distance <= room * room && self.squared_distance <= room * room;
         if stays { Some(distance) } else { None }
     }
 }
 
 /// Square of the distance of a state from `center` in `ω η`, which deflections depend on.
 #[cfg_attr(feature = "std", inline(always))]
-fn distance_squared(center: &[f64; 6], state: &State) -> f64 {
+fn squared_distance_of(center: &[f64; 6], state: &State) -> f64 {
     let mut sums = [0.0; 2];
     for pair in 0..3 {
         for i in 0..2 {

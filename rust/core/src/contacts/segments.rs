@@ -1,12 +1,12 @@
 //! The present segment of each nonlinear link, and the linear equations that hold while none of them changes.
 
 use super::block::{LinkBlock, NO_LINKS};
-use crate::equations::{Equations, LeapBounds, PowerSeries, SegmentEquations, growth, growth_rate};
+use crate::equations::{Equations, LongStepBounds, PowerSeries, SegmentEquations, growth, growth_rate};
 use crate::excitation::Ramp;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
 use crate::numeric::float::{add_scaled, sqrt};
 use crate::numeric::simd::LANES;
-use crate::system::{Force, LinkRow, NO_FORCE, State, System, size};
+use crate::system::{Force, LinkRow, NO_FORCE, State, System, energy_norm};
 
 /// Combinations of segments whose equations are cached.
 const CACHED_COMBINATIONS: usize = if cfg!(feature = "std") { 32 } else { 4 };
@@ -65,7 +65,7 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
                 block.deflection[j][lane] = row.deflection[j];
                 block.rate[j][lane] = row.rate[j];
             }
-            block.reach[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
+            block.norm[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
             let edges = law.edges().iter().fold(row.rest.abs(), |most, edge| f64::max(most, edge.abs()));
             let largest = load_scale / law.nominal();
             block.tolerance[lane] = f64::max(EDGE_TOLERANCE * (edges + largest), slack * largest);
@@ -202,7 +202,7 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
 
     /// Whether no link passes an edge within these bounds.
     #[inline(always)]
-    pub(super) fn box_clear(&self, bounds: &LeapBounds) -> bool {
+    pub(super) fn box_clear(&self, bounds: &LongStepBounds) -> bool {
         let mut clear = true;
         for block in self.blocks.as_slice() {
             clear = clear && block.box_clear(&bounds.samples, bounds.bow);
@@ -227,7 +227,7 @@ impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     pub(super) fn cubics_clear(&self, h: f64, [state, next]: [&State; 2], second: &State) -> bool {
         // The fourth derivative, too, follows the equations without force.
         let third = self.current.equations.linear(second, &NO_FORCE);
-        let fourth = self.growth(h) * size(&self.current.equations.linear(&third, &NO_FORCE));
+        let fourth = self.growth(h) * energy_norm(&self.current.equations.linear(&third, &NO_FORCE));
         let margin = h * h * (h * h) / 384.0 * fourth;
         let mut clear = margin < f64::INFINITY;
         for block in self.blocks.as_slice() {

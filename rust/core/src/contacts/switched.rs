@@ -1,6 +1,6 @@
 //! Which equations hold during a run (a switched system).
 
-use crate::equations::{Equations, LeapBounds};
+use crate::equations::{Equations, LongStepBounds};
 use crate::excitation::{Forcing, Ramp, Values};
 use crate::system::State;
 
@@ -30,19 +30,19 @@ pub(crate) trait SwitchedEquations {
     /// How many of these consecutive steps of `h` s, counted from the first, pass the cheapest of these tests. `values`: at the start of each
     /// step and at the end of the last; `states`: at the end of each. Remembers these steps as `stays` does.
     #[cfg_attr(feature = "std", inline(always))]
-    fn stays_near(&mut self, _h: f64, _: &Forcing, _values: &[Values], _states: &[State]) -> usize {
+    fn steps_without_change(&mut self, _h: f64, _: &Forcing, _values: &[Values], _states: &[State]) -> usize {
         0
     }
 
-    /// Whether a leap within these bounds stays within these equations, by tests that may fail where it does.
+    /// Whether a long step within these bounds stays within these equations, by tests that may fail where it does.
     #[inline(always)]
-    fn stays_over(&self, _: &LeapBounds) -> bool {
+    fn stays_over(&self, _: &LongStepBounds) -> bool {
         false
     }
 
-    /// Forgets what is known from the last step, after a leap.
+    /// Forgets what is known from the last step, after a long step.
     #[cfg_attr(feature = "std", inline(always))]
-    fn leapt(&mut self) {}
+    fn invalidate_bounds(&mut self) {}
 
     /// The state at the change that was found, if it is known.
     #[cfg_attr(feature = "std", inline(always))]
@@ -94,12 +94,12 @@ impl<E: Equations> SwitchedEquations for Unswitched<'_, E> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn stays_near(&mut self, _: f64, _: &Forcing, _: &[Values], states: &[State]) -> usize {
+    fn steps_without_change(&mut self, _: f64, _: &Forcing, _: &[Values], states: &[State]) -> usize {
         states.len()
     }
 
     #[inline(always)]
-    fn stays_over(&self, _: &LeapBounds) -> bool {
+    fn stays_over(&self, _: &LongStepBounds) -> bool {
         true
     }
 }

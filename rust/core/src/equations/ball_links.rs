@@ -110,11 +110,11 @@ pub(super) struct BallLoads {
     pub loads: Lanes,
     pub slopes: Lanes,
     /// `Σ ± 3^lane` over the open rows; the sign is that of the row.
-    pub open_rows: f64,
+    pub contact_signature: f64,
 }
 
 impl BallLoads {
-    pub(super) const NONE: Self = Self { loads: [0.0; LANES], slopes: [0.0; LANES], open_rows: 0.0 };
+    pub(super) const NONE: Self = Self { loads: [0.0; LANES], slopes: [0.0; LANES], contact_signature: 0.0 };
 }
 
 /// [`BallLinks::loads`] and [`BallLinks::load_rates`].
@@ -136,7 +136,7 @@ fn loads(balls: &BallLinks, state: &State, moving: Option<&State>, out: &mut Bal
     for i in 0..LANES {
         slopes[i] = fma(1.5 * balls.coefficient[i], root_a[i] + root_b[i], -balls.stiffness[i]);
     }
-    let mut open_rows = 0.0;
+    let mut contact_signature = 0.0;
     if let Some(moving) = moving {
         let speeds = balls.deflections(moving);
         let mut open = [0.0; LANES];
@@ -147,9 +147,10 @@ fn loads(balls: &BallLinks, state: &State, moving: Option<&State>, out: &mut Bal
             let [of_a, of_b] = [if a[i] > 0.0 { 0.0 } else { 1.0 }, if b[i] > 0.0 { 0.0 } else { 1.0 }];
             open[i] = (of_a - of_b) * POWERS_OF_3[i];
         }
-        open_rows = (open[0] + open[1] + (open[2] + open[3])) + (open[4] + open[5] + (open[6] + open[7]));
+        contact_signature =
+            (open[0] + open[1] + (open[2] + open[3])) + (open[4] + open[5] + (open[6] + open[7]));
     }
-    *out = BallLoads { loads, slopes, open_rows };
+    *out = BallLoads { loads, slopes, contact_signature };
 }
 
 /// 3^lane.

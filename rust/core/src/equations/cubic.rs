@@ -10,7 +10,7 @@ use crate::system::{Force, NO_FORCE, State};
 /// Exact step of length h: `x(h) = x(0) + E x(0) + Σ R_k c_k` under the force `Σ c_k (t / h)^k`.
 #[derive(Debug, Clone, Copy)]
 pub struct CubicPropagator {
-    pub(super) change: Columns<12>,
+    pub(super) exp_minus_identity: Columns<12>,
     /// R₀, R₁, R₂, and R₃ - R₂.
     pub(super) response: [Columns<6>; 4],
 }
@@ -30,7 +30,7 @@ impl CubicPropagator {
             add_scaled(&mut second, &self.response[0][j], force[0][j]);
             add_scaled(&mut third, &self.response[1][j], force[1][j]);
         }
-        three_sums([[0.0; 12], second, third], &self.change, state)
+        three_sums([[0.0; 12], second, third], &self.exp_minus_identity, state)
     }
 
     /// What a quadratic and a cubic term of the force add to the state, and how much less it would be if the cubic term were quadratic.
@@ -52,7 +52,7 @@ impl CubicPropagator {
 #[cfg_attr(feature = "std", inline(always))]
 fn propagator<E: Equations>(equations: &E, h: f64) -> CubicPropagator {
     // R_k is k! / h^k times integral k + 1.
-    let (change, mut response) = integrals::<E, 4>(equations, h);
+    let (exp_minus_identity, mut response) = integrals::<E, 4>(equations, h);
     let mut factor = 1.0;
     for k in 1..4 {
         factor *= k as f64 / h;
@@ -62,7 +62,7 @@ fn propagator<E: Equations>(equations: &E, h: f64) -> CubicPropagator {
     for (cubic, quadratic) in cubic.iter_mut().zip(quadratic) {
         add_scaled(cubic, quadratic, -1.0);
     }
-    CubicPropagator { change, response }
+    CubicPropagator { exp_minus_identity, response }
 }
 
 /// A step of the linear part: by a propagator where the length recurs, else by the series.
@@ -132,7 +132,7 @@ pub(crate) fn advance_cubic<E: Equations>(
 mod tests {
     use super::*;
     use crate::excitation::Instant;
-    use crate::system::{System, size};
+    use crate::system::{System, energy_norm};
     use crate::yardstick::{cart_links, cart_on, number};
 
     /// The cart undamped, damped, or overdamped by a factor of 40 and of 40 000.
@@ -185,7 +185,7 @@ mod tests {
     fn lost(got: &State, want: &State, begin: &State) -> f64 {
         let mut off = *got;
         add_scaled(&mut off, want, -1.0);
-        size(&off) / f64::max(size(want), size(begin))
+        energy_norm(&off) / f64::max(energy_norm(want), energy_norm(begin))
     }
 
     fn end(step: &CubicStep, system: &System, CubicForce(force): &CubicForce, begin: &State) -> State {

@@ -1,6 +1,6 @@
 //! The equations of a linear scene: a [`System`] by itself.
 
-use super::{Equations, Moments};
+use super::{Equations, StageData};
 use crate::excitation::Instant;
 use crate::system::{Force, NO_FORCE, Square, State, System};
 
@@ -29,7 +29,7 @@ impl Equations for System {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force, _: (&Moments, usize)) -> State {
+    fn rate(&self, state: &State, force: &Force, _: (&StageData, usize)) -> State {
         self.linear_rate(state, force)
     }
 

@@ -1,13 +1,13 @@
 //! Equations linearised about an equilibrium under a constant excitation, about which a preloaded body vibrates freely.
 
-use super::leap::{LEAP, Leap, LeapBounds, LeapSamples, accelerations, compliance};
+use super::long_step::{LONG_STEP, LongStep, LongStepBounds, LongStepSamples, accelerations, compliance};
 use super::propagator::Propagator;
 use super::{Equations, SegmentEquations};
 use crate::excitation::{Forcing, Instant, Values};
 use crate::numeric::float::{add_columns, add_scaled, fma, times};
 use crate::numeric::on_heap::{OnHeap, on_heap};
 use crate::numeric::simd::dispatch;
-use crate::system::{Force, NO_FORCE, State, size};
+use crate::system::{Force, NO_FORCE, State, energy_norm};
 
 /// Linearised equations with their exact steps over intervals of one length.
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub struct Linearized {
     equilibrium: State,
     equations: SegmentEquations,
     step: Propagator,
-    leap: OnHeap<Leap>,
+    long_step: OnHeap<LongStep>,
 }
 
 impl Linearized {
@@ -41,34 +41,34 @@ impl Linearized {
         self.valid_for == (*values, h, key)
     }
 
-    /// Bounds on the states at the next [`LEAP`] samples.
+    /// Bounds on the states at the next [`LONG_STEP`] samples.
     #[inline(always)]
-    pub(crate) fn bounds(&self, state: &State) -> LeapBounds {
-        self.leap.bounds(&self.equations, &Forcing::NONE, &NO_SAMPLES, state)
+    pub(crate) fn bounds(&self, state: &State) -> LongStepBounds {
+        self.long_step.bounds(&self.equations, &Forcing::NONE, &NO_SAMPLES, state)
     }
 
     /// Whether these bounds hold from `state` on, too.
     #[inline(always)]
-    pub(crate) fn holds(&self, bounds: &LeapBounds, state: &State) -> bool {
-        self.leap.holds(bounds, state)
+    pub(crate) fn holds(&self, bounds: &LongStepBounds, state: &State) -> bool {
+        self.long_step.holds(bounds, state)
     }
 
     /// Bounds on the error of the modal force in any state within `bounds`. `equations`: those that were linearised.
     #[inline(always)]
-    pub(crate) fn force_error<E: Equations>(&self, equations: &E, bounds: &LeapBounds) -> Force {
+    pub(crate) fn force_error<E: Equations>(&self, equations: &E, bounds: &LongStepBounds) -> Force {
         equations.tangent_error(&self.equilibrium, &bounds.samples)
     }
 
-    /// The state [`LEAP`] intervals later.
+    /// The state [`LONG_STEP`] intervals later.
     #[inline(always)]
-    pub(crate) fn leap(&self, state: &State) -> State {
-        self.leap.apply(&NO_SAMPLES, state)
+    pub(crate) fn long_step(&self, state: &State) -> State {
+        self.long_step.apply(&NO_SAMPLES, state)
     }
 
-    /// The states at the next [`LEAP`] samples.
+    /// The states at the next [`LONG_STEP`] samples.
     #[inline(always)]
-    pub(crate) fn steps(&self, state: &State) -> [State; LEAP] {
-        let (mut states, mut last) = ([[0.0; 12]; LEAP], *state);
+    pub(crate) fn steps(&self, state: &State) -> [State; LONG_STEP] {
+        let (mut states, mut last) = ([[0.0; 12]; LONG_STEP], *state);
         for state in &mut states {
             last = self.step.apply(&last, &[0.0; 9], &[0.0; 9]);
             *state = last;
@@ -78,7 +78,7 @@ impl Linearized {
 }
 
 /// Of an excitation without components.
-const NO_SAMPLES: LeapSamples = [[0.0; LEAP + 1]; 9];
+const NO_SAMPLES: LongStepSamples = [[0.0; LONG_STEP + 1]; 9];
 
 /// [`Linearized::new`].
 #[inline(always)]
@@ -100,7 +100,7 @@ fn linearize<E: Equations>(
             &compliance(equations.frequency(), &stiffness)?,
             &accelerations(equations, &at, &whole_force(equations, &at, &force)),
         ));
-        if size(&step) <= CONVERGED * size(state) {
+        if energy_norm(&step) <= CONVERGED * energy_norm(state) {
             break;
         }
         add_scaled(&mut at, &step, 1.0);
@@ -116,9 +116,9 @@ fn linearize<E: Equations>(
     }
     let linear = SegmentEquations::new(*equations.frequency(), [stiffness, damping], constant);
     let step = Propagator::new(&linear, &[], h);
-    let leap = Leap::new(&linear, &step, &Forcing::NONE, h)?;
+    let long_step = LongStep::new(&linear, &step, &Forcing::NONE, h)?;
     let valid_for = (*values, h, equations.key());
-    on_heap(Linearized { valid_for, equilibrium: at, equations: linear, step, leap })
+    on_heap(Linearized { valid_for, equilibrium: at, equations: linear, step, long_step })
 }
 
 /// Most steps of Newton's method; it ends at a step below `CONVERGED` times the size of the first state. The equilibrium need not be exact,

@@ -9,14 +9,14 @@
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `ball_links`, `riding`: what preloaded balls and moving riders add to the third.
 //! `propagator`, `series`, `cubic`: the exact solution of the linear part over one step; `propagator_derivative`: its derivatives; `sampled`:
-//! at a fixed period; `two_steps`, `leap`: over two and many steps; `linearized`: steps and leaps of preloaded scenes near an equilibrium;
+//! at a fixed period; `two_steps`, `long_step`: over two and many steps; `linearized`: steps and long steps of preloaded scenes near an equilibrium;
 //! `side_by_side`: steps of some preloaded scenes at once.
 
 mod ball_links;
 mod cubic;
-mod leap;
 mod linear;
 mod linearized;
+mod long_step;
 mod piecewise;
 mod propagator;
 #[cfg(feature = "studies")]
@@ -31,16 +31,16 @@ mod two_steps;
 
 pub use cubic::CubicPropagator;
 pub(crate) use cubic::{CubicStep, advance_cubic};
-pub use leap::Leap;
-pub(crate) use leap::{LEAP, LeapBounds, LeapSamples};
 pub use linearized::Linearized;
+pub use long_step::LongStep;
+pub(crate) use long_step::{LONG_STEP, LongStepBounds, LongStepSamples};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
 pub(crate) use propagator::three_sums;
 #[cfg(feature = "studies")]
 pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages};
-pub use riding::Moments;
 pub(crate) use riding::Riders;
+pub use riding::StageData;
 pub use sampled::SampledSystem;
 pub(crate) use series::{CubicForce, PowerSeries, advance, work};
 #[cfg(feature = "studies")]
@@ -59,11 +59,11 @@ pub struct Remainder {
     pub(crate) force: Force,
     pub(crate) rate: Force,
     /// Which rows of rolling elements are open: a number that changes whenever one opens or closes.
-    pub(crate) open_rows: f64,
+    pub(crate) contact_signature: f64,
 }
 
 impl Remainder {
-    pub(crate) const NONE: Self = Self { force: NO_FORCE, rate: NO_FORCE, open_rows: 0.0 };
+    pub(crate) const NONE: Self = Self { force: NO_FORCE, rate: NO_FORCE, contact_signature: 0.0 };
 }
 
 /// Equations of motion over one or more steps.
@@ -87,10 +87,10 @@ pub trait Equations {
 
     /// Computes what depends on the instant alone, at these fractions of a step, at most eight: only with moving riders.
     #[cfg_attr(feature = "std", inline(always))]
-    fn prepare(&self, _: &Ramp, _: &[f64], _: &mut Moments) {}
+    fn prepare(&self, _: &Ramp, _: &[f64], _: &mut StageData) {}
 
-    /// The whole rate of change of a state under the modal force `force`, at one of the moments.
-    fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State;
+    /// The whole rate of change of a state under the modal force `force`, at one of the stage_data.
+    fn rate(&self, state: &State, force: &Force, at: (&StageData, usize)) -> State;
 
     /// The nonlinear loads of a state beyond the linear part of the equations.
     #[cfg_attr(feature = "std", inline(always))]

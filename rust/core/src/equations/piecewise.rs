@@ -1,6 +1,6 @@
 //! The equations between two contact changes: each link is on one segment of its law, so all are linear.
 
-use super::{Equations, Moments};
+use super::{Equations, StageData};
 use crate::excitation::Instant;
 use crate::numeric::float::{add_scaled, fma};
 use crate::system::{Force, LinkRow, ModelLevel, NO_FORCE, Square, State, System};
@@ -122,7 +122,7 @@ impl Equations for SegmentEquations {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force, _: (&Moments, usize)) -> State {
+    fn rate(&self, state: &State, force: &Force, _: (&StageData, usize)) -> State {
         let mut sum = self.constant;
         add_scaled(&mut sum, force, 1.0);
         self.linear(state, &sum)

@@ -7,7 +7,7 @@ use crate::numeric::simd::dispatch;
 use crate::system::{Force, NO_FORCE, State};
 
 /// Term of a series for a norm of at most one that is below rounding.
-const NEGLIGIBLE: f64 = 1e-17;
+const LEAST_TERM: f64 = 1e-17;
 
 /// Columns of 12 entries.
 pub(crate) type Columns<const N: usize> = [[f64; 12]; N];
@@ -17,7 +17,7 @@ pub(crate) type Columns<const N: usize> = [[f64; 12]; N];
 #[derive(Debug, Clone, Copy)]
 pub struct Propagator {
     /// E.
-    pub(super) change: Columns<12>,
+    pub(super) exp_minus_identity: Columns<12>,
     /// Effect of the constant force of the equations.
     pub(super) from_constant: [f64; 12],
     /// Effects of each component of the excitation: of its value at the start, and at the end.
@@ -37,7 +37,7 @@ impl Propagator {
     /// E by columns, and the effects of one component at the start and at the end.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn parts(&self, component: usize) -> (&Columns<12>, &[f64; 12], &[f64; 12]) {
-        (&self.change, &self.from_start[component], &self.from_end[component])
+        (&self.exp_minus_identity, &self.from_start[component], &self.from_end[component])
     }
 
     /// The state at the end of the interval.
@@ -49,14 +49,14 @@ impl Propagator {
             add_scaled(&mut sum, &self.from_start[j], start[j]);
             add_scaled(&mut sum, &self.from_end[j], end[j]);
         }
-        three_sums([sum, *state, [0.0; 12]], &self.change, state)
+        three_sums([sum, *state, [0.0; 12]], &self.exp_minus_identity, state)
     }
 }
 
 /// [`Propagator::new`].
 #[cfg_attr(feature = "std", inline(always))]
 fn propagator<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Propagator {
-    let (change, [once, twice]) = integrals(equations, h);
+    let (exp_minus_identity, [once, twice]) = integrals(equations, h);
     // f(s) = f(0) + (f(h) - f(0)) s / h, summed over the components.
     let mut from_start = [[0.0; 12]; 9];
     let mut from_end = [[0.0; 12]; 9];
@@ -71,7 +71,7 @@ fn propagator<E: Equations>(equations: &E, influence: &[Force], h: f64) -> Propa
     }
     let mut from_constant = [0.0; 12];
     add_columns(&mut from_constant, &once, equations.constant());
-    Propagator { change, from_constant, from_start, from_end, components: influence.len() }
+    Propagator { exp_minus_identity, from_constant, from_start, from_end, components: influence.len() }
 }
 
 /// `parts` and a matrix times `vector`, in three sums side by side: each addition to a single sum would wait for the one before.
@@ -122,12 +122,12 @@ pub(super) fn integrals<E: Equations, const N: usize>(
         factor *= tau / n as f64;
         scale_by(&mut integrals[n - 1], factor);
     }
-    let mut change = change_of(&a, &integrals[0]);
+    let mut exp_minus_identity = exp_minus_identity_of(&a, &integrals[0]);
 
     // Two steps of τ make one of 2 τ. In the second one, an integral starts as the Taylor polynomial that the lower ones make of it.
     for _ in 0..halvings {
         for n in (0..N).rev() {
-            double(&mut integrals[n], &change);
+            double(&mut integrals[n], &exp_minus_identity);
             let mut factor = 1.0;
             for lower in (0..n).rev() {
                 factor *= tau / (n - lower) as f64;
@@ -137,18 +137,18 @@ pub(super) fn integrals<E: Equations, const N: usize>(
                 }
             }
         }
-        let before = change;
-        double(&mut change, &before);
+        let before = exp_minus_identity;
+        double(&mut exp_minus_identity, &before);
         tau *= 2.0;
     }
-    (change, integrals)
+    (exp_minus_identity, integrals)
 }
 
 /// Number of terms of the series of the φ-functions for a norm of `A τ` of at most one: the first omitted term is below rounding.
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn phi_terms(norm: f64) -> usize {
     let (mut count, mut term) = (1, norm);
-    while term > NEGLIGIBLE {
+    while term > LEAST_TERM {
         count += 1;
         term *= norm / count as f64;
     }
@@ -169,15 +169,15 @@ pub(super) fn next_phi(a: &Columns<12>, fraction: f64, phi: &Columns<6>) -> Colu
 /// E from the first integral of `exp(A s)`. In the columns of the velocities it is A times this integral; A turns `ω η` into forces alone,
 /// so in the columns of `ω η` it is the integral times these forces.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn change_of(a: &Columns<12>, once: &Columns<6>) -> Columns<12> {
-    let mut change = [[0.0; 12]; 12];
+pub(super) fn exp_minus_identity_of(a: &Columns<12>, once: &Columns<6>) -> Columns<12> {
+    let mut exp_minus_identity = [[0.0; 12]; 12];
     for j in 0..6 {
         for i in 0..6 {
-            add_scaled(&mut change[j], &once[i], a[j][6 + i]);
+            add_scaled(&mut exp_minus_identity[j], &once[i], a[j][6 + i]);
         }
     }
-    change[6..].copy_from_slice(&product(a, once));
-    change
+    exp_minus_identity[6..].copy_from_slice(&product(a, once));
+    exp_minus_identity
 }
 
 /// The system matrix A by columns.
@@ -249,8 +249,8 @@ pub(super) fn plus_product(sum: &State, matrix: &Columns<12>, column: &State) ->
 
 /// `columns + columns + E columns`: E, or an integral of which no lower ones are added, over twice the time.
 #[cfg_attr(feature = "std", inline(always))]
-pub(super) fn double<const N: usize>(columns: &mut Columns<N>, change: &Columns<12>) {
-    let moved = product(change, columns);
+pub(super) fn double<const N: usize>(columns: &mut Columns<N>, exp_minus_identity: &Columns<12>) {
+    let moved = product(exp_minus_identity, columns);
     for (column, moved) in columns.iter_mut().zip(&moved) {
         for i in 0..12 {
             column[i] = 2.0 * column[i] + moved[i];

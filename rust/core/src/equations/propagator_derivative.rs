@@ -2,7 +2,7 @@
 
 use super::Equations;
 use super::propagator::{
-    Columns, change_of, identity, matrix, next_phi, norm_1, phi_terms, product, scale_by,
+    Columns, exp_minus_identity_of, identity, matrix, next_phi, norm_1, phi_terms, product, scale_by,
 };
 use crate::excitation::Values;
 use crate::numeric::float::add_scaled;
@@ -38,7 +38,7 @@ pub(crate) struct PropagatorStages {
 #[derive(Debug, Clone)]
 pub(crate) struct PropagatorDerivative {
     /// Of E.
-    pub(crate) change: Columns<12>,
+    pub(crate) exp_minus_identity: Columns<12>,
     pub(crate) from_constant: [f64; 12],
     /// Of the effects of each component at the start and at the end.
     pub(crate) from_start: Columns<9>,
@@ -64,20 +64,24 @@ impl PropagatorStages {
         let (mut once, mut twice) = (phi[count - 1], phi[count - 2]);
         scale_by(&mut once, tau);
         scale_by(&mut twice, tau * tau / 2.0);
-        let mut stages = vec![(change_of(&a, &once), once, twice)];
+        let mut stages = vec![(exp_minus_identity_of(&a, &once), once, twice)];
         let mut length = tau;
         for _ in 0..halvings {
-            let (change, once, twice) = stages[stages.len() - 1];
-            let mut both = doubled(&twice, &change);
+            let (exp_minus_identity, once, twice) = stages[stages.len() - 1];
+            let mut both = doubled(&twice, &exp_minus_identity);
             add(&mut both, &once, length);
-            stages.push((doubled(&change, &change), doubled(&once, &change), both));
+            stages.push((
+                doubled(&exp_minus_identity, &exp_minus_identity),
+                doubled(&once, &exp_minus_identity),
+                both,
+            ));
             length *= 2.0;
         }
         Self { h, tau, matrix: a, phi, stages }
     }
 
     /// E of the whole step.
-    pub(crate) fn change(&self) -> &Columns<12> {
+    pub(crate) fn exp_minus_identity(&self) -> &Columns<12> {
         &self.stages[self.stages.len() - 1].0
     }
 
@@ -97,37 +101,37 @@ impl PropagatorStages {
         }
         scale_by(&mut once, self.tau);
         scale_by(&mut twice, self.tau * self.tau / 2.0);
-        let mut change = self.change_derivative(&by.matrix, &once);
+        let mut exp_minus_identity = self.exp_minus_identity_derivative(&by.matrix, &once);
         let mut length = self.tau;
         for (e, o, t) in &self.stages[..self.stages.len() - 1] {
             let mut both = doubled(&twice, e);
-            add(&mut both, &product(&change, t), 1.0);
+            add(&mut both, &product(&exp_minus_identity, t), 1.0);
             add(&mut both, &once, length);
             twice = both;
             once = doubled(&once, e);
-            add(&mut once, &product(&change, o), 1.0);
-            let moved = product(&change, e);
-            change = doubled(&change, e);
-            add(&mut change, &moved, 1.0);
+            add(&mut once, &product(&exp_minus_identity, o), 1.0);
+            let moved = product(&exp_minus_identity, e);
+            exp_minus_identity = doubled(&exp_minus_identity, e);
+            add(&mut exp_minus_identity, &moved, 1.0);
             length *= 2.0;
         }
         let (_, o, t) = &self.stages[self.stages.len() - 1];
-        self.with_forces([(o, &once), (t, &twice)], change, (by, influence, constant))
+        self.with_forces([(o, &once), (t, &twice)], exp_minus_identity, (by, influence, constant))
     }
 
     /// Derivative of E before the doublings, from those of A and of the first integral.
     #[inline(always)]
-    fn change_derivative(&self, slope: &Columns<12>, once_slope: &Columns<6>) -> Columns<12> {
+    fn exp_minus_identity_derivative(&self, slope: &Columns<12>, once_slope: &Columns<6>) -> Columns<12> {
         let (_, once, _) = &self.stages[0];
-        let mut change = [[0.0; 12]; 12];
+        let mut exp_minus_identity = [[0.0; 12]; 12];
         for j in 0..6 {
             for i in 0..6 {
-                add_scaled(&mut change[j], &once_slope[i], self.matrix[j][6 + i]);
-                add_scaled(&mut change[j], &once[i], slope[j][6 + i]);
+                add_scaled(&mut exp_minus_identity[j], &once_slope[i], self.matrix[j][6 + i]);
+                add_scaled(&mut exp_minus_identity[j], &once[i], slope[j][6 + i]);
             }
         }
-        change[6..].copy_from_slice(&products([(slope, once), (&self.matrix, once_slope)]));
-        change
+        exp_minus_identity[6..].copy_from_slice(&products([(slope, once), (&self.matrix, once_slope)]));
+        exp_minus_identity
     }
 
     /// The derivative from those of E, and of both integrals of the force.
@@ -135,7 +139,7 @@ impl PropagatorStages {
     fn with_forces(
         &self,
         [(o, once), (t, twice)]: [(&Columns<6>, &Columns<6>); 2],
-        change: Columns<12>,
+        exp_minus_identity: Columns<12>,
         (by, influence, constant): (&EquationsDerivative, &[Force; 9], &Force),
     ) -> PropagatorDerivative {
         let (mut from_start, mut from_end, mut from_constant) = ([[0.0; 12]; 9], [[0.0; 12]; 9], [0.0; 12]);
@@ -154,7 +158,7 @@ impl PropagatorStages {
             add_scaled(&mut from_constant, &once[j], constant[j]);
             add_scaled(&mut from_constant, &o[j], by.constant[j]);
         }
-        PropagatorDerivative { change, from_constant, from_start, from_end }
+        PropagatorDerivative { exp_minus_identity, from_constant, from_start, from_end }
     }
 }
 
@@ -168,8 +172,8 @@ impl PropagatorDerivative {
             add_scaled(&mut second, &self.from_end[component], ends[1][component]);
         }
         for j in (0..12).step_by(2) {
-            add_scaled(&mut sum, &self.change[j], state[j]);
-            add_scaled(&mut second, &self.change[j + 1], state[j + 1]);
+            add_scaled(&mut sum, &self.exp_minus_identity[j], state[j]);
+            add_scaled(&mut second, &self.exp_minus_identity[j + 1], state[j + 1]);
         }
         for i in 0..12 {
             to[i] += sum[i] + second[i];
@@ -187,8 +191,8 @@ fn products<const N: usize>(factors: [(&Columns<12>, &Columns<N>); 2]) -> Column
 
 /// `2 columns + E columns`.
 #[inline(always)]
-fn doubled<const N: usize>(columns: &Columns<N>, change: &Columns<12>) -> Columns<N> {
-    let mut sum = product(change, columns);
+fn doubled<const N: usize>(columns: &Columns<N>, exp_minus_identity: &Columns<12>) -> Columns<N> {
+    let mut sum = product(exp_minus_identity, columns);
     add(&mut sum, columns, 2.0);
     sum
 }

@@ -9,7 +9,7 @@
 //!
 //! The system includes the rider at s = 0; here is what the travel changes. All of it stands on the right-hand side of the system's own
 //! modes, but the change of the mass matrix, `m (GᵀG - G₀ᵀG₀)`, whose sum with the identity is solved at each evaluation. What depends on
-//! the instant alone, above all the factors of this matrix, is computed for all instants of a step side by side ([`Moments`]).
+//! the instant alone, above all the factors of this matrix, is computed for all instants of a step side by side ([`StageData`]).
 
 use nalgebra::{Matrix3x6, Vector3, Vector6};
 
@@ -51,7 +51,7 @@ const NONE: ModalRider = ModalRider {
 
 /// What depends on the instant alone, at up to [`LANES`] instants of a step; nothing where no rider moves.
 #[derive(Debug, Clone)]
-pub struct Moments {
+pub struct StageData {
     /// Travel, speed and acceleration of each rider.
     travel: [[Lanes; 3]; MAX_RIDERS],
     /// Modal force of the riders on a body that is at rest.
@@ -60,7 +60,7 @@ pub struct Moments {
     factors: [[Lanes; 6]; 6],
 }
 
-impl Moments {
+impl StageData {
     /// Before the first step.
     pub(crate) const NONE: Self = Self {
         travel: [[[0.0; LANES]; 3]; MAX_RIDERS],
@@ -111,25 +111,25 @@ impl<'a> Riders<'a> {
         self.all.as_slice().is_empty()
     }
 
-    /// Computes the moments at the fractions `nodes` of a step of length `h`, at most [`LANES`]. Out of line, as are the other functions
+    /// Computes the stage_data at the fractions `nodes` of a step of length `h`, at most [`LANES`]. Out of line, as are the other functions
     /// of steps, so that runs without riders keep their code.
     #[inline(never)]
-    pub(crate) fn prepare(&self, begin: Instant, h: f64, nodes: &[f64], moments: &mut Moments) {
-        dispatch!(moments_at(self, begin, h, nodes, moments));
+    pub(crate) fn prepare(&self, begin: Instant, h: f64, nodes: &[f64], stage_data: &mut StageData) {
+        dispatch!(stage_data_at(self, begin, h, nodes, stage_data));
     }
 
-    /// Turns the rate of change of the system at a state into that with its riders, at one of the moments.
+    /// Turns the rate of change of the system at a state into that with its riders, at one of the stage_data.
     #[inline(never)]
-    pub(crate) fn change(&self, rate: &mut State, state: &State, moments: &Moments, lane: usize) {
-        dispatch!(change_rate(self, rate, state, moments, lane));
+    pub(crate) fn change(&self, rate: &mut State, state: &State, stage_data: &StageData, lane: usize) {
+        dispatch!(change_rate(self, rate, state, stage_data, lane));
     }
 
     /// Turns stiffness and damping of the tangent of the system into those with its riders.
     #[inline(never)]
     pub(crate) fn change_tangent(&self, stiffness: &mut Square, damping: &mut Square, at: Instant) {
-        let mut moments = Moments::NONE;
-        self.prepare(at, 0.0, &[0.0], &mut moments);
-        for (rider, travel) in self.all.as_slice().iter().zip(&moments.travel) {
+        let mut stage_data = StageData::NONE;
+        self.prepare(at, 0.0, &[0.0], &mut stage_data);
+        for (rider, travel) in self.all.as_slice().iter().zip(&stage_data.travel) {
             let [travel, speed, acceleration] = travel.map(|lanes| lanes[0]);
             for axis in 0..3 {
                 let now: [f64; 6] =
@@ -143,15 +143,15 @@ impl<'a> Riders<'a> {
             }
         }
         for column in stiffness.iter_mut().chain(damping) {
-            moments.solve(0, column);
+            stage_data.solve(0, column);
         }
     }
 
     /// The modal force of the riders at the start of a run, of a body in its static equilibrium.
     pub(crate) fn first_force(&self) -> Force {
-        let mut moments = Moments::NONE;
-        self.prepare(Instant::FIRST, 0.0, &[0.0], &mut moments);
-        core::array::from_fn(|j| moments.force.get(j).map_or(0.0, |lanes| lanes[0]))
+        let mut stage_data = StageData::NONE;
+        self.prepare(Instant::FIRST, 0.0, &[0.0], &mut stage_data);
+        core::array::from_fn(|j| stage_data.force.get(j).map_or(0.0, |lanes| lanes[0]))
     }
 
     /// Passes bounds on the modal forces of the riders to `add`, for an excitation with these peaks.
@@ -214,7 +214,7 @@ impl ModalRider {
 
 /// [`Riders::prepare`].
 #[cfg_attr(feature = "std", inline(always))]
-fn moments_at(riders: &Riders, begin: Instant, h: f64, nodes: &[f64], moments: &mut Moments) {
+fn stage_data_at(riders: &Riders, begin: Instant, h: f64, nodes: &[f64], stage_data: &mut StageData) {
     let mut since = [begin.since; LANES];
     for (since, node) in since.iter_mut().zip(nodes) {
         *since = fma(*node, h, begin.since);
@@ -233,7 +233,7 @@ fn moments_at(riders: &Riders, begin: Instant, h: f64, nodes: &[f64], moments: &
     let mut force = [[0.0; LANES]; 6];
     for (index, rider) in riders.all.as_slice().iter().enumerate() {
         let terms = riders.excitation.travel_terms(index, begin);
-        let [travel, speeds, accelerations] = &mut moments.travel[index];
+        let [travel, speeds, accelerations] = &mut stage_data.travel[index];
         for i in 0..LANES {
             [travel[i], speeds[i], accelerations[i]] = travel_after(terms, since[i]);
         }
@@ -258,18 +258,18 @@ fn moments_at(riders: &Riders, begin: Instant, h: f64, nodes: &[f64], moments: &
             }
         }
     }
-    moments.force = force;
-    moments.factors = factorised(mass);
+    stage_data.force = force;
+    stage_data.factors = factorised(mass);
 }
 
 /// [`Riders::change`].
 #[cfg_attr(feature = "std", inline(always))]
-fn change_rate(riders: &Riders, rate: &mut State, state: &State, moments: &Moments, lane: usize) {
+fn change_rate(riders: &Riders, rate: &mut State, state: &State, stage_data: &StageData, lane: usize) {
     let mut force = NO_FORCE;
     for j in 0..6 {
-        force[j] = rate[6 + j] + moments.force[j][lane];
+        force[j] = rate[6 + j] + stage_data.force[j][lane];
     }
-    for (rider, [travel, speed, acceleration]) in riders.all.as_slice().iter().zip(&moments.travel) {
+    for (rider, [travel, speed, acceleration]) in riders.all.as_slice().iter().zip(&stage_data.travel) {
         let (speed, acceleration) = (-2.0 * rider.mass * speed[lane], -rider.mass * acceleration[lane]);
         for axis in 0..3 {
             let (mut turning, mut turned) = (0.0, 0.0);
@@ -284,7 +284,7 @@ fn change_rate(riders: &Riders, rate: &mut State, state: &State, moments: &Momen
     }
     let mut solved = [0.0; 6];
     solved.copy_from_slice(&force[..6]);
-    moments.solve(lane, &mut solved);
+    stage_data.solve(lane, &mut solved);
     rate[6..].copy_from_slice(&solved);
 }
 

@@ -10,7 +10,7 @@ use crate::system::{ModelLevel, System};
 #[derive(Debug, Clone, Copy)]
 pub struct SampledSystem<T = f64> {
     /// E by columns.
-    pub change: [[T; 12]; 12],
+    pub exp_minus_identity: [[T; 12]; 12],
     /// b₀, √J per m/s².
     pub from_start: [T; 12],
     /// b₁, √J per m/s².
@@ -24,14 +24,14 @@ impl SampledSystem {
             return None;
         }
         let propagator = Propagator::new(system, &system.influence()[..1], period);
-        let (&change, &from_start, &from_end) = propagator.parts(0);
-        Some(Self { change, from_start, from_end })
+        let (&exp_minus_identity, &from_start, &from_end) = propagator.parts(0);
+        Some(Self { exp_minus_identity, from_start, from_end })
     }
 
     /// The step in other numbers.
     pub(crate) fn rounded<T>(&self, number: impl Fn(f64) -> T + Copy) -> SampledSystem<T> {
         SampledSystem {
-            change: self.change.map(|column| column.map(number)),
+            exp_minus_identity: self.exp_minus_identity.map(|column| column.map(number)),
             from_start: self.from_start.map(number),
             from_end: self.from_end.map(number),
         }
@@ -43,7 +43,7 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> SampledSystem<T> {
     pub fn after(&self, state: &[T; 12], [start, end]: [T; 2]) -> [T; 12] {
         let mut next: [T; 12] =
             core::array::from_fn(|i| state[i] + (self.from_start[i] * start + self.from_end[i] * end));
-        for (column, &entry) in self.change.iter().zip(state) {
+        for (column, &entry) in self.exp_minus_identity.iter().zip(state) {
             next = core::array::from_fn(|i| next[i] + column[i] * entry);
         }
         next

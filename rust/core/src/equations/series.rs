@@ -5,7 +5,7 @@ use super::propagator::Propagator;
 use crate::excitation::{Instant, Ramp};
 use crate::numeric::float::{add_scaled, ceil, scale, sqrt};
 use crate::numeric::simd::dispatch;
-use crate::system::{Force, NO_FORCE, State, size};
+use crate::system::{Force, NO_FORCE, State, energy_norm};
 
 /// Terms of the exponential series. For a norm of at most one, the first omitted term is below rounding (1/19! = 8e-18).
 pub(crate) const TERMS: usize = 18;
@@ -92,7 +92,7 @@ impl PowerSeries {
         let mut state = *state;
         let mut part = 0.0;
         while part < parts {
-            let mut sum = Sum { state, scale: size(&state), small: 0 };
+            let mut sum = Sum { state, scale: energy_norm(&state), small: 0 };
             power_series(equations, h * length, &force(part / parts, length), &state, MAX_TERMS, &mut sum);
             state = sum.state;
             part += 1.0;
@@ -143,9 +143,9 @@ impl TermSink for Sum {
     fn take(&mut self, k: usize, term: &State) -> bool {
         add_scaled(&mut self.state, term, 1.0);
         // Two in a row, because one alone may be small only where it belongs to the other half of the state.
-        let size = size(term);
+        let size = energy_norm(term);
         self.scale = if (k == 1 || self.scale == 0.0) && size > self.scale { size } else { self.scale };
-        self.small = if size <= NEGLIGIBLE * self.scale { self.small + 1 } else { 0 };
+        self.small = if size <= LEAST_TERM * self.scale { self.small + 1 } else { 0 };
         self.small < 2
     }
 }
@@ -155,7 +155,7 @@ const MAX_TERMS: usize = 24;
 const LONGEST: f64 = 2.0;
 
 /// Fraction of a state below which a term does not change its last bit.
-const NEGLIGIBLE: f64 = 1e-18;
+const LEAST_TERM: f64 = 1e-18;
 
 /// Passes terms 1, 2, … of the solution to `sink` until it returns false or `most` is reached. The solution starts in `state` and covers
 /// `tau` s, in which the force is a polynomial of the fraction of it, with these coefficients in ascending order.

@@ -7,7 +7,7 @@ use pulp::{Simd, bytemuck};
 
 use super::ball_links::{BallLinks, POWERS_OF_3};
 use super::cubic::CubicPropagator;
-use super::smooth::{MIX, SmoothEquations};
+use super::smooth::{SIGNATURE_FACTOR, SmoothEquations};
 use super::{Equations, Remainder};
 use crate::numeric::simd::LANES;
 
@@ -55,7 +55,7 @@ pub(crate) fn plus<S: Simd, const N: usize>(
 /// A [`CubicPropagator`] for each scene, of at most N modes.
 #[derive(Debug, Clone)]
 pub(crate) struct Propagators<S: Simd, const N: usize> {
-    change: [States<S>; 12],
+    exp_minus_identity: [States<S>; 12],
     response: [[States<S>; 6]; 4],
 }
 
@@ -63,10 +63,14 @@ impl<S: Simd, const N: usize> Propagators<S, N> {
     /// Of these propagators, one for each lane.
     pub(crate) fn new<'a>(simd: S, each: impl Iterator<Item = &'a CubicPropagator>) -> Self {
         let zero = simd.splat_f64s(0.0);
-        let mut all = Self { change: [[zero; 12]; 12], response: [[[zero; 12]; 6]; 4] };
+        let mut all = Self { exp_minus_identity: [[zero; 12]; 12], response: [[[zero; 12]; 6]; 4] };
         for (scene, one) in each.enumerate() {
-            let from = one.change.as_flattened().iter().chain(one.response.as_flattened().as_flattened());
-            let to = all.change.as_flattened_mut().iter_mut();
+            let from = one
+                .exp_minus_identity
+                .as_flattened()
+                .iter()
+                .chain(one.response.as_flattened().as_flattened());
+            let to = all.exp_minus_identity.as_flattened_mut().iter_mut();
             let to = to.chain(all.response.as_flattened_mut().as_flattened_mut());
             for (to, from) in to.zip(from) {
                 *number::<S>(to, scene) = *from;
@@ -85,7 +89,7 @@ impl<S: Simd, const N: usize> Propagators<S, N> {
         }
         for j in (1..12).step_by(3) {
             if j % 6 < N {
-                add_product::<S, N, _>(simd, &mut second, &self.change[j], states[j]);
+                add_product::<S, N, _>(simd, &mut second, &self.exp_minus_identity[j], states[j]);
             }
         }
         for j in 0..N {
@@ -93,12 +97,12 @@ impl<S: Simd, const N: usize> Propagators<S, N> {
         }
         for j in (2..12).step_by(3) {
             if j % 6 < N {
-                add_product::<S, N, _>(simd, &mut third, &self.change[j], states[j]);
+                add_product::<S, N, _>(simd, &mut third, &self.exp_minus_identity[j], states[j]);
             }
         }
         for j in (0..12).step_by(3) {
             if j % 6 < N {
-                add_product::<S, N, _>(simd, &mut sum, &self.change[j], states[j]);
+                add_product::<S, N, _>(simd, &mut sum, &self.exp_minus_identity[j], states[j]);
             }
         }
         plus(simd, sum, &plus(simd, second, &third))
@@ -142,14 +146,14 @@ struct BallLink<S: Simd> {
 pub(crate) struct Remainders<S: Simd> {
     pub force: Forces<S>,
     pub rate: Forces<S>,
-    pub open_rows: S::f64s,
+    pub contact_signature: S::f64s,
 }
 
 impl<S: Simd> Remainders<S> {
     /// Of scenes at rest.
     pub(crate) fn none(simd: S) -> Self {
         let zero = simd.splat_f64s(0.0);
-        Self { force: [zero; 6], rate: [zero; 6], open_rows: zero }
+        Self { force: [zero; 6], rate: [zero; 6], contact_signature: zero }
     }
 
     /// Sets those of one scene.
@@ -159,12 +163,15 @@ impl<S: Simd> Remainders<S> {
             *number::<S>(&mut self.force[i], scene) = one.force[i];
             *number::<S>(&mut self.rate[i], scene) = one.rate[i];
         }
-        *number::<S>(&mut self.open_rows, scene) = one.open_rows;
+        *number::<S>(&mut self.contact_signature, scene) = one.contact_signature;
     }
 
     /// That of one scene.
     pub(crate) fn one(&mut self, scene: usize) -> Remainder {
-        let mut one = Remainder { open_rows: *number::<S>(&mut self.open_rows, scene), ..Remainder::NONE };
+        let mut one = Remainder {
+            contact_signature: *number::<S>(&mut self.contact_signature, scene),
+            ..Remainder::NONE
+        };
         for i in 0..6 {
             one.force[i] = *number::<S>(&mut self.force[i], scene);
             one.rate[i] = *number::<S>(&mut self.rate[i], scene);
@@ -225,7 +232,7 @@ impl<S: Simd, const N: usize> BallScenes<S, N> {
             moving[i] = simd.mul_f64s(self.frequency[i], states[6 + i]);
         }
         let [mut force, mut second, mut rate, mut second_rate] = [[zero; 6]; 4];
-        let mut open_rows = zero;
+        let mut contact_signature = zero;
         for block in &self.blocks {
             let mut open = zero;
             for (lane, pair) in block.as_chunks::<2>().0.iter().enumerate() {
@@ -238,10 +245,10 @@ impl<S: Simd, const N: usize> BallScenes<S, N> {
                 open = simd.mul_add_f64s(digit, simd.splat_f64s(POWERS_OF_3[2 * lane]), open);
                 open = simd.mul_add_f64s(other_digit, simd.splat_f64s(POWERS_OF_3[2 * lane + 1]), open);
             }
-            open_rows = simd.mul_add_f64s(open_rows, simd.splat_f64s(MIX), open);
+            contact_signature = simd.mul_add_f64s(contact_signature, simd.splat_f64s(SIGNATURE_FACTOR), open);
         }
         let (force, rate) = (plus(simd, force, &second), plus(simd, rate, &second_rate));
-        Remainders { force, rate, open_rows }
+        Remainders { force, rate, contact_signature }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::ball_links::{BallLinks, BallLoads};
 use super::piecewise::SegmentEquations;
-use super::riding::{Moments, Riders};
+use super::riding::{Riders, StageData};
 use super::{Equations, Remainder};
 use crate::excitation::{Excitation, Instant, Ramp};
 use crate::model::ball_compressions;
@@ -25,7 +25,7 @@ pub(crate) struct SmoothEquations<'a> {
 }
 
 /// Weight of the open rows of earlier links; no sums of whole numbers below ten cancel with it.
-pub(super) const MIX: f64 = 0.9;
+pub(super) const SIGNATURE_FACTOR: f64 = 0.9;
 
 impl<'a> SmoothEquations<'a> {
     /// The equations of a system without straight segments and riders.
@@ -102,14 +102,14 @@ impl Equations for SmoothEquations<'_> {
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn prepare(&self, ramp: &Ramp, nodes: &[f64], moments: &mut Moments) {
+    fn prepare(&self, ramp: &Ramp, nodes: &[f64], stage_data: &mut StageData) {
         if !self.riders.is_empty() {
-            self.riders.prepare(ramp.begin, ramp.h, nodes, moments);
+            self.riders.prepare(ramp.begin, ramp.h, nodes, stage_data);
         }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn rate(&self, state: &State, force: &Force, at: (&Moments, usize)) -> State {
+    fn rate(&self, state: &State, force: &Force, at: (&StageData, usize)) -> State {
         let mut rate = self.linear.rate(state, force, at);
         let ([mut pull, mut second], mut found) = ([NO_FORCE; 2], BallLoads::NONE);
         for balls in self.balls.as_slice() {
@@ -140,7 +140,8 @@ impl Equations for SmoothEquations<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn remainder(&self, state: &State) -> Remainder {
         // Two sums of each, side by side.
-        let ([mut force, mut second, mut rate, mut second_rate], mut open_rows) = ([NO_FORCE; 4], 0.0);
+        let ([mut force, mut second, mut rate, mut second_rate], mut contact_signature) =
+            ([NO_FORCE; 4], 0.0);
         let mut found = BallLoads::NONE;
         let mut moving = [0.0; 12];
         for i in 0..6 {
@@ -148,14 +149,14 @@ impl Equations for SmoothEquations<'_> {
         }
         for balls in self.balls.as_slice() {
             balls.load_rates(state, &moving, &mut found);
-            let BallLoads { loads, slopes: rates, open_rows: open } = &found;
+            let BallLoads { loads, slopes: rates, contact_signature: open } = &found;
             for i in (0..LANES).step_by(2) {
                 add_scaled(&mut force, &balls.rate[i], -loads[i]);
                 add_scaled(&mut rate, &balls.rate[i], -rates[i]);
                 add_scaled(&mut second, &balls.rate[i + 1], -loads[i + 1]);
                 add_scaled(&mut second_rate, &balls.rate[i + 1], -rates[i + 1]);
             }
-            open_rows = fma(open_rows, MIX, *open);
+            contact_signature = fma(contact_signature, SIGNATURE_FACTOR, *open);
         }
         for row in self.others.as_slice() {
             let (load, slope) = row.beyond_spring(state);
@@ -165,11 +166,11 @@ impl Equations for SmoothEquations<'_> {
                 rate[j] -= row.rate[j] * load_rate;
             }
             let segment = row.link.law().segment_of(row.deflection_at(state));
-            open_rows = fma(open_rows, MIX, segment as f64 - 1.0);
+            contact_signature = fma(contact_signature, SIGNATURE_FACTOR, segment as f64 - 1.0);
         }
         add_scaled(&mut force, &second, 1.0);
         add_scaled(&mut rate, &second_rate, 1.0);
-        Remainder { force, rate, open_rows }
+        Remainder { force, rate, contact_signature }
     }
 
     #[inline(always)]

@@ -20,7 +20,7 @@ type Pair = Aligned<[f64; 32]>;
 /// The states after one and after two steps of a [`Propagator`].
 #[derive(Debug, Clone)]
 pub struct TwoSteps {
-    change: [Pair; 12],
+    exp_minus_identity: [Pair; 12],
     from_constant: Pair,
     /// Effects of each component of the excitation, by its value at the start, in the middle and at the end.
     effects: BoundedVec<[Pair; 3], 9>,
@@ -37,19 +37,19 @@ impl TwoSteps {
             let mut twice = once;
             add_scaled(&mut twice[1], from_start, 1.0);
             add_scaled(&mut twice[2], from_end, 1.0);
-            add_product(&mut twice, &step.change, &once);
+            add_product(&mut twice, &step.exp_minus_identity, &once);
             for place in 0..3 {
                 to[place] = pair(&twice[place], &once[place]);
             }
         }
-        let (mut twice, mut constant) = (step.change, [step.from_constant]);
-        double(&mut twice, &step.change);
-        double(&mut constant, &step.change);
-        let mut change = [Aligned([0.0; 32]); 12];
+        let (mut twice, mut constant) = (step.exp_minus_identity, [step.from_constant]);
+        double(&mut twice, &step.exp_minus_identity);
+        double(&mut constant, &step.exp_minus_identity);
+        let mut exp_minus_identity = [Aligned([0.0; 32]); 12];
         for j in 0..12 {
-            change[j] = pair(&twice[j], &step.change[j]);
+            exp_minus_identity[j] = pair(&twice[j], &step.exp_minus_identity[j]);
         }
-        Self { change, from_constant: pair(&constant[0], &step.from_constant), effects }
+        Self { exp_minus_identity, from_constant: pair(&constant[0], &step.from_constant), effects }
     }
 
     /// Steps from `state` under the excitation `values`, the first of which are at `state`; writes the state after each step to `states`, an
@@ -74,8 +74,8 @@ fn follow(steps: &TwoSteps, state: &State, values: &[Values], states: &mut [Stat
         // Two sums side by side: each addition to a single one would wait for the one before.
         let mut second = pair(&state, &state).0;
         for j in (0..12).step_by(2) {
-            add_scaled(&mut sum, &steps.change[j].0, state[j]);
-            add_scaled(&mut second, &steps.change[j + 1].0, state[j + 1]);
+            add_scaled(&mut sum, &steps.exp_minus_identity[j].0, state[j]);
+            add_scaled(&mut second, &steps.exp_minus_identity[j + 1].0, state[j + 1]);
         }
         for i in 0..32 {
             sum[i] += second[i];

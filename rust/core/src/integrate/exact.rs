@@ -3,7 +3,7 @@
 use super::exact_steps::{Block, ExactSteps};
 use super::method::Method;
 use super::step_cache::{SeriesCache, StepCache};
-use crate::equations::{Equations, Leap, Propagator, TwoSteps, advance};
+use crate::equations::{Equations, LongStep, Propagator, TwoSteps, advance};
 use crate::excitation::{Forcing, Ramp};
 use crate::numeric::on_heap::{OnHeap, on_heap};
 use crate::system::State;
@@ -12,7 +12,7 @@ use crate::system::State;
 ///
 /// Intervals of a recurring length use a cached propagator; the cache holds 16 of them (3 kB each), and one without `std`. With `std` each
 /// may have two steps at once (3 kB, and 0.8 kB for each component of the excitation) and, for records that do not need all instants, a
-/// leap (4 kB, and 3 kB for each component); a run takes 6 kB more for a block of steps. Intervals of other lengths, which is all of them
+/// long step (4 kB, and 3 kB for each component); a run takes 6 kB more for a block of steps. Intervals of other lengths, which is all of them
 /// where time stamps jitter, use the power series of the solution, at a fraction of the cost of computing a propagator.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Exact;
@@ -20,7 +20,7 @@ pub struct Exact;
 /// Cached propagators of a run: device clocks tick in a handful of interval lengths.
 pub(super) const CACHED_STEPS: usize = if cfg!(feature = "std") { 16 } else { 1 };
 
-/// Earlier requests for a leap before it is prepared, which takes as long as some hundred steps: for linear equations, and between contact
+/// Earlier requests for a long step before it is prepared, which takes as long as some hundred steps: for linear equations, and between contact
 /// changes.
 const MIN_REQUESTS: [u32; 2] = [0, 2];
 
@@ -30,7 +30,7 @@ pub struct Memory {
     propagators: StepCache<Propagator, CACHED_STEPS>,
     two_steps: StepCache<OnHeap<TwoSteps>, CACHED_STEPS>,
     block: Block,
-    leaps: StepCache<OnHeap<Leap>, CACHED_STEPS>,
+    long_steps: StepCache<OnHeap<LongStep>, CACHED_STEPS>,
     series: SeriesCache,
 }
 
@@ -44,7 +44,7 @@ impl Method for Exact {
             propagators: StepCache::new(),
             two_steps: StepCache::new(),
             block: Block::EMPTY,
-            leaps: StepCache::new(),
+            long_steps: StepCache::new(),
             series: SeriesCache::default(),
         }
     }
@@ -86,19 +86,19 @@ impl Method for Exact {
     }
 
     #[inline(always)]
-    fn leap<'m, E: Equations>(
+    fn long_step<'m, E: Equations>(
         &self,
         memory: &'m mut Self::Memory,
         equations: &E,
         forcing: &Forcing,
         h: f64,
-    ) -> Option<&'m Leap> {
+    ) -> Option<&'m LongStep> {
         let step = memory.propagators.ready(h, equations.key())?;
-        let (leap, before) = memory.leaps.entry(h, equations.key());
-        if leap.is_none() && before == MIN_REQUESTS[usize::from(E::PIECEWISE)] {
-            *leap = Leap::new(equations, step, forcing, h);
+        let (long_step, before) = memory.long_steps.entry(h, equations.key());
+        if long_step.is_none() && before == MIN_REQUESTS[usize::from(E::PIECEWISE)] {
+            *long_step = LongStep::new(equations, step, forcing, h);
         }
-        leap.as_deref()
+        long_step.as_deref()
     }
 
     /// Lengths within an interval seldom recur and must not displace those that do, so they are not cached.

@@ -17,7 +17,7 @@ pub struct ExactSteps<'m> {
 
 /// Most steps in a block.
 pub(super) const BLOCK: usize = if cfg!(feature = "std") { 32 } else { 0 };
-/// Steps in the first block of a glide, which may end after a few; each further block has twice as many.
+/// Steps in the first block of a series of equal intervals, which may end after a few; each further block has twice as many.
 pub(super) const FIRST_BLOCK: usize = 4;
 
 /// Consecutive steps, computed first and tested for contact changes afterwards.

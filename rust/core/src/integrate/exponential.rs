@@ -40,7 +40,7 @@ pub struct Memory {
     at_end: Remainder,
     /// The start of the last step, the rows that are open there, and how often a link has opened or closed one before.
     start: State,
-    open_rows: f64,
+    contact_signature: f64,
     changes: usize,
     /// Linearised equations, each for one excitation, and the place of the next ones.
     linearized: [Option<OnHeap<Linearized>>; LINEARIZED],
@@ -67,7 +67,7 @@ impl Method for Exponential {
             end: [f64::NAN; 12],
             at_end: Remainder::NONE,
             start: [0.0; 12],
-            open_rows: f64::NAN,
+            contact_signature: f64::NAN,
             changes: 0,
             linearized: [const { None }; LINEARIZED],
             next: 0,
@@ -109,7 +109,8 @@ impl Method for Exponential {
         ramp: &Ramp,
         state: &State,
     ) -> (State, State) {
-        let Memory { propagators, series, force, end, at_end, start, open_rows, changes, .. } = memory;
+        let Memory { propagators, series, force, end, at_end, start, contact_signature, changes, .. } =
+            memory;
         let (place, before) = propagators[usize::from(!ramp.spans_interval)].entry(ramp.h, equations.key());
         if place.is_none() && before >= MIN_OCCURRENCES {
             *place = Some(CubicPropagator::new(equations, ramp.h));
@@ -121,11 +122,11 @@ impl Method for Exponential {
         if *end != *state {
             *at_end = equations.remainder(state);
         }
-        if *open_rows != at_end.open_rows {
-            if !open_rows.is_nan() {
+        if *contact_signature != at_end.contact_signature {
+            if !contact_signature.is_nan() {
                 *changes += equations.changed_rows(start, state);
             }
-            *open_rows = at_end.open_rows;
+            *contact_signature = at_end.contact_signature;
         }
         *start = *state;
         let step = Collocation::new(equations, &linear, ramp, state, at_end);
@@ -150,7 +151,7 @@ impl Method for Exponential {
     }
 
     fn contact_changes<E: Equations>(&self, equations: &E, memory: &Self::Memory) -> usize {
-        if memory.open_rows.is_nan() {
+        if memory.contact_signature.is_nan() {
             return 0; // before the first step
         }
         memory.changes + equations.changed_rows(&memory.start, &memory.end)
@@ -232,7 +233,7 @@ impl Collocation {
             grown = fma(growth, growth, grown);
         }
         // The cubic shows the kink of a row that opens or closes only in part.
-        let kink = if found.open_rows == start.open_rows { 0.0 } else { KINK };
+        let kink = if found.contact_signature == start.contact_signature { 0.0 } else { KINK };
         let contraction = kink + if moved > 0.0 { ramp.h * sqrt(grown / moved) } else { 0.0 };
         let mut error = [0.0; 12];
         for i in 0..12 {

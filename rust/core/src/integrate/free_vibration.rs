@@ -1,27 +1,27 @@
 //! Free vibration of a preloaded body under a constant excitation: near its equilibrium by exact steps of the linearised equations.
 
-use super::leap::has_intervals;
+use super::long_step::has_intervals;
 use super::method::Method;
 use super::step_control::StepControl;
 use super::step_loop::Runner;
 use crate::contacts::SwitchedEquations;
-use crate::equations::{Equations, LEAP, LeapBounds, Linearized};
+use crate::equations::{Equations, LONG_STEP, Linearized, LongStepBounds};
 use crate::excitation::{Excitation, Forcing};
 use crate::numeric::simd::dispatch;
 use crate::system::State;
 
-/// Linearised equations are prepared only if the excitation stays constant for so many leaps: preparing them takes as long as some hundred
+/// Linearised equations are prepared only if the excitation stays constant for so many long steps: preparing them takes as long as some hundred
 /// steps.
-const WORTH: usize = 8;
+const LEAST_LONG_STEPS: usize = 8;
 
 /// Whether free vibration is tried at sample `k`: for all scenes at the same samples, so that those that run side by side are free together.
 #[inline(always)]
 pub(super) fn is_tried_at(k: usize) -> bool {
-    k % LEAP == 1
+    k % LONG_STEP == 1
 }
 
-/// Most leaps at once: at most some milliseconds, so that a run can be stopped.
-const MOST_LEAPS: usize = 256;
+/// Most long steps at once: at most some milliseconds, so that a run can be stopped.
+const MOST_LONG_STEPS: usize = 256;
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Moves a body from sample `k`, at which `state` is, as far as the linearised equations hold; returns the sample reached, to which
@@ -30,7 +30,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     pub(super) fn vibrate_freely(&mut self, forcing: &Forcing, k: usize, state: &mut State) -> usize {
         let excitation = self.recorder.excitation;
         // Without a load scale no error counts.
-        if !is_tried_at(k) || k + LEAP >= excitation.count() || self.summary.load_scale == 0.0 {
+        if !is_tried_at(k) || k + LONG_STEP >= excitation.count() || self.summary.load_scale == 0.0 {
             return k;
         }
         let h = excitation.interval(k);
@@ -41,10 +41,10 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     }
 }
 
-/// Whether the excitation is constant over a leap from sample `k` on, in intervals of `h` s. False if fewer are left.
+/// Whether the excitation is constant over a long step from sample `k` on, in intervals of `h` s. False if fewer are left.
 #[inline(always)]
 fn is_constant(excitation: &Excitation, forcing: &Forcing, k: usize, h: f64) -> bool {
-    has_intervals(excitation, k, h) && forcing.is_constant(excitation, k..k + LEAP + 1)
+    has_intervals(excitation, k, h) && forcing.is_constant(excitation, k..k + LONG_STEP + 1)
 }
 
 /// [`Runner::vibrate_freely`].
@@ -61,8 +61,8 @@ fn vibrate<M: Method, C: SwitchedEquations>(
     let mut values = [0.0; 9];
     forcing.sample(excitation, k, &mut values);
     let mut prepares = true;
-    for leap in 1..WORTH {
-        prepares = prepares && is_constant(excitation, forcing, k + leap * LEAP, h);
+    for long_step in 1..LEAST_LONG_STEPS {
+        prepares = prepares && is_constant(excitation, forcing, k + long_step * LONG_STEP, h);
     }
     let excited = (forcing, &values);
     let Some(linearized) = method.linearized(memory, equations, excited, h, state, prepares) else {
@@ -70,23 +70,23 @@ fn vibrate<M: Method, C: SwitchedEquations>(
     };
     let leaves_out = !recorder.record.needs_all();
     let mut bounds = steps.linear_bounds(linearized, equations, h, state);
-    let last = k + MOST_LEAPS * LEAP;
+    let last = k + MOST_LONG_STEPS * LONG_STEP;
     while let Some(known) = bounds
         && k < last
         && is_constant(excitation, forcing, k, h)
     {
-        let left_out = leaves_out && recorder.leave_out(LEAP - 1, &known.samples);
+        let left_out = leaves_out && recorder.leave_out(LONG_STEP - 1, &known.samples);
         if left_out {
-            *state = linearized.leap(state);
-            recorder.sample(k + LEAP, state);
+            *state = linearized.long_step(state);
+            recorder.sample(k + LONG_STEP, state);
             summary.steps += 1;
         } else {
             let states = linearized.steps(state);
             recorder.samples(k + 1, &states);
-            *state = states[LEAP - 1];
-            summary.steps += LEAP;
+            *state = states[LONG_STEP - 1];
+            summary.steps += LONG_STEP;
         }
-        k += LEAP;
+        k += LONG_STEP;
         // After a refusal narrower bounds may be agreed to.
         if !left_out || !linearized.holds(&known, state) {
             bounds = steps.linear_bounds(linearized, equations, h, state);
@@ -104,8 +104,8 @@ impl StepControl {
         equations: &E,
         h: f64,
         state: &State,
-    ) -> Option<LeapBounds> {
-        let (controller, time) = (self.controller.as_ref()?, LEAP as f64 * h);
+    ) -> Option<LongStepBounds> {
+        let (controller, time) = (self.controller.as_ref()?, LONG_STEP as f64 * h);
         // Over longer intervals a body may swing out and back, of which the samples show nothing.
         if !controller.allows(h) {
             return None;

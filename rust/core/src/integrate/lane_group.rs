@@ -135,7 +135,7 @@ impl<S: Simd, const N: usize> Group<S, N> {
                 for (one, entry) in scene.state.iter_mut().zip(&mut self.states) {
                     *one = *number::<S>(entry, s);
                 }
-                scene.due = Some(k + 1);
+                scene.unrecorded = Some(k + 1);
                 scene.vibrate_freely(k + 1);
                 continue;
             }
@@ -178,7 +178,7 @@ impl<S: Simd, const N: usize> Group<S, N> {
             grown = simd.mul_add_f64s(growth, growth, grown);
         }
         let [correction, by_rate] = self.propagators.curved(simd, [&quadratic, &cubic]);
-        let kept = simd.equal_f64s(found.open_rows, start.open_rows);
+        let kept = simd.equal_f64s(found.contact_signature, start.contact_signature);
         let kink = simd.select_f64s(kept, zero, simd.splat_f64s(KINK));
         let slopes = simd.mul_f64s(h, simd.sqrt_f64s(simd.div_f64s(grown, moved)));
         let slopes = simd.select_f64s(simd.less_than_f64s(zero, moved), slopes, zero);

@@ -24,7 +24,7 @@ pub(super) struct Scene<'a, 'e> {
     /// Of the excitation at the last sample.
     pub values: Values,
     /// The sample of the state, if it is not recorded yet.
-    pub due: Option<usize>,
+    pub unrecorded: Option<usize>,
     /// The sample up to which it has vibrated freely, and to which its state belongs, while the others are still before it.
     pub free_until: usize,
     /// Index of the run.
@@ -32,10 +32,10 @@ pub(super) struct Scene<'a, 'e> {
 }
 
 impl Scene<'_, '_> {
-    /// Records the state, if that is due. (Vectors of numbers that were stored one by one just before would wait for them.)
+    /// Records the state, if it is not recorded yet. (Vectors of numbers that were stored one by one just before would wait for them.)
     #[inline(always)]
     pub(super) fn record(&mut self) {
-        if let Some(k) = self.due.take() {
+        if let Some(k) = self.unrecorded.take() {
             self.runner.recorder.sample(k, &self.state);
         }
     }

@@ -3,7 +3,7 @@
 use super::control::Control;
 use super::exact_steps::ExactSteps;
 use super::start::Start;
-use crate::equations::{Equations, Leap, Linearized};
+use crate::equations::{Equations, Linearized, LongStep};
 use crate::error::RunError;
 use crate::excitation::{Forcing, Ramp, ScaledExcitation, Values};
 use crate::output::Record;
@@ -41,14 +41,14 @@ pub trait Method: CompiledRun {
         None
     }
 
-    /// The exact leap over intervals of `h` s by the equations, if the method has one or finds it worth preparing.
-    fn leap<'m, E: Equations>(
+    /// The exact long step over intervals of `h` s by the equations, if the method has one or finds it worth preparing.
+    fn long_step<'m, E: Equations>(
         &self,
         _: &'m mut Self::Memory,
         _: &E,
         _: &Forcing,
         _h: f64,
-    ) -> Option<&'m Leap> {
+    ) -> Option<&'m LongStep> {
         None
     }
 

@@ -5,18 +5,17 @@
 
 mod budget;
 mod control;
+mod equal_intervals;
 mod exact;
 mod exact_steps;
 mod exponential;
 mod free_vibration;
-mod glide;
-mod landing;
 #[cfg(feature = "studies")]
 mod lane_group;
 #[cfg(feature = "studies")]
 mod lane_scene;
-mod leap;
-mod leap_plan;
+mod long_step;
+mod long_step_plan;
 mod method;
 mod named_method;
 mod radau;
@@ -29,6 +28,7 @@ mod start;
 mod step_cache;
 mod step_control;
 mod step_loop;
+mod step_to_change;
 mod tableau;
 
 pub use control::{Control, load_scale};

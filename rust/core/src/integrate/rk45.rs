@@ -2,7 +2,7 @@
 
 use super::method::Method;
 use super::tableau::DORMAND_PRINCE;
-use crate::equations::{Equations, Moments};
+use crate::equations::{Equations, StageData};
 use crate::excitation::{Instant, Ramp, Values};
 use crate::numeric::float::add_scaled;
 use crate::system::State;
@@ -18,7 +18,7 @@ pub struct Stages {
     /// Key, state, excitation and instant to which the last rate belongs: it is the first stage of the next step if that starts there.
     end: Option<(u32, State, Values, Instant)>,
     /// At the nodes, of which the last two are the same.
-    moments: Moments,
+    stage_data: StageData,
 }
 
 impl Method for Rk45 {
@@ -27,7 +27,7 @@ impl Method for Rk45 {
     const STABLE: bool = false;
 
     fn memory(&self) -> Stages {
-        Stages { rates: [[0.0; 12]; 7], end: None, moments: Moments::NONE }
+        Stages { rates: [[0.0; 12]; 7], end: None, stage_data: StageData::NONE }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -39,8 +39,8 @@ impl Method for Rk45 {
         state: &State,
     ) -> (State, State) {
         let tableau = &DORMAND_PRINCE;
-        let Stages { rates, end, moments } = memory;
-        equations.prepare(ramp, &tableau.c[..6], moments);
+        let Stages { rates, end, stage_data } = memory;
+        equations.prepare(ramp, &tableau.c[..6], stage_data);
         rates[0] = match end {
             Some((key, at, values, instant))
                 if *key == equations.key()
@@ -50,7 +50,7 @@ impl Method for Rk45 {
             {
                 rates[6]
             }
-            _ => equations.rate(state, &ramp.force(0.0), (moments, 0)),
+            _ => equations.rate(state, &ramp.force(0.0), (stage_data, 0)),
         };
         let mut next = *state;
         for stage in 1..7 {
@@ -58,7 +58,7 @@ impl Method for Rk45 {
             for (rate, weight) in rates.iter().zip(&tableau.a[stage - 1]).take(stage) {
                 add_scaled(&mut next, rate, ramp.h * weight);
             }
-            let at = (&*moments, if stage < 6 { stage } else { 5 });
+            let at = (&*stage_data, if stage < 6 { stage } else { 5 });
             rates[stage] = equations.rate(&next, &ramp.force(tableau.c[stage]), at);
         }
         let mut error = [0.0; 12];

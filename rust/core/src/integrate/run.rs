@@ -15,7 +15,7 @@ use crate::excitation::{Excitation, Forcing, ScaledExcitation};
 use crate::numeric::float::sqrt;
 use crate::numeric::simd::dispatch_once;
 use crate::output::Record;
-use crate::system::{ModelLevel, State, System, size};
+use crate::system::{ModelLevel, State, System, energy_norm};
 
 /// Runs a system from static equilibrium through an excitation and hands each instant to `record`.
 ///
@@ -217,7 +217,7 @@ impl<'a, M: Method> Setup<'a, M> {
             at_edge: false,
             was_whole: true,
             other,
-            reach: size(&start),
+            reach: energy_norm(&start),
         };
         let at_samples = match output {
             Output::Samples => true,

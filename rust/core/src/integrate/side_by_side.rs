@@ -54,8 +54,8 @@ pub(crate) fn run_side_by_side(runs: Vec<SceneRun>, rtol: f64, usual: f64) -> Ve
             Ok(setup) => {
                 let (forcing, state) = (setup.forcing, setup.start);
                 let runner = setup.runner(memory, equations);
-                let (values, due, free_until, place) = ([0.0; 9], None, 0, ends.len());
-                scenes.push(Scene { runner, forcing, state, values, due, free_until, place });
+                let (values, unrecorded, free_until, place) = ([0.0; 9], None, 0, ends.len());
+                scenes.push(Scene { runner, forcing, state, values, unrecorded, free_until, place });
                 ends.push(Ok(state));
             }
             Err(error) => ends.push(Err(error)),

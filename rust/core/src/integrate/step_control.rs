@@ -60,7 +60,8 @@ impl StepControl {
         if let Some(controller) = &mut self.controller {
             let error = if bounded { self.norm.of(error) } else { f64::INFINITY };
             let no_margin = self.at_edge || interval.until > interval.first + 1;
-            let rounding = || if self.has_edges && bounded { ROUNDING * self.norm.of(next) } else { 0.0 };
+            let rounding =
+                || if self.has_edges && bounded { STATE_ROUNDING * self.norm.of(next) } else { 0.0 };
             if !controller.accept(h, error, no_margin, rounding) {
                 if h <= 2.0 * SHORTEST * interval.length {
                     // Within so short a time from an edge the error falls hardly faster than the step.
@@ -80,7 +81,7 @@ impl StepControl {
             // Springs and dampers are passive, and their potential is lowest at rest, so |η'| grows no faster than ∫ |f| dt.
             self.reach += ramp.impulse();
             // Before it acts, a state is rounding only.
-            bounded &= speed(next) <= DIVERGENCE * self.reach || self.norm.of(next) <= STILL;
+            bounded &= speed(next) <= DIVERGENCE * self.reach || self.norm.of(next) <= DIVERGENCE_FLOOR;
         }
         if bounded { Ok(true) } else { Err(RunError::Diverged { time, step: h, other: self.other }) }
     }
@@ -109,10 +110,10 @@ const DIVERGENCE: f64 = 100.0;
 
 /// Estimated error of a step that is rounding of its states, over their size. After an edge steps are so short that their share of the
 /// tolerance may be less.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
+const STATE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Norm of a state over the load scale below which divergence is not tested. Rounding is some 1e-15 of the preloads.
-const STILL: f64 = 1e-6;
+const DIVERGENCE_FLOOR: f64 = 1e-6;
 
 /// Shortest step, as a fraction of the interval that it lies in.
 pub(super) const SHORTEST: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! The one loop of all methods: from sample to sample of the excitation.
 
 use super::budget::{BETWEEN, Budget};
-use super::leap_plan::LeapPlan;
+use super::long_step_plan::LongStepPlan;
 use super::method::{Method, Output, Summary};
 use super::recorder::Recorder;
 use super::step_control::{Interval, Plan, StepControl};
@@ -32,8 +32,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let (mut from, mut to): (&mut Values, &mut Values) = (&mut [0.0; 9], &mut [0.0; 9]);
         forcing.sample(excitation, 0, from);
         self.recorder.sample(0, state);
-        let (mut k, mut glide_from, mut glided) = (0, 0, 0);
-        let mut plan = LeapPlan::new(&self.recorder);
+        let (mut k, mut retry_from, mut passed) = (0, 0, 0);
+        let mut plan = LongStepPlan::new(&self.recorder);
         while k + 1 < excitation.count() {
             if M::EXACT_IF_LINEAR
                 && self.whole_interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?
@@ -44,18 +44,25 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 }
                 continue;
             }
-            if M::ERROR_ORDER.is_none() && k >= glide_from {
+            if M::ERROR_ORDER.is_none() && k >= retry_from {
                 if cfg!(feature = "std")
                     && k >= plan.next
-                    && let Some(reached) = self.leap(&mut plan, forcing, k, [&mut state, &mut next], from)
+                    && let Some(reached) =
+                        self.long_step(&mut plan, forcing, k, [&mut state, &mut next], from)
                 {
                     k = reached;
                     continue;
                 }
                 let start = k;
                 let until = usize::min(plan.next, self.recorder.last_before_time(k));
-                k = self.glide(forcing, k, until, [&mut state, &mut next], [&mut from, &mut to]);
-                glided += k - start;
+                k = self.step_equal_intervals(
+                    forcing,
+                    k,
+                    until,
+                    [&mut state, &mut next],
+                    [&mut from, &mut to],
+                );
+                passed += k - start;
                 if k == plan.next {
                     continue;
                 }
@@ -70,8 +77,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                 if k > start && excitation.interval(k) != excitation.interval(start) {
                     continue;
                 }
-                glide_from = if glided < SHORT_GLIDE { k + GLIDE_PAUSE } else { k };
-                glided = 0;
+                retry_from = if passed < FEW_SAMPLES { k + PAUSE } else { k };
+                passed = 0;
             }
             k = self.interval(forcing, k, [&mut state, &mut next], [&mut from, &mut to])?;
         }
@@ -171,13 +178,13 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             let shorter;
             if let Some(theta) = change {
                 let (theta, error) = if C::Equations::LINEAR {
-                    self.land(&ramp, theta, state, next)
+                    self.step_to_change(&ramp, theta, state, next)
                 } else {
-                    self.land_apart(&ramp, theta, state, next)
+                    self.step_to_change_out_of_line(&ramp, theta, state, next)
                 };
                 shorter = ramp.values(theta);
                 ramp = Ramp { h: theta * plan.h, end: &shorter, spans_interval: false, ..ramp };
-                if !self.accept_landing(&ramp, next, &error, interval, done)? {
+                if !self.accept_step_to_change(&ramp, next, &error, interval, done)? {
                     plan.left = 0.0;
                     continue;
                 }
@@ -290,5 +297,5 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
 
 /// A fast path over no more intervals than this was not worth its tests: near edges under a noisy motion most of them fail. Then the next one
 /// is tried after a pause of so many intervals.
-const SHORT_GLIDE: usize = 4;
-const GLIDE_PAUSE: usize = 8;
+const FEW_SAMPLES: usize = 4;
+const PAUSE: usize = 8;

@@ -10,7 +10,7 @@ const PRINTED_DIGITS: f64 = 1e-5;
 
 /// A principal moment below this fraction of the largest counts as zero, because rotating or moving a tensor has rounding errors of that
 /// size.
-const ROUNDING: f64 = 1e-12;
+const LEAST_MOMENT: f64 = 1e-12;
 
 /// One rigid body, described about the reference point L.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +40,7 @@ impl Body {
         let inertia = (inertia + inertia.transpose()) * 0.5;
         let mut principal: [f64; 3] = SymmetricEigen::new(inertia).eigenvalues.into();
         principal.sort_unstable_by(f64::total_cmp);
-        if principal[0] <= ROUNDING * principal[2] {
+        if principal[0] <= LEAST_MOMENT * principal[2] {
             return Err(SceneError::InertiaNotPositive { principal });
         }
         if principal[2] > (principal[0] + principal[1]) * (1.0 + PRINTED_DIGITS) {

@@ -47,7 +47,7 @@ impl<'a> Scene<'a> {
             return Err(SceneError::NotFinite { field: "base compliance" });
         }
         let smallest = smallest_part(&compliance);
-        if smallest < -ROUNDING {
+        if smallest < -COMPLIANCE_TOLERANCE {
             return Err(SceneError::BaseCompliance { smallest });
         }
         if let Some(link) = self.links.iter().position(|link| !link.law().is_linear()) {
@@ -83,7 +83,7 @@ impl<'a> Scene<'a> {
 }
 
 /// Rounding of a compliance matrix from a finite element program, relative to its diagonal.
-const ROUNDING: f64 = 1e-6;
+const COMPLIANCE_TOLERANCE: f64 = 1e-6;
 
 /// Smallest eigenvalue of a matrix scaled to a diagonal of ones, less its largest asymmetry.
 fn smallest_part(compliance: &Matrix6<f64>) -> f64 {

@@ -4,7 +4,7 @@ use super::extremes::Extremes;
 use super::loads::{NonlinearLink, Wrench};
 use crate::model::{Law, forces};
 use crate::numeric::float::fma;
-use crate::system::{Bounded, LinkRow, ROUNDING, StateBox};
+use crate::system::{Bounded, LinkRow, SUM_ROUNDING, StateBox};
 
 /// Half the range of an entry between some instants and in between, over that at the instants: 1.16 for six instants per period of a
 /// vibration.
@@ -21,7 +21,7 @@ impl StateBox {
         }
         let [mut middle, mut radius] = [load.linear.constant; 2];
         for radius in &mut radius {
-            *radius = ROUNDING * radius.abs();
+            *radius = SUM_ROUNDING * radius.abs();
         }
         for j in 0..12 {
             for i in 0..6 {
@@ -57,7 +57,7 @@ impl StateBox {
     /// The elastic load of a link.
     #[cfg_attr(feature = "std", inline(always))]
     fn force(&self, law: &Law, row: &LinkRow) -> Bounded {
-        let (mut at, mut reach) = (row.rest, ROUNDING * row.rest.abs());
+        let (mut at, mut reach) = (row.rest, SUM_ROUNDING * row.rest.abs());
         for j in 0..6 {
             at = fma(row.deflection[j], self.middle[j], at);
             reach = fma(row.deflection[j].abs(), self.radius[j], reach);
@@ -83,7 +83,7 @@ pub(crate) fn force_bounds(law: &Law, [at, reach]: Bounded) -> Bounded {
     let [low, high] = forces(law, &[at - reach, at + reach]);
     // Where the force is a small difference of two large ones, these are as large as at an edge.
     let largest = law.edges().last().map_or(0.0, |edge| (law.nominal() * edge).abs());
-    let rounding = ROUNDING * (low.abs() + high.abs() + largest);
+    let rounding = SUM_ROUNDING * (low.abs() + high.abs() + largest);
     [0.5 * (low + high), 0.5 * (high - low) + rounding]
 }
 
@@ -106,8 +106,8 @@ fn outside(middle: &[f64; 6], radius: &[f64; 6], extremes: &Extremes) -> [bool; 
     for i in 0..2 {
         // The smallest one is below zero where it is not wanted.
         let (smallest, largest) = (f64::max(extremes.smallest[6 + i], 0.0), extremes.largest[6 + i]);
-        outside[6 + i] = !((least[i] * (1.0 - ROUNDING) >= smallest * smallest)
-            & (most[i] * (1.0 + ROUNDING) <= largest * largest)
+        outside[6 + i] = !((least[i] * (1.0 - SUM_ROUNDING) >= smallest * smallest)
+            & (most[i] * (1.0 + SUM_ROUNDING) <= largest * largest)
             & (largest >= 0.0));
     }
     outside

@@ -15,7 +15,7 @@ use crate::system::State;
 pub(crate) const BOW: f64 = 2.0;
 
 /// Gain of a value between two instants, over the largest of its load, that is rounding.
-const ROUNDING: f64 = 1e-12;
+const LEAST_GAIN: f64 = 1e-12;
 
 /// The pieces from each instant of a block to the next.
 #[derive(Debug)]
@@ -235,7 +235,7 @@ impl Pieces<'_> {
             }
             let goal = Goal { load, value, largest };
             let (sign, rounding) =
-                (if largest { 1.0 } else { -1.0 }, ROUNDING * extremes[load].size_of(value));
+                (if largest { 1.0 } else { -1.0 }, LEAST_GAIN * extremes[load].size_of(value));
             let least = extremes[load].of(goal) + rounding;
             let high = if largest { range[1] } else { -range[0] };
             // Not for NaN.

@@ -33,7 +33,7 @@ pub use peaks::Peaks;
 #[cfg(feature = "std")]
 pub use record::Watched;
 pub use record::{History, Record};
-pub use riding::{Ridden, RiddenInstant};
+pub use riding::{BodyWithRiders, BodyWithRidersInstant};
 #[cfg(feature = "studies")]
 pub(crate) use {
     block_values::{evaluate_block, transpose},

@@ -15,7 +15,7 @@ use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
 use crate::numeric::float::fma;
 use crate::numeric::simd::{dispatch, dispatch_wide};
-use crate::system::{Bounded, Input, NO_INPUT, ROUNDING, State, StateBox, System};
+use crate::system::{Bounded, Input, NO_INPUT, SUM_ROUNDING, State, StateBox, System};
 
 /// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 42 kB, and
 /// without `std` 24 kB.
@@ -302,7 +302,7 @@ fn ranges_of(inputs: &[Input; BLOCK]) -> [Bounded; 9] {
     }
     core::array::from_fn(|i| {
         let (middle, half) = (0.5 * (low[i] + high[i]), 0.5 * (high[i] - low[i]));
-        [middle, fma(ROUNDING, middle.abs(), half)]
+        [middle, fma(SUM_ROUNDING, middle.abs(), half)]
     })
 }
 

@@ -9,7 +9,7 @@ use crate::system::{Input, State, System};
 
 /// A body with riders: the quantities that depend on their motion.
 #[derive(Debug, Clone)]
-pub struct Ridden<'a> {
+pub struct BodyWithRiders<'a> {
     system: &'a System,
     riders: &'a [Rider],
     position: Wrench<'a>,
@@ -19,7 +19,7 @@ pub struct Ridden<'a> {
 
 /// Quantities of a body with riders at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RiddenInstant {
+pub struct BodyWithRidersInstant {
     /// Acceleration `(u'', φ'')` of L in the travelling frame: m/s², rad/s².
     pub acceleration: [f64; 6],
     /// Reactions of the held degrees of freedom, N and N m; zero for free ones.
@@ -30,7 +30,7 @@ pub struct RiddenInstant {
     pub drive: [f64; MAX_RIDERS],
 }
 
-impl<'a> Ridden<'a> {
+impl<'a> BodyWithRiders<'a> {
     /// The body of a system that includes the riders at travel zero; only the first [`MAX_RIDERS`] count.
     pub fn new(system: &'a System, riders: &'a [Rider]) -> Self {
         let riders = &riders[..usize::min(riders.len(), MAX_RIDERS)];
@@ -39,7 +39,7 @@ impl<'a> Ridden<'a> {
     }
 
     /// The quantities at a state and excitation; `travel`: travel (m), speed (m/s) and acceleration (m/s²) of each rider.
-    pub fn at(&self, travel: &[[f64; 3]], state: &State, input: &Input) -> RiddenInstant {
+    pub fn at(&self, travel: &[[f64; 3]], state: &State, input: &Input) -> BodyWithRidersInstant {
         let (system, gravity) = (self.system, self.system.gravity());
         let vectors =
             |six: [f64; 6]| [Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5])];
@@ -78,7 +78,7 @@ impl<'a> Ridden<'a> {
             let along = rider.direction() + turn.cross(&rider.direction());
             *to = rider.body().mass() * along.dot(&total);
         }
-        RiddenInstant {
+        BodyWithRidersInstant {
             acceleration: acceleration.into(),
             reaction: reaction.into(),
             wrench: wrench.into(),

@@ -2,7 +2,7 @@
 
 use super::extremes::{Extremes, Goal};
 use super::loads::Wrench;
-use crate::equations::{Equations, Moments, PowerSeries, advance};
+use crate::equations::{Equations, PowerSeries, StageData, advance};
 use crate::excitation::Ramp;
 use crate::numeric::float::{add_scaled, ceil, fma, scale, sqrt};
 use crate::system::{Input, NO_FORCE, NO_INPUT, State};
@@ -135,7 +135,7 @@ impl Search<'_> {
         let goal = self.goal;
         let mut local = Taylor { rows: [[0.0; 4]; 3], goal };
         local.set(0, &self.load.at(state, &self.input_at(theta)));
-        let mut rate = equations.rate(state, &self.ramp.force(theta), (&Moments::NONE, 0));
+        let mut rate = equations.rate(state, &self.ramp.force(theta), (&StageData::NONE, 0));
         scale(&mut rate, self.ramp.h);
         local.set(1, &self.load.rate(state, &rate, &self.input[1]));
         let mut force = self.ramp.rise();
@@ -153,12 +153,12 @@ impl Search<'_> {
     pub(super) fn integrate<E: Equations>(&mut self, equations: &E, norm: f64) {
         let steps = ceil((STEPS * norm).clamp(STEPS, MOST_INTEGRATED));
         let size = 1.0 / steps;
-        let mut moments = Moments::NONE;
+        let mut stage_data = StageData::NONE;
         let mut ends = [[0.0; 2]; 2];
-        equations.prepare(self.ramp, &[0.0, 1.0], &mut moments);
+        equations.prepare(self.ramp, &[0.0, 1.0], &mut stage_data);
         for node in 0..2 {
             let state = &self.ends[node];
-            let mut rate = equations.rate(state, &self.ramp.force(node as f64), (&moments, node));
+            let mut rate = equations.rate(state, &self.ramp.force(node as f64), (&stage_data, node));
             scale(&mut rate, self.ramp.h);
             ends[node] = self.slope(state, &rate, node as f64);
             self.note_end(node, ends[node][0]);
@@ -175,12 +175,12 @@ impl Search<'_> {
             // In a loop, as two copies of a step would be twice its large code.
             loop {
                 let to = highest.unwrap_or(until);
-                let reached = self.step(equations, &mut moments, [from, to], &last);
+                let reached = self.step(equations, &mut stage_data, [from, to], &last);
                 if highest.is_some() {
                     self.note(self.slope(&reached, &NO_STATE, to)[0], to);
                     break;
                 }
-                let rate = self.change(equations, &moments, [until, 1.0], 2, &reached);
+                let rate = self.change(equations, &stage_data, [until, 1.0], 2, &reached);
                 let [value, slope] = self.slope(&reached, &rate, until);
                 (state, here) = (reached, [value, slope * (until - from)]);
                 if !(before[1] > 0.0 && here[1] < 0.0) {
@@ -198,12 +198,12 @@ impl Search<'_> {
     fn step<E: Equations>(
         &self,
         equations: &E,
-        moments: &mut Moments,
+        stage_data: &mut StageData,
         [from, until]: [f64; 2],
         start: &State,
     ) -> State {
         let (size, middle) = (until - from, 0.5 * (from + until));
-        equations.prepare(self.ramp, &[from, middle, until], moments);
+        equations.prepare(self.ramp, &[from, middle, until], stage_data);
         let (mut state, mut change) = (*start, NO_STATE);
         // Time of a stage and its place among the nodes, what it moves on by the stage before, and its weight.
         let stages = [
@@ -213,23 +213,23 @@ impl Search<'_> {
             (until, 2, 1.0, 1.0 / 6.0),
         ];
         for (time, node, share, weight) in stages {
-            change = self.change(equations, moments, [time, size], node, &moved(start, &change, share));
+            change = self.change(equations, stage_data, [time, size], node, &moved(start, &change, share));
             add_scaled(&mut state, &change, weight);
         }
         state
     }
 
-    /// Change of a state over a step of this size at its rate at a time, which is a node of the moments.
+    /// Change of a state over a step of this size at its rate at a time, which is a node of the stage_data.
     #[cfg_attr(feature = "std", inline(always))]
     fn change<E: Equations>(
         &self,
         equations: &E,
-        moments: &Moments,
+        stage_data: &StageData,
         [time, size]: [f64; 2],
         node: usize,
         state: &State,
     ) -> State {
-        let mut rate = equations.rate(state, &self.ramp.force(time), (moments, node));
+        let mut rate = equations.rate(state, &self.ramp.force(time), (stage_data, node));
         scale(&mut rate, size * self.ramp.h);
         rate
     }

@@ -29,7 +29,7 @@ impl Products {
         let product = |a: &[[f64; 12]], b: &[[f64; 12]]| -> f64 {
             a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
         };
-        product(&self.state, &by.change)
+        product(&self.state, &by.exp_minus_identity)
             + product(&self.start, &by.from_start)
             + product(&self.end, &by.from_end)
             + product(&[self.constant], &[by.from_constant])
@@ -70,7 +70,9 @@ fn backwards(
     let mut products = vec![Products::NONE; recurring.len()];
     let mut transposed = Vec::with_capacity(recurring.len());
     for of in recurring {
-        transposed.push(core::array::from_fn::<[f64; 12], 12, _>(|j| of.change.map(|column| column[j])));
+        transposed.push(core::array::from_fn::<[f64; 12], 12, _>(|j| {
+            of.exp_minus_identity.map(|column| column[j])
+        }));
     }
     let mut adjoint = by_state[by_state.len() - 1];
     for (k, interval) in intervals.iter().enumerate().rev() {

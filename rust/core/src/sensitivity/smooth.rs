@@ -34,7 +34,7 @@ pub(super) struct SmoothColumn {
 
 /// What the nonlinear links do at a state.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Bends {
+pub(super) struct NonlinearResiduals {
     /// Of each link: deflection from rest, N, slope of the law, and slope less k.
     pub of_links: Vec<[f64; 4]>,
     /// Modal force of all.
@@ -73,7 +73,7 @@ impl SmoothSystem {
 
     /// The nonlinear links at a state of `varied`, the system with its laws.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn bend(&self, varied: &VariedSystem, state: &State, to: &mut Bends) {
+    pub(super) fn set_residuals(&self, varied: &VariedSystem, state: &State, to: &mut NonlinearResiduals) {
         (to.force, to.by_state) = (NO_FORCE, [NO_FORCE; 6]);
         to.of_links.clear();
         for &link in &self.links {
@@ -110,8 +110,8 @@ impl SmoothSystem {
 
     /// Rate of change of a state.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn rate(&self, bends: &Bends, state: &State, input: &Input) -> State {
-        let mut force = bends.force;
+    pub(super) fn rate(&self, residuals: &NonlinearResiduals, state: &State, input: &Input) -> State {
+        let mut force = residuals.force;
         add_columns(&mut force, self.system().influence(), input);
         self.system().linear(state, &force)
     }
@@ -121,7 +121,7 @@ impl SmoothSystem {
     pub(super) fn rate_derivative(
         &self,
         (varied, column): (&VariedSystem, usize),
-        bends: &Bends,
+        residuals: &NonlinearResiduals,
         state: &State,
         input: &Input,
     ) -> State {
@@ -131,11 +131,11 @@ impl SmoothSystem {
         add_columns(&mut force, &equations.influence, input);
         if let Some(mass) = &of.mass {
             for (j, column) in mass.iter().enumerate() {
-                add_scaled(&mut force, column, -bends.force[j]);
+                add_scaled(&mut force, column, -residuals.force[j]);
             }
         }
         for (place, &link) in self.links.iter().enumerate() {
-            let (row, bend) = (&varied.system.rows()[link], &bends.of_links[place]);
+            let (row, bend) = (&varied.system.rows()[link], &residuals.of_links[place]);
             let turned = of.turned.as_ref().map(|all| &all[place]);
             let load = fixed_load(row, &by.links[link], turned, (varied, state), bend);
             for i in 0..6 {
@@ -154,8 +154,13 @@ impl SmoothSystem {
 
     /// Rate of change of the derivative of a state, whose part at a fixed state is `fixed`.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn tangent_rate(&self, bends: &Bends, fixed: &State, tangent: &State) -> State {
-        let mut out = self.system().linear(tangent, &times(&bends.by_state, tangent));
+    pub(super) fn tangent_rate(
+        &self,
+        residuals: &NonlinearResiduals,
+        fixed: &State,
+        tangent: &State,
+    ) -> State {
+        let mut out = self.system().linear(tangent, &times(&residuals.by_state, tangent));
         add_scaled(&mut out, fixed, 1.0);
         out
     }
@@ -165,12 +170,12 @@ impl SmoothSystem {
         &self,
         (varied, column): (&VariedSystem, usize),
         place: usize,
-        bends: &Bends,
+        residuals: &NonlinearResiduals,
         (state, tangent): (&State, &State),
     ) -> f64 {
         let (row, by) = (&varied.system.rows()[self.links[place]], &varied.derivatives[column]);
         let turned = self.columns[column].turned.as_ref().map(|all| &all[place]);
-        let bend = &bends.of_links[place];
+        let bend = &residuals.of_links[place];
         let mut out = fixed_load(row, &by.links[self.links[place]], turned, (varied, state), bend);
         for j in 0..6 {
             out += bend[3] * row.deflection[j] * tangent[j];
@@ -179,11 +184,11 @@ impl SmoothSystem {
     }
 
     /// Derivatives of a state of equilibrium: `dη'' = 0`.
-    pub(super) fn balanced(&self, bends: &Bends, fixed: &State) -> State {
+    pub(super) fn balanced(&self, residuals: &NonlinearResiduals, fixed: &State) -> State {
         let (mut stiffness, _) = self.linear.stiffness_and_constant();
         for j in 0..6 {
             for i in 0..6 {
-                stiffness[j][i] -= bends.by_state[j][i];
+                stiffness[j][i] -= residuals.by_state[j][i];
             }
         }
         balanced(&stiffness, self.system().mode_count(), &fixed[6..])

@@ -6,7 +6,7 @@ use nalgebra::{Vector3, Vector6};
 
 use super::error::SensitivityError;
 use super::rows::Quantity;
-use super::smooth::{Bends, SmoothSystem};
+use super::smooth::{NonlinearResiduals, SmoothSystem};
 use super::smooth_run::SmoothRun;
 use super::system::VariedSystem;
 use crate::error::RunError;
@@ -68,21 +68,21 @@ impl SmoothSystem {
         let turned: Vec<Vec<Share>> = (0..self.columns.len())
             .map(|column| self.turned_shares((varied, groups), quantity, column))
             .collect();
-        let (mut bends, mut slopes) = (Bends::default(), vec![0.0; self.links.len()]);
+        let (mut residuals, mut slopes) = (NonlinearResiduals::default(), vec![0.0; self.links.len()]);
         for sample in (0..count).filter(|&sample| wanted(sample)) {
-            self.bend(varied, &states[sample], &mut bends);
+            self.set_residuals(varied, &states[sample], &mut residuals);
             for (column, turned) in turned.iter().enumerate() {
                 let at = column * count + sample;
                 for (place, slope) in slopes.iter_mut().enumerate() {
                     let run = (&states[sample], &tangents[at]);
-                    *slope = self.bend_derivative((varied, column), place, &bends, run);
+                    *slope = self.bend_derivative((varied, column), place, &residuals, run);
                 }
                 let out = &mut out[at * width..(at + 1) * width];
                 for &(row, place, share) in &shares {
                     out[row] += share * slopes[place];
                 }
                 for &(row, place, share) in turned {
-                    out[row] += share * bends.of_links[place][1];
+                    out[row] += share * residuals.of_links[place][1];
                 }
             }
         }

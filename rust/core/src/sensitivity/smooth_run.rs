@@ -5,14 +5,14 @@
 
 use super::error::SensitivityError;
 use super::order_8::{ERROR_3, ERROR_5, NODES, STAGE, STAGES, STEP};
-use super::smooth::{Bends, SmoothSystem};
+use super::smooth::{NonlinearResiduals, SmoothSystem};
 use super::system::VariedSystem;
 use crate::error::{OtherMethod, RunError, Stopped};
 use crate::excitation::Excitation;
 use crate::numeric::float::add_scaled;
 use crate::numeric::simd::dispatch;
 use crate::numeric::watch::Watch;
-use crate::system::{Input, State, finite, size};
+use crate::system::{Input, State, energy_norm, finite};
 
 /// Error of a step relative to the largest state, or derivative of it, so far.
 pub(super) const TOLERANCE: f64 = 1e-11;
@@ -63,21 +63,25 @@ impl SmoothRun<'_> {
         let count = self.excitation.count();
         self.check_length()?;
         let mut out = (vec![start; count], vec![[0.0; 12]; self.smooth.columns.len() * count]);
-        let mut walk = Walk::new(self, start);
+        let mut integrator = IntegratorState::new(self, start);
         if quasi_static {
             let input = self.excitation.input(0);
-            self.smooth.bend(self.varied, &start, &mut walk.bends[0]);
-            for (column, tangent) in walk.tangents.iter_mut().enumerate() {
-                let fixed =
-                    self.smooth.rate_derivative((self.varied, column), &walk.bends[0], &start, &input);
-                *tangent = self.smooth.balanced(&walk.bends[0], &fixed);
+            self.smooth.set_residuals(self.varied, &start, &mut integrator.residuals[0]);
+            for (column, tangent) in integrator.tangents.iter_mut().enumerate() {
+                let fixed = self.smooth.rate_derivative(
+                    (self.varied, column),
+                    &integrator.residuals[0],
+                    &start,
+                    &input,
+                );
+                *tangent = self.smooth.balanced(&integrator.residuals[0], &fixed);
                 out.1[column * count] = *tangent;
             }
         }
         for k in 0..count - 1 {
-            dispatch!(pass_interval(self, &mut walk, k))?;
-            out.0[k + 1] = walk.state;
-            for (column, tangent) in walk.tangents.iter().enumerate() {
+            dispatch!(pass_interval(self, &mut integrator, k))?;
+            out.0[k + 1] = integrator.state;
+            for (column, tangent) in integrator.tangents.iter().enumerate() {
                 out.1[column * count + k + 1] = *tangent;
             }
         }
@@ -110,7 +114,7 @@ impl SmoothRun<'_> {
 }
 
 /// A state and its derivatives on their way.
-struct Walk {
+struct IntegratorState {
     state: State,
     tangents: Vec<State>,
     /// Of both, the largest size so far.
@@ -120,14 +124,14 @@ struct Walk {
     step: f64,
     steps: usize,
     // Of each stage of the last step.
-    bends: Vec<Bends>,
+    residuals: Vec<NonlinearResiduals>,
     states: [State; STAGES],
     inputs: [Input; STAGES],
     rates: [State; STAGES],
     next_tangents: Vec<State>,
 }
 
-impl Walk {
+impl IntegratorState {
     fn new(run: &SmoothRun, state: State) -> Self {
         let system = &run.varied.system;
         let fastest =
@@ -162,11 +166,11 @@ impl Walk {
         Self {
             state,
             tangents: vec![[0.0; 12]; run.smooth.columns.len()],
-            scale: f64::max(scale, size(&state)),
+            scale: f64::max(scale, energy_norm(&state)),
             scales: scales.collect(),
             step: f64::INFINITY,
             steps: 0,
-            bends: vec![Bends::default(); STAGES],
+            residuals: vec![NonlinearResiduals::default(); STAGES],
             states: [[0.0; 12]; STAGES],
             inputs: [[0.0; 9]; STAGES],
             rates: [[0.0; 12]; STAGES],
@@ -177,32 +181,36 @@ impl Walk {
 
 /// Passes the interval after a sample.
 #[cfg_attr(feature = "std", inline(always))]
-fn pass_interval(run: &SmoothRun, walk: &mut Walk, sample: usize) -> Result<(), SensitivityError> {
+fn pass_interval(
+    run: &SmoothRun,
+    integrator: &mut IntegratorState,
+    sample: usize,
+) -> Result<(), SensitivityError> {
     let (length, start) = (run.excitation.interval(sample), run.excitation.time(sample));
     let ends = [run.excitation.input(sample), run.excitation.input(sample + 1)];
     let (mut done, mut shortest_steps, most) = (0.0, 0, run.most_steps());
     while done < length {
-        walk.steps += 1;
-        if walk.steps.is_multiple_of(BETWEEN) && run.watch.stops() {
+        integrator.steps += 1;
+        if integrator.steps.is_multiple_of(BETWEEN) && run.watch.stops() {
             return Err(Stopped::Interrupted.into());
         }
         let rest = length - done;
         // Equal steps to the end, so that no tiny one is left.
         let shortest = SHORTEST * length;
-        let step = f64::max(walk.step, shortest);
+        let step = f64::max(integrator.step, shortest);
         let h = if step >= rest { rest } else { rest / (rest / step).ceil() };
-        if walk.steps > most {
+        if integrator.steps > most {
             let fastest = run.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
-            let (time, steps, other) = (start + done, walk.steps, OtherMethod::None);
+            let (time, steps, other) = (start + done, integrator.steps, OtherMethod::None);
             return Err(RunError::TooManySteps { time, step: h, steps, fastest, other }.into());
         }
         let least = h <= shortest;
         shortest_steps += usize::from(least);
-        let (next, mut ratio) = state_step(run, walk, [done / length, h / length], h, &ends);
+        let (next, mut ratio) = state_step(run, integrator, [done / length, h / length], h, &ends);
         // At an edge the slope of a law has no derivative, or one without bound, and the estimates of the errors are too small.
-        let passes = run.smooth.passes_edge(run.varied, &walk.state, &next);
+        let passes = run.smooth.passes_edge(run.varied, &integrator.state, &next);
         if ratio <= 1.0 && !passes || least {
-            ratio = f64::max(ratio, tangent_steps(run, walk, h));
+            ratio = f64::max(ratio, tangent_steps(run, integrator, h));
         }
         if !finite(&next) || ratio.is_nan() {
             return Err(RunError::OutOfRange.into());
@@ -213,16 +221,20 @@ fn pass_interval(run: &SmoothRun, walk: &mut Walk, sample: usize) -> Result<(), 
         }
         let factor = if passes { LEAST_FACTOR } else { (0.9 * ratio.powf(-0.125)).clamp(LEAST_FACTOR, 6.0) };
         if (ratio > 1.0 || passes) && !least {
-            walk.step = h * factor;
+            integrator.step = h * factor;
             continue;
         }
         // A step cut short by a sample tells little of longer ones.
-        walk.step = if h < 0.5 * walk.step && walk.step < f64::INFINITY { walk.step } else { h * factor };
-        walk.state = next;
-        walk.scale = f64::max(walk.scale, size(&next));
-        core::mem::swap(&mut walk.tangents, &mut walk.next_tangents);
-        for (scale, tangent) in walk.scales.iter_mut().zip(&walk.tangents) {
-            *scale = f64::max(*scale, size(tangent));
+        integrator.step = if h < 0.5 * integrator.step && integrator.step < f64::INFINITY {
+            integrator.step
+        } else {
+            h * factor
+        };
+        integrator.state = next;
+        integrator.scale = f64::max(integrator.scale, energy_norm(&next));
+        core::mem::swap(&mut integrator.tangents, &mut integrator.next_tangents);
+        for (scale, tangent) in integrator.scales.iter_mut().zip(&integrator.tangents) {
+            *scale = f64::max(*scale, energy_norm(tangent));
         }
         done = if h == rest { length } else { done + h };
     }
@@ -233,46 +245,48 @@ fn pass_interval(run: &SmoothRun, walk: &mut Walk, sample: usize) -> Result<(), 
 #[cfg_attr(feature = "std", inline(always))]
 fn state_step(
     run: &SmoothRun,
-    walk: &mut Walk,
+    integrator: &mut IntegratorState,
     [from, share]: [f64; 2],
     h: f64,
     ends: &[Input; 2],
 ) -> (State, f64) {
     for stage in 0..STAGES {
         let at = from + share * NODES[stage];
-        walk.inputs[stage] = core::array::from_fn(|i| ends[0][i] + at * (ends[1][i] - ends[0][i]));
-        let mut state = walk.state;
-        for (rate, factor) in walk.rates.iter().zip(STAGE[stage]) {
+        integrator.inputs[stage] = core::array::from_fn(|i| ends[0][i] + at * (ends[1][i] - ends[0][i]));
+        let mut state = integrator.state;
+        for (rate, factor) in integrator.rates.iter().zip(STAGE[stage]) {
             add_scaled(&mut state, rate, h * factor);
         }
-        run.smooth.bend(run.varied, &state, &mut walk.bends[stage]);
-        walk.rates[stage] = run.smooth.rate(&walk.bends[stage], &state, &walk.inputs[stage]);
-        walk.states[stage] = state;
+        run.smooth.set_residuals(run.varied, &state, &mut integrator.residuals[stage]);
+        integrator.rates[stage] =
+            run.smooth.rate(&integrator.residuals[stage], &state, &integrator.inputs[stage]);
+        integrator.states[stage] = state;
     }
-    let (next, error) = end_of(&walk.state, &walk.rates, h);
-    let scale = f64::max(walk.scale, size(&next));
+    let (next, error) = end_of(&integrator.state, &integrator.rates, h);
+    let scale = f64::max(integrator.scale, energy_norm(&next));
     (next, if error == 0.0 { 0.0 } else { error / (TOLERANCE * scale) })
 }
 
 /// The next derivatives, and the largest of their errors over the tolerance.
 #[cfg_attr(feature = "std", inline(always))]
-fn tangent_steps(run: &SmoothRun, walk: &mut Walk, h: f64) -> f64 {
+fn tangent_steps(run: &SmoothRun, integrator: &mut IntegratorState, h: f64) -> f64 {
     let mut worst = 0.0;
-    for column in 0..walk.tangents.len() {
-        let start = walk.tangents[column];
+    for column in 0..integrator.tangents.len() {
+        let start = integrator.tangents[column];
         let mut rates = [[0.0; 12]; STAGES];
         for stage in 0..STAGES {
-            let (bends, state, input) = (&walk.bends[stage], &walk.states[stage], &walk.inputs[stage]);
-            let fixed = run.smooth.rate_derivative((run.varied, column), bends, state, input);
+            let (residuals, state, input) =
+                (&integrator.residuals[stage], &integrator.states[stage], &integrator.inputs[stage]);
+            let fixed = run.smooth.rate_derivative((run.varied, column), residuals, state, input);
             let mut tangent = start;
             for (rate, factor) in rates.iter().zip(STAGE[stage]) {
                 add_scaled(&mut tangent, rate, h * factor);
             }
-            rates[stage] = run.smooth.tangent_rate(bends, &fixed, &tangent);
+            rates[stage] = run.smooth.tangent_rate(residuals, &fixed, &tangent);
         }
         let (next, error) = end_of(&start, &rates, h);
-        walk.next_tangents[column] = next;
-        let scale = f64::max(walk.scales[column], size(&next));
+        integrator.next_tangents[column] = next;
+        let scale = f64::max(integrator.scales[column], energy_norm(&next));
         if error != 0.0 {
             worst = f64::max(worst, error / (TOLERANCE * scale));
         }
@@ -289,7 +303,7 @@ fn end_of(start: &State, rates: &[State; STAGES], h: f64) -> (State, f64) {
         add_scaled(&mut fifth, &rates[stage], h * ERROR_5[stage]);
         add_scaled(&mut third, &rates[stage], h * ERROR_3[stage]);
     }
-    let (fifth, third) = (size(&fifth), 0.1 * size(&third));
+    let (fifth, third) = (energy_norm(&fifth), 0.1 * energy_norm(&third));
     let both = fifth.hypot(third);
     (next, if both == 0.0 { both } else { fifth * (fifth / both) })
 }

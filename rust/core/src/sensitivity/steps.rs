@@ -9,7 +9,7 @@ use crate::system::{Force, Input, NO_FORCE, State};
 pub(super) struct Recurring {
     /// s.
     pub length: f64,
-    pub change: [[f64; 12]; 12],
+    pub exp_minus_identity: [[f64; 12]; 12],
     pub derivatives: Vec<PropagatorDerivative>,
 }
 
@@ -27,8 +27,8 @@ impl Recurring {
         let (mut sum, mut second) = (*tangent, [0.0; 12]);
         self.derivatives[column].add_to(&mut sum, state, ends, components);
         for j in (0..12).step_by(2) {
-            add_scaled(&mut sum, &self.change[j], tangent[j]);
-            add_scaled(&mut second, &self.change[j + 1], tangent[j + 1]);
+            add_scaled(&mut sum, &self.exp_minus_identity[j], tangent[j]);
+            add_scaled(&mut second, &self.exp_minus_identity[j + 1], tangent[j + 1]);
         }
         for i in 0..12 {
             sum[i] += second[i];
@@ -51,7 +51,7 @@ pub(super) fn derivatives<E: Equations>(
     for column in columns {
         derivatives.push(stages.derivative(column, influence, constant));
     }
-    Recurring { length, change: *stages.change(), derivatives }
+    Recurring { length, exp_minus_identity: *stages.exp_minus_identity(), derivatives }
 }
 
 /// Largest number of terms of the series over a part of an interval whose norm is at most one, and the smallest term: 1/24!, for derivatives

@@ -30,8 +30,8 @@ pub use state::{Input, State, input_from};
 pub use state_box::StateBox;
 
 pub(crate) use link_row::LinkRow;
-pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, finite, size, speed};
-pub(crate) use state_box::{Bounded, ROUNDING};
+pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, energy_norm, finite, speed};
+pub(crate) use state_box::{Bounded, SUM_ROUNDING};
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 

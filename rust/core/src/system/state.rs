@@ -29,7 +29,7 @@ pub fn input_from([x, y, z]: [f64; 3], [a, b, c, d, e, f]: [f64; 6]) -> Input {
 
 /// Size of a state: the square root of twice its energy in the linear part of a scene.
 #[cfg_attr(feature = "std", inline(always))]
-pub(crate) fn size(state: &State) -> f64 {
+pub(crate) fn energy_norm(state: &State) -> f64 {
     // Four sums side by side.
     let mut sums = [0.0; 4];
     for entries in state.as_chunks::<4>().0 {

@@ -14,7 +14,7 @@ pub struct StateBox {
 }
 
 /// Rounding of a sum of some twenty terms over the sum of their sizes is far below this.
-pub(crate) const ROUNDING: f64 = 1e-13;
+pub(crate) const SUM_ROUNDING: f64 = 1e-13;
 
 /// The middle between two bounds, and half their distance.
 pub(crate) type Bounded = [f64; 2];
@@ -47,7 +47,7 @@ impl StateBox {
         let (mut middle, mut radius) = ([0.0; 12], [0.0; 12]);
         for j in 0..12 {
             middle[j] = 0.5 * (low[j] + high[j]);
-            radius[j] = fma(ROUNDING, low[j].abs() + high[j].abs(), 0.5 * (high[j] - low[j]));
+            radius[j] = fma(SUM_ROUNDING, low[j].abs() + high[j].abs(), 0.5 * (high[j] - low[j]));
         }
         Self { low, high, middle, radius }
     }

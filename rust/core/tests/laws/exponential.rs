@@ -10,7 +10,7 @@ use crate::common::{
     ADAPTIVE, BALL, CURVE, Machine, ROLLER, Random, adaptive, cart, cart_clear, cart_stiff, curve, cycle,
     difference, largest, linear, noise, one_dof, preloaded, random_machine, sided, wrenches,
 };
-use crate::leaps::{Needless, compare_with};
+use crate::long_steps::{Needless, compare_with};
 
 /// The machine with preloaded links of the same stiffness, except every `spring`th one, which stays a spring.
 fn pressed(machine: Machine, preload: f64, exponent: f64, spring: usize) -> Machine {

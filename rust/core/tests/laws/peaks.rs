@@ -123,19 +123,19 @@ fn peaks_are_the_extremes_at_all_times() {
     let on = |law| cart().with_laws(|_, _| law);
     let play = cart_clear();
     let idle = play.clone().damped_in_contact();
-    let mut with_leaps = 0;
+    let mut with_long_steps = 0;
     for machine in [cart(), cart().with_damping(0.1), play, idle, on(curve(&CURVE))] {
         // The drive force depends on the acceleration at every sample, so none is left out.
         for with_drive in [false, true] {
             let outcomes = compare(&machine, &Exact, ADAPTIVE, &samples, with_drive, 0.0);
             let [peaks, history] = outcomes.map(|outcome| outcome.expect("a run"));
-            with_leaps += usize::from(peaks.steps < history.steps);
+            with_long_steps += usize::from(peaks.steps < history.steps);
             assert!(!with_drive || peaks.steps == history.steps);
             let end = if peaks.steps == history.steps { peaks.end } else { history.end };
             assert_eq!(Summary { steps: history.steps, end, ..peaks }, history);
         }
     }
-    assert!(with_leaps >= 3);
+    assert!(with_long_steps >= 3);
     for exponent in [1.5, 10.0 / 9.0] {
         let machine = on(preloaded(6e7, 300.0, exponent));
         let [peaks, history] = compare(&machine, &Rk45, ADAPTIVE, &samples, false, 1e-5);
@@ -200,7 +200,7 @@ fn extremes_of_a_study_do_not_depend_on_what_else_is_asked() {
         };
         let (alone, whole) = (table(&few), table(&all));
         for (alone, whole) in alone.chunks(few.len()).zip(whole.chunks(all.len())) {
-            alike(alone, &whole[..few.len()], 1e-12); // Leaps round otherwise than steps.
+            alike(alone, &whole[..few.len()], 1e-12); // Long steps round otherwise than steps.
         }
     }
 }

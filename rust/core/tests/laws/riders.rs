@@ -1,9 +1,9 @@
 //! Riders: bodies that move along the main body.
 
 use guideload::{
-    Body, Control, Exact, Excitation, ExcitationError, Exponential, MAX_RIDERS, Method, Output, Part, Radau,
-    Ridden, RiddenInstant, Rider, RiderMotion, Rk45, RunError, State, System, Wrench, acceleration,
-    group_load, load_scale, position, reaction, run, velocity,
+    Body, BodyWithRiders, BodyWithRidersInstant, Control, Exact, Excitation, ExcitationError, Exponential,
+    MAX_RIDERS, Method, Output, Part, Radau, Rider, RiderMotion, Rk45, RunError, State, System, Wrench,
+    acceleration, group_load, load_scale, position, reaction, run, velocity,
 };
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -65,7 +65,7 @@ fn state_at(system: &System, q: &Vector6<f64>, speed: &Vector6<f64>) -> State {
 fn a_rider_at_rest_gives_the_accelerations_and_reactions_of_the_merged_body() {
     let (apart, mut random) = (carrying(cart(), 0.0).system(), Random::new(1));
     let riders = [slide()];
-    let ridden = Ridden::new(&apart, &riders);
+    let ridden = BodyWithRiders::new(&apart, &riders);
     for _ in 0..20 {
         let travel = random.between(-1.0, 1.0);
         let merged = carrying(cart(), travel).system();
@@ -87,7 +87,7 @@ struct Course {
     interval: f64,
     states: Vec<State>,
     travels: Vec<[f64; 3]>,
-    instants: Vec<RiddenInstant>,
+    instants: Vec<BodyWithRidersInstant>,
 }
 
 fn course(machine: &Machine, drive: &[[f64; 3]], samples: &[[f64; 3]], per_step: usize) -> Course {
@@ -102,7 +102,7 @@ fn course(machine: &Machine, drive: &[[f64; 3]], samples: &[[f64; 3]], per_step:
     let control = Control::Fixed { step: interval };
     run(&system, &Rk45, control, &excitation, Output::Times(&times), &mut states).expect("a run");
     let (only, travels) = ([slide()], times.iter().map(|&t| excitation.travel_at(0, t)).collect::<Vec<_>>());
-    let ridden = Ridden::new(&system, &only);
+    let ridden = BodyWithRiders::new(&system, &only);
     let instants = times
         .iter()
         .zip(&states)

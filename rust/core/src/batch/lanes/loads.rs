@@ -189,7 +189,7 @@ impl BoundPlan {
 const TINY: f64 = 1e-280;
 
 /// Rounding of a sum of some twenty terms over the sum of their sizes is far below this.
-const ROUNDING: f64 = 1e-13;
+const SUM_ROUNDING: f64 = 1e-13;
 
 /// The excitation at the samples of a block. (No closure, whose body would not have the instructions of the caller.)
 #[derive(Clone, Copy)]
@@ -298,7 +298,7 @@ impl<S: Simd, const DRAWN: bool> Deviations<'_, S, DRAWN> {
             let largest = most[0].max(most[1]).max(most[2].max(most[3])).sqrt();
             let turn = Complex::of(simd, eigenvalues[mode]).norm_squared().sqrt() * longest;
             let between = turn.mul_add(reach, largest);
-            *size = (between + reach).mul_add(Real::splat(simd, ROUNDING), between);
+            *size = (between + reach).mul_add(Real::splat(simd, SUM_ROUNDING), between);
         }
     }
 }
@@ -314,7 +314,7 @@ fn row_bounds<S: Simd>(
     effects: &[[S::f64s; TILE]],
     sizes: &[Real<S>; MAX_MODES],
 ) -> [[S::f64s; 2]; TILE] {
-    let rounding = Real::splat(simd, ROUNDING);
+    let rounding = Real::splat(simd, SUM_ROUNDING);
     let (direct, moduli) = effects.split_at(ranges.len());
     let mut bounds = [[simd.splat_f64s(0.0); 2]; TILE];
     for row in 0..TILE {

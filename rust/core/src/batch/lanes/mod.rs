@@ -8,7 +8,6 @@
 
 mod aligned_buffer;
 mod assemble;
-mod bent;
 mod block;
 mod bows;
 mod curve;
@@ -22,6 +21,7 @@ mod loads;
 mod means;
 mod memory;
 mod modal;
+mod nonlinear_intervals;
 mod power_integral;
 mod request;
 mod search;

@@ -1,6 +1,6 @@
 //! Equivalent loads, and the integral of their power over the travel, one scene in each lane.
 //!
-//! The sum over a block stays in registers. Intervals on which the load is not linear contribute nothing to it; `bent` adds them.
+//! The sum over a block stays in registers. Intervals on which the load is not linear contribute nothing to it; `nonlinear_intervals` adds them.
 
 use guideload_life::Number;
 use pulp::{Simd, bytemuck};
@@ -103,7 +103,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             },
             _ => self.sum(start, &mut bends),
         };
-        if worst.less_than(zero).any() { sum + self.bent(start, &bends) } else { sum }
+        if worst.less_than(zero).any() { sum + self.over_nonlinear_intervals(start, &bends) } else { sum }
     }
 
     /// [`Self::sum`] for the rule `c |x| + d |y|`, by the rows x and y and the factors c and d.

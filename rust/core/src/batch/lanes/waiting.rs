@@ -15,7 +15,7 @@ use crate::numeric::simd::MAX_LANES;
 use crate::output::beyond;
 
 /// Gain of a value between two samples, over its largest magnitude at the samples, that is rounding.
-const ROUNDING: f64 = 1e-12;
+const LEAST_GAIN: f64 = 1e-12;
 
 /// The interval before a sample, in which a signal of one scene may pass its extreme.
 #[derive(Debug, Clone, Copy)]
@@ -166,7 +166,7 @@ impl<S: Simd> SignalBlock<'_, S> {
     pub(super) fn wait(&self, simd: S, here: &BlockStates<S>, waiting: &mut Waiting) {
         let [least, most] = self.known;
         let [low, high] = [self.range[0].min(self.last), self.range[1].max(self.last)];
-        let rounding = Real::splat(simd, ROUNDING) * least.abs().max(most.abs());
+        let rounding = Real::splat(simd, LEAST_GAIN) * least.abs().max(most.abs());
         // No second difference says more than this reach.
         let MostBow { by_range, by_curvature, unknown } = *here.timeline.bows.most(here.block);
         let by_curvature = Real::splat(simd, by_curvature).mul_add(self.hidden, Real::splat(simd, unknown));

@@ -14,7 +14,7 @@ mod tests;
 use super::method::Method;
 use super::step_cache::StepCache;
 use super::tableau::RADAU;
-use crate::equations::{Equations, Moments};
+use crate::equations::{Equations, StageData};
 use crate::excitation::Ramp;
 use crate::numeric::float::add_scaled;
 use crate::system::State;
@@ -35,7 +35,7 @@ pub struct Stages {
     parts: Parts,
     last_step: LastStep,
     /// At the start of the step and at the nodes.
-    moments: Moments,
+    stage_data: StageData,
     /// Differences of the stages from the start of the last step, computed at the first request for dense output.
     dense: Option<[State; 5]>,
 }
@@ -51,7 +51,7 @@ impl Method for Radau {
             tangents: StepCache::new(),
             parts: [[[0.0; 12]; 2]; 3],
             last_step: LastStep::NONE,
-            moments: Moments::NONE,
+            stage_data: StageData::NONE,
             dense: None,
         }
     }
@@ -66,11 +66,11 @@ impl Method for Radau {
     ) -> (State, State) {
         memory.dense = None;
         if !E::LINEAR {
-            let Stages { tangents, parts, last_step, moments, .. } = memory;
+            let Stages { tangents, parts, last_step, stage_data, .. } = memory;
             let place = tangents.entry(ramp.h, equations.key()).0;
-            return newton::step(equations, (place, moments), parts, last_step, ramp, state);
+            return newton::step(equations, (place, stage_data), parts, last_step, ramp, state);
         }
-        let Stages { tangents, parts, moments, .. } = memory;
+        let Stages { tangents, parts, stage_data, .. } = memory;
         let place = tangents.entry(ramp.h, equations.key()).0;
         if place.is_none() {
             // Not in a closure, which would be compiled for the oldest processor.
@@ -78,7 +78,7 @@ impl Method for Radau {
         }
         let Some(tangent) = place else { unreachable!("just made") };
         // The force is linear in time, so the right-hand sides of all stages are combinations of two vectors.
-        let (rate, rise) = (equations.rate(state, &ramp.force(0.0), (moments, 0)), ramp.rise());
+        let (rate, rise) = (equations.rate(state, &ramp.force(0.0), (stage_data, 0)), ramp.rise());
         tangent.begin(equations, &rate, &rise, &NO_STAGE_FORCES, parts);
         (end(state, parts), tangent.error(equations, &rate, parts))
     }

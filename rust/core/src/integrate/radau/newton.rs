@@ -5,11 +5,11 @@
 //! linear; only the velocity halves are iterated, and the halves of `ω η` follow.
 
 use super::tangent::{COUNTS, NO_STAGE_FORCES, Parts, StageForces, Tangent, end, upper};
-use crate::equations::{Equations, Moments};
+use crate::equations::{Equations, StageData};
 use crate::excitation::Ramp;
 use crate::integrate::tableau::RADAU;
 use crate::numeric::float::{add_scaled, sqrt, times};
-use crate::system::{Force, NO_FORCE, State, size};
+use crate::system::{Force, NO_FORCE, State, energy_norm};
 
 /// Shares of the right-hand side at each stage in each part: the inverse of the matrix of eigenvectors, computed as they were.
 pub(super) const SHARES: [[[f64; 2]; 5]; 3] = [
@@ -52,7 +52,7 @@ const MIN_CONTRACTION: f64 = 1e-4;
 const ITERATION_ERROR_SHARE: f64 = 0.1;
 
 /// Size of an update relative to the state below which it is rounding.
-const ROUNDING: f64 = 1e-15;
+const UPDATE_ROUNDING: f64 = 1e-15;
 
 /// Largest contraction, predicted from the tangents at the stages, at which a stalled iteration counts as converged to rounding.
 const SMALL_TANGENT_CHANGE: f64 = 0.25;
@@ -66,10 +66,10 @@ const NODES: [f64; 6] = {
     [0.0, a, b, c, d, e]
 };
 
-/// What acts during a step: the ramp, its force at the nodes, and the moments at [`NODES`].
+/// What acts during a step: the ramp, its force at the nodes, and the stage_data at [`NODES`].
 struct Given<'a> {
     ramp: &'a Ramp<'a>,
-    moments: &'a Moments,
+    stage_data: &'a StageData,
     forces: [Force; 5],
 }
 
@@ -98,19 +98,19 @@ pub(super) struct LastStep {
 #[cfg_attr(feature = "std", inline(always))]
 pub(super) fn step<E: Equations>(
     equations: &E,
-    (place, moments): (&mut Option<Tangent>, &mut Moments),
+    (place, stage_data): (&mut Option<Tangent>, &mut StageData),
     parts: &mut Parts,
     last_step: &mut LastStep,
     ramp: &Ramp,
     state: &State,
 ) -> (State, State) {
-    equations.prepare(ramp, &NODES, moments);
-    let (rate, rise) = (equations.rate(state, &ramp.force(0.0), (moments, 0)), ramp.rise());
+    equations.prepare(ramp, &NODES, stage_data);
+    let (rate, rise) = (equations.rate(state, &ramp.force(0.0), (stage_data, 0)), ramp.rise());
     let mut forces = [NO_FORCE; 5];
     for stage in 0..5 {
         forces[stage] = ramp.force(RADAU.nodes[stage]);
     }
-    let given = Given { ramp, moments, forces };
+    let given = Given { ramp, stage_data, forces };
     let same = last_step.key == equations.key() && last_step.h == ramp.h;
     if !same {
         last_step.contraction = 1.0;
@@ -191,7 +191,7 @@ impl LastStep {
         rate: &State,
         parts: &mut Parts,
     ) -> Option<State> {
-        let size_of_state = f64::max(size(state), size(&end(state, parts)));
+        let size_of_state = f64::max(energy_norm(state), energy_norm(&end(state, parts)));
         // A single iteration does not measure the contraction, so the estimate is doubled from step to step.
         self.contraction = f64::min(1.0, 2.0 * self.contraction);
         let mut before = f64::INFINITY;
@@ -205,8 +205,8 @@ impl LastStep {
                 self.contraction = f64::max(MIN_CONTRACTION, update / before);
             }
             let error = tangent.error(equations, rate, parts);
-            if update <= ROUNDING * size_of_state
-                || self.contraction < 1.0 && self.small(update, size(&error), size_of_state)
+            if update <= UPDATE_ROUNDING * size_of_state
+                || self.contraction < 1.0 && self.small(update, energy_norm(&error), size_of_state)
             {
                 return Some(error);
             }
@@ -234,7 +234,7 @@ impl LastStep {
     fn evaluate<E: Equations>(
         &mut self,
         equations: &E,
-        Given { moments, forces, .. }: &Given,
+        Given { stage_data, forces, .. }: &Given,
         state: &State,
         parts: &Parts,
     ) {
@@ -245,7 +245,7 @@ impl LastStep {
                 add_scaled(&mut there, re, COUNTS[index] * a);
                 add_scaled(&mut there, im, COUNTS[index] * -b);
             }
-            let rate = equations.rate(&there, &forces[stage], (moments, 1 + stage));
+            let rate = equations.rate(&there, &forces[stage], (stage_data, 1 + stage));
             self.states[stage] = there;
             for i in 0..6 {
                 self.own[stage][i] = rate[6 + i] - forces[stage][i];

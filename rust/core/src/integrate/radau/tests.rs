@@ -61,7 +61,7 @@ impl Equations for Springs {
         &NO_FORCE
     }
 
-    fn rate(&self, state: &State, force: &Force, _: (&Moments, usize)) -> State {
+    fn rate(&self, state: &State, force: &Force, _: (&StageData, usize)) -> State {
         self.calls.set(self.calls.get() + 1);
         let mut rate = [0.0; 12];
         for i in 0..6 {

@@ -32,7 +32,7 @@ const CENTRING: [f64; 4] = [1e-2, 1e-4, 1e-6, 1e-8];
 pub(crate) const NEGLIGIBLE: f64 = 1e-12;
 
 /// Relative residual at which the equilibrium is exact up to rounding.
-const ROUNDING: f64 = 1e-14;
+const EXACT_RESIDUAL: f64 = 1e-14;
 
 /// Relative deflection beyond its edge up to which a link still counts as at the edge: rounding of deflections along soft directions.
 /// The balance uses the true force.
@@ -44,7 +44,7 @@ const OUT_OF_BALANCE: f64 = 1e-6;
 
 /// Deflection of a link, as a fraction of its largest one in a motion of the same length, up to which the motion does not move it.
 /// Rounding of a direction is about 1e-15. A link that resists by less bears the weight 1e18 times as softly as its nominal stiffness.
-const STILL: f64 = 1e-9;
+const UNMOVED: f64 = 1e-9;
 
 /// Largest number of Newton steps at each stiffness of the centring springs. Most scenes need a handful, one with a hundred edges some
 /// dozens.
@@ -124,7 +124,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>, f64)> + Clone> Statics<I> {
         for (law, c, e) in self.springs.clone() {
             loads += law.force(c.dot(y) - e).abs() * c.norm();
             let along = c.dot(&direction);
-            if along.abs() > STILL * c.norm() {
+            if along.abs() > UNMOVED * c.norm() {
                 let last = if along > 0.0 { law.edges().len() } else { 0 };
                 let (load, stiffness) = law.segment(last);
                 pull -= along * load;
@@ -165,7 +165,7 @@ impl<'a, I: Iterator<Item = (&'a Law, Vector6<f64>, f64)> + Clone> Statics<I> {
             };
             let next = y + step * self.step_fraction(&y, &step, &residual, centring);
             let left = self.residual(&next, centring);
-            let rounding = left.relative() <= ROUNDING && left.relative() >= 0.5 * residual.relative();
+            let rounding = left.relative() <= EXACT_RESIDUAL && left.relative() >= 0.5 * residual.relative();
             if next == y {
                 break;
             }

@@ -14,7 +14,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// the equations do not change; returns the sample reached, to which `state` and the values `from` then belong. The states are those of
     /// [`Runner::step_over`] up to rounding; its preparations for steps that end within an interval are left out.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn glide(
+    pub(super) fn step_equal_intervals(
         &mut self,
         forcing: &Forcing,
         mut k: usize,
@@ -32,7 +32,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let until = usize::min(last, k + budget.pause.saturating_sub(work));
         let mut length = FIRST_BLOCK;
         while k < until && excitation.interval(k) == h {
-            // Pairs begin at even samples, so that rounding depends little on where a glide begins.
+            // Pairs begin at even samples, so that rounding depends little on where a step_equal_intervals begins.
             if let Some(two) = steps.two
                 && k.is_multiple_of(2)
             {
@@ -152,7 +152,7 @@ fn steps_that_stay<C: SwitchedEquations>(
     let (values, states) = (&block.values[..=count], &block.states[..count]);
     let mut done = 0;
     loop {
-        done += equations.stays_near(h, forcing, &values[done..], &states[done..]);
+        done += equations.steps_without_change(h, forcing, &values[done..], &states[done..]);
         if done == count {
             return count;
         }

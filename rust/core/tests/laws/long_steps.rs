@@ -1,4 +1,4 @@
-//! Leaps over samples that a record does not need: all states of a leap are within its bounds, and no contact change is missed.
+//! Long steps over samples that a record does not need: all states of a long step are within its bounds, and no contact change is missed.
 
 use guideload::{
     Control, Dof, Exact, Excitation, Free, Input, Link, Method, Output, Record, RunError, State, StateBox,
@@ -10,19 +10,19 @@ use crate::common::{
     ADAPTIVE, CURVE, Machine, Random, cart, cart_stiff, curve, cycle, noise, one_dof, random_machine, sided,
 };
 
-/// Needs no instant: stores the boxes of all leaps, each with the number of instants before it, and the other instants.
+/// Needs no instant: stores the boxes of all long steps, each with the number of instants before it, and the other instants.
 #[derive(Default)]
 pub struct Needless {
-    /// Whether it refuses every other leap.
+    /// Whether it refuses every other long step.
     refuses: bool,
     asked: usize,
     instants: Vec<(usize, State)>,
-    leaps: Vec<(usize, usize, StateBox)>,
+    long_steps: Vec<(usize, usize, StateBox)>,
     next: usize,
 }
 
 impl Needless {
-    /// A record that refuses every other leap, or none.
+    /// A record that refuses every other long step, or none.
     pub fn refusing(refuses: bool) -> Self {
         Self { refuses, ..Self::default() }
     }
@@ -42,7 +42,7 @@ impl Record for Needless {
         if self.refuses && self.asked % 2 == 1 {
             return false;
         }
-        self.leaps.push((self.next, count, *states));
+        self.long_steps.push((self.next, count, *states));
         self.next += count;
         true
     }
@@ -53,7 +53,7 @@ impl Record for Needless {
     }
 }
 
-/// Runs a machine sample by sample and with leaps, and compares; returns the part of the samples that was left out.
+/// Runs a machine sample by sample and with long steps, and compares; returns the part of the samples that was left out.
 fn compare(machine: &Machine, excitation: &Excitation, tolerance: f64) -> f64 {
     compare_with(&mut Needless::default(), machine, (&Exact, ADAPTIVE), excitation, tolerance)
 }
@@ -72,10 +72,10 @@ pub fn compare_with<M: Method>(
     assert_eq!((summary.recorded, summary.contact_changes), (states.len(), every.contact_changes));
     let scale = states.iter().flatten().fold(0.0, |most, x: &f64| f64::max(most, x.abs()));
     let mut left_out = 0;
-    for (first, count, states_of_leap) in &record.leaps {
+    for (first, count, states_of_step) in &record.long_steps {
         left_out += count;
         for (k, state) in states.iter().enumerate().skip(*first).take(*count) {
-            assert!(states_of_leap.contains(state), "sample {k}: {state:?} outside of {states_of_leap:?}");
+            assert!(states_of_step.contains(state), "sample {k}: {state:?} outside of {states_of_step:?}");
         }
     }
     assert_eq!(left_out + record.instants.len(), states.len());
@@ -144,7 +144,7 @@ fn leaps_miss_no_contact_change() {
     }
 }
 
-/// Under a constant excitation the bounds of one leap serve several; a change of any component, or of the intervals, ends that.
+/// Under a constant excitation the bounds of one long step serve several; a change of any component, or of the intervals, ends that.
 #[test]
 fn bounds_that_serve_several_leaps_end_with_the_constant_excitation() {
     // Exact binary fractions, so that all intervals but one are equal.
@@ -158,18 +158,18 @@ fn bounds_that_serve_several_leaps_end_with_the_constant_excitation() {
             accelerations[k][0] = 0.3 * f64::from(u8::from(k >= 2300));
         }
         let excitation = Excitation::new(&time, &accelerations, Some(&loads)).expect("sound");
-        // The slow body vibrates to the end: whether its bounds hold for another leap depends on the phase.
+        // The slow body vibrates to the end: whether its bounds hold for another long step depends on the phase.
         for machine in [cart(), one_dof(10.0, 0.0)] {
             let mut record = Needless::default();
             let part = compare_with(&mut record, &machine, (&Exact, ADAPTIVE), &excitation, 1e-12);
             assert!(part > 0.9 && part < 1.0, "{part}");
-            assert!(record.leaps.iter().any(|(_, count, _)| *count > 320), "{:?}", record.leaps);
+            assert!(record.long_steps.iter().any(|(_, count, _)| *count > 320), "{:?}", record.long_steps);
         }
     }
 }
 
 #[test]
-fn a_record_may_refuse_any_leap() {
+fn a_record_may_refuse_any_long_step() {
     let samples = &cycle()[..2500];
     let excitation = Excitation::uniform(0.0, 1e-3, samples).expect("sound");
     let mut record = Needless::refusing(true);
@@ -177,7 +177,7 @@ fn a_record_may_refuse_any_leap() {
     assert!(record.asked > 20 && part > 0.2, "{} asked, {part}", record.asked);
 }
 
-/// Uneven times: a leap needs intervals of one length.
+/// Uneven times: a long step needs intervals of one length.
 #[test]
 fn leaps_pass_over_equal_intervals_only() {
     let samples = &cycle()[..2000];

@@ -14,7 +14,7 @@ use crate::numeric::simd::LANES;
 
 /// An interval of a lane, by the sample of the block at which it ends.
 #[derive(Clone, Copy, Default)]
-struct Bent {
+struct NonlinearInterval {
     sample: usize,
     lane: usize,
 }
@@ -30,14 +30,14 @@ impl<S: Simd> PowerIntegral<'_, S> {
     /// The sum over the intervals of a block on which the load is not linear, where the number of `bends` is negative. A lane adds its intervals
     /// in their order, so that the sum does not depend on the other lanes.
     #[inline(always)]
-    pub(super) fn bent(&self, start: usize, bends: &[S::f64s; BLOCK]) -> Real<S> {
+    pub(super) fn over_nonlinear_intervals(&self, start: usize, bends: &[S::f64s; BLOCK]) -> Real<S> {
         let zero = Real::splat(self.simd, 0.0);
-        let (mut all, mut count) = ([Bent::default(); BLOCK * LANES], 0);
+        let (mut all, mut count) = ([NonlinearInterval::default(); BLOCK * LANES], 0);
         for sample in 0..BLOCK {
             let bend = Real::new(self.simd, bends[sample]);
             if bend.less_than(zero).any() {
                 for lane in 0..S::F64_LANES {
-                    all[count] = Bent { sample, lane };
+                    all[count] = NonlinearInterval { sample, lane };
                     count += usize::from(bend.lane(lane) < 0.0);
                 }
             }
@@ -52,7 +52,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
     /// Adds the integrals over some intervals, at most one for each lane of a vector, to the sums of their lanes. The few with more than two
     /// pieces are integrated one by one.
     #[inline(always)]
-    fn add(&self, start: usize, some: &[Bent], sums: &mut [f64; LANES]) {
+    fn add(&self, start: usize, some: &[NonlinearInterval], sums: &mut [f64; LANES]) {
         let simd = self.simd;
         let zero = Real::splat(simd, 0.0);
         let mut speeds = [[0.0; LANES]; 3];
@@ -76,7 +76,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             more = more.or(differs_much);
         }
         let more = more.select(zero.constant(1.0), zero);
-        for (place, &Bent { sample, lane }) in some.iter().enumerate() {
+        for (place, &NonlinearInterval { sample, lane }) in some.iter().enumerate() {
             sums[lane] += if one_by_one[place] || more.lane(place) > 0.0 {
                 let end = |end: usize| self.equivalent.components(|row| self.ends_in(row, sample, lane)[end]);
                 self.equivalent.power(&self.equivalent.rule, self.travel, start + sample, [&end(0), &end(1)])
@@ -94,7 +94,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
     /// The pieces before and after the change of sign of a component, or of A - B; the whole, and nothing, if there is none. And where there
     /// are more pieces.
     #[inline(always)]
-    fn pieces(&self, some: &[Bent]) -> ([Piece<S>; 2], Mask<S>) {
+    fn pieces(&self, some: &[NonlinearInterval]) -> ([Piece<S>; 2], Mask<S>) {
         let simd = self.simd;
         let (zero, one) = (Real::splat(simd, 0.0), Real::splat(simd, 1.0));
         let (mut from, mut drop) = (one, one);

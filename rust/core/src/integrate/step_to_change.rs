@@ -11,13 +11,13 @@ use crate::numeric::simd::dispatch;
 use crate::system::{State, finite};
 
 /// Most attempts to end a step at a contact change: Newton's method, which starts with the error of dense output.
-const MAX_LANDINGS: usize = 4;
+const MAX_ATTEMPTS: usize = 4;
 
 impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     /// Makes the step into `next` again, up to the contact change that was found at the fraction `theta`: the fraction at which it ends,
     /// and its error.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn land(
+    pub(super) fn step_to_change(
         &mut self,
         ramp: &Ramp,
         mut theta: f64,
@@ -36,7 +36,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             *next = *state;
             return (theta, error);
         }
-        for again in (0..MAX_LANDINGS).rev() {
+        for again in (0..MAX_ATTEMPTS).rev() {
             let end = ramp.values(theta);
             let part = Ramp { h: theta * ramp.h, end: &end, spans_interval: false, ..*ramp };
             (*next, error) = self.method.step(self.equations.equations(), self.memory, &part, state);
@@ -51,22 +51,22 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         (theta, error)
     }
 
-    /// [`Runner::land`] out of line: a second copy of a nonlinear step in the loop makes every step a twentieth slower.
+    /// [`Runner::step_to_change`] out of line: a second copy of a nonlinear step in the loop makes every step a twentieth slower.
     #[inline(never)]
-    pub(super) fn land_apart(
+    pub(super) fn step_to_change_out_of_line(
         &mut self,
         ramp: &Ramp,
         theta: f64,
         state: &State,
         next: &mut State,
     ) -> (f64, State) {
-        dispatch!(self.land(ramp, theta, state, next))
+        dispatch!(self.step_to_change(ramp, theta, state, next))
     }
 
     /// Whether a step up to a contact change is accepted. Linear equations are as accurate there as in the whole step; those of preloaded
     /// links are not analytic at an edge.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn accept_landing(
+    pub(super) fn accept_step_to_change(
         &mut self,
         ramp: &Ramp,
         next: &State,

@@ -1,4 +1,4 @@
-//! Exact propagation over many equal intervals at once, a leap, with bounds on the states in between.
+//! Exact propagation over many equal intervals at once, a long step, with bounds on the states in between.
 //!
 //! The state moves about a straight path p, the quasi-static one under a force that rises evenly from the first to the last sample:
 //! `s = p + z`, `z' = A z + (0, r)`. Entry by entry
@@ -20,14 +20,14 @@ use crate::excitation::{Forcing, Instant};
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::{add_scaled, fma, sqrt, times};
 use crate::numeric::on_heap::{OnHeap, on_heap};
-use crate::system::{Force, ROUNDING, Square, State, StateBox, size};
+use crate::system::{Force, SUM_ROUNDING, Square, State, StateBox, energy_norm};
 
-/// Number of intervals of a leap: a power of two, for the doubling of its matrices; its samples are summed three at a time.
-pub(crate) const LEAP: usize = if cfg!(feature = "std") { 32 } else { 2 };
-const _: () = assert!(LEAP.is_power_of_two() && (LEAP + 1).is_multiple_of(3));
+/// Number of intervals of a long step: a power of two, for the doubling of its matrices; its samples are summed three at a time.
+pub(crate) const LONG_STEP: usize = if cfg!(feature = "std") { 32 } else { 2 };
+const _: () = assert!(LONG_STEP.is_power_of_two() && (LONG_STEP + 1).is_multiple_of(3));
 
-/// Samples of the components of an excitation over a leap.
-pub(crate) type LeapSamples = [[f64; LEAP + 1]; 9];
+/// Samples of the components of an excitation over a long step.
+pub(crate) type LongStepSamples = [[f64; LONG_STEP + 1]; 9];
 
 /// Stiffness of the weak springs over that at rest.
 const WEAK: f64 = 1e-6;
@@ -35,11 +35,11 @@ const WEAK: f64 = 1e-6;
 /// Share of the bounds that covers rounding.
 const MARGIN: f64 = 1e-6;
 
-/// Exact step over [`LEAP`] intervals of h s.
+/// Exact step over [`LONG_STEP`] intervals of h s.
 #[derive(Debug, Clone)]
-pub struct Leap {
-    /// `exp(LEAP A h) - I`.
-    change: Columns<12>,
+pub struct LongStep {
+    /// `exp(LONG_STEP A h) - I`.
+    exp_minus_identity: Columns<12>,
     from_constant: State,
     components: BoundedVec<Component, 9>,
     /// `(S + weak springs)⁻¹`.
@@ -57,14 +57,14 @@ pub struct Leap {
 #[derive(Debug, Clone, Copy)]
 struct Component {
     /// Effects of its samples on the last state.
-    effects: [State; LEAP + 1],
+    effects: [State; LONG_STEP + 1],
     /// Bound on the effect of a sample over the two intervals beside it.
     beside: State,
 }
 
-/// Bounds on the states of a leap.
+/// Bounds on the states of a long step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LeapBounds {
+pub(crate) struct LongStepBounds {
     /// Contains the states at all samples.
     pub samples: StateBox,
     /// How far a state may be out of the box between them.
@@ -77,8 +77,8 @@ pub(crate) struct LeapBounds {
     everywhere: f64,
 }
 
-impl Leap {
-    /// The leap of intervals of `h` s over which `step` is the exact step.
+impl LongStep {
+    /// The long step of intervals of `h` s over which `step` is the exact step.
     #[inline(always)]
     pub(crate) fn new<E: Equations>(
         equations: &E,
@@ -89,9 +89,9 @@ impl Leap {
         let (stiffness, _) = equations.tangent(&[0.0; 12], Instant::FIRST);
         let compliance = compliance(equations.frequency(), &stiffness)?;
 
-        let once = step.change;
+        let once = step.exp_minus_identity;
         let (mut power, mut largest) = (identity::<12>(0), identity::<12>(0));
-        for _ in 0..LEAP {
+        for _ in 0..LONG_STEP {
             let before = power;
             add_product(&mut power, &once, &before);
             for (column, largest) in power.iter().zip(&mut largest) {
@@ -111,28 +111,28 @@ impl Leap {
             }
         }
 
-        let (mut change, mut from_constant) = (once, step.from_constant);
+        let (mut exp_minus_identity, mut from_constant) = (once, step.from_constant);
         let mut intervals = 1;
-        while intervals < LEAP {
-            let before = change;
+        while intervals < LONG_STEP {
+            let before = exp_minus_identity;
             let second_half = plus_product(&from_constant, &before, &from_constant);
             add_scaled(&mut from_constant, &second_half, 1.0);
-            double(&mut change, &before);
+            double(&mut exp_minus_identity, &before);
             intervals *= 2;
         }
-        let none = Component { effects: [[0.0; 12]; LEAP + 1], beside: [0.0; 12] };
+        let none = Component { effects: [[0.0; 12]; LONG_STEP + 1], beside: [0.0; 12] };
         let mut components = BoundedVec::filled(none, forcing.influence().len());
         for (component, to) in components.as_mut_slice().iter_mut().enumerate() {
             let (start, end) = (&step.from_start[component], &step.from_end[component]);
             let Component { effects, beside } = to;
-            effects[LEAP] = *end;
-            effects[LEAP - 1] = plus_product(end, &once, end);
-            add_scaled(&mut effects[LEAP - 1], start, 1.0);
-            for k in (1..LEAP - 1).rev() {
+            effects[LONG_STEP] = *end;
+            effects[LONG_STEP - 1] = plus_product(end, &once, end);
+            add_scaled(&mut effects[LONG_STEP - 1], start, 1.0);
+            for k in (1..LONG_STEP - 1).rev() {
                 effects[k] = plus_product(&effects[k + 1], &once, &effects[k + 1]);
             }
             effects[0] = *start;
-            for _ in 1..LEAP {
+            for _ in 1..LONG_STEP {
                 effects[0] = plus_product(&effects[0], &once, &effects[0]);
             }
             for i in 0..12 {
@@ -140,7 +140,7 @@ impl Leap {
             }
         }
         on_heap(Self {
-            change,
+            exp_minus_identity,
             from_constant,
             components,
             compliance,
@@ -151,26 +151,26 @@ impl Leap {
         })
     }
 
-    /// Bounds on the states of a leap from `state` by the same equations, under a forcing with these samples.
+    /// Bounds on the states of a long step from `state` by the same equations, under a forcing with these samples.
     #[inline(always)]
     pub(crate) fn bounds<E: Equations>(
         &self,
         equations: &E,
         forcing: &Forcing,
-        samples: &LeapSamples,
+        samples: &LongStepSamples,
         state: &State,
-    ) -> LeapBounds {
-        let duration = LEAP as f64 * self.h;
+    ) -> LongStepBounds {
+        let duration = LONG_STEP as f64 * self.h;
         // Force at both ends of the even rise. Of the rest: bounds on its effects, and on its size.
         let (mut forces, mut vibration, mut rest) = ([*equations.constant(); 2], [0.0; 12], 0.0);
         for (i, (component, samples)) in self.components.as_slice().iter().zip(samples).enumerate() {
             let influence = &forcing.influence()[i];
-            let (first, rise) = (samples[0], samples[LEAP] - samples[0]);
+            let (first, rise) = (samples[0], samples[LONG_STEP] - samples[0]);
             add_scaled(&mut forces[0], influence, first);
-            add_scaled(&mut forces[1], influence, samples[LEAP]);
+            add_scaled(&mut forces[1], influence, samples[LONG_STEP]);
             let (mut sum, mut most) = (0.0, 0.0);
-            for k in 1..LEAP {
-                let off = (samples[k] - fma(k as f64 / LEAP as f64, rise, first)).abs();
+            for k in 1..LONG_STEP {
+                let off = (samples[k] - fma(k as f64 / LONG_STEP as f64, rise, first)).abs();
                 sum += off;
                 most = if off > most { off } else { most };
             }
@@ -207,10 +207,10 @@ impl Leap {
         let unbalanced = sqrt(square);
         rest += unbalanced;
 
-        let rounding = ROUNDING * (size(&ends[0]) + size(&ends[1]));
+        let rounding = SUM_ROUNDING * (energy_norm(&ends[0]) + energy_norm(&ends[1]));
         let everywhere = fma(self.growth * duration, unbalanced, rounding);
-        // Twice the bound of rounding, so that the bounds serve the next leap too once the vibration has decayed to rounding.
-        let all = everywhere + 2.0 * ROUNDING * size(state) + rounding;
+        // Twice the bound of rounding, so that the bounds serve the next long step too once the vibration has decayed to rounding.
+        let all = everywhere + 2.0 * SUM_ROUNDING * energy_norm(state) + rounding;
         for i in 0..12 {
             vibration[i] += (state[i] - ends[0][i]).abs() + all;
         }
@@ -222,7 +222,7 @@ impl Leap {
             (low[i], high[i]) = (least - reach[i], most + reach[i]);
         }
         let bow = if E::PIECEWISE { self.bow(&reach, rest) } else { 0.0 };
-        LeapBounds { samples: StateBox::between(low, high), bow, path: ends[0], reach, everywhere }
+        LongStepBounds { samples: StateBox::between(low, high), bow, path: ends[0], reach, everywhere }
     }
 
     /// Bound on |z| at all samples, from the bound on |z(0)| plus all integrals.
@@ -235,10 +235,10 @@ impl Leap {
         reach
     }
 
-    /// Whether these bounds of a leap under a constant excitation hold for another leap from `state`, under the same excitation.
+    /// Whether these bounds of a long step under a constant excitation hold for another long step from `state`, under the same excitation.
     #[inline(always)]
-    pub(crate) fn holds(&self, bounds: &LeapBounds, state: &State) -> bool {
-        let everywhere = fma(ROUNDING, size(state), bounds.everywhere);
+    pub(crate) fn holds(&self, bounds: &LongStepBounds, state: &State) -> bool {
+        let everywhere = fma(SUM_ROUNDING, energy_norm(state), bounds.everywhere);
         let mut vibration = [0.0; 12];
         for i in 0..12 {
             vibration[i] = (state[i] - bounds.path[i]).abs() + everywhere;
@@ -256,27 +256,27 @@ impl Leap {
     #[inline(always)]
     fn bow(&self, reach: &State, rest: f64) -> f64 {
         let derivative = times(&self.second, reach);
-        self.growth * self.h * fma(0.125 * self.h, size(&derivative), 2.0 * rest)
+        self.growth * self.h * fma(0.125 * self.h, energy_norm(&derivative), 2.0 * rest)
     }
 
-    /// The state at the end of a leap.
+    /// The state at the end of a long step.
     #[inline(always)]
-    pub(crate) fn apply(&self, samples: &LeapSamples, state: &State) -> State {
+    pub(crate) fn apply(&self, samples: &LongStepSamples, state: &State) -> State {
         let (mut sum, mut second, mut third) = (self.from_constant, *state, [0.0; 12]);
         for (component, samples) in self.components.as_slice().iter().zip(samples) {
-            for k in (0..LEAP + 1).step_by(3) {
+            for k in (0..LONG_STEP + 1).step_by(3) {
                 add_scaled(&mut sum, &component.effects[k], samples[k]);
                 add_scaled(&mut second, &component.effects[k + 1], samples[k + 1]);
                 add_scaled(&mut third, &component.effects[k + 2], samples[k + 2]);
             }
         }
-        three_sums([sum, second, third], &self.change, state)
+        three_sums([sum, second, third], &self.exp_minus_identity, state)
     }
 
-    /// The state at the end of a leap from `state`. `effect`: the state to which the same excitation leads from zero.
+    /// The state at the end of a long step from `state`. `effect`: the state to which the same excitation leads from zero.
     #[inline(always)]
     pub(crate) fn repeat(&self, effect: &State, state: &State) -> State {
-        three_sums([*effect, *state, [0.0; 12]], &self.change, state)
+        three_sums([*effect, *state, [0.0; 12]], &self.exp_minus_identity, state)
     }
 }
 
