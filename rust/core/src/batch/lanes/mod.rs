@@ -3,7 +3,7 @@
 //! Files in the order of the data: `vector`, `aligned_buffer` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
 //! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` → `integrate` (from sample to sample, with `memory`) →
-//! `loads` → `time_statistics` with `power_integral` and `bent`; for extremes between the samples, `bows` → `waiting` → `search` with `curve`. The results
+//! `loads` → `time_statistics` with `power_integral` and `nonlinear_intervals`; for extremes between the samples, `bows` → `waiting` → `search` with `curve`. The results
 //! of a scene have the same bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;

@@ -59,8 +59,8 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let rule = &self.equivalent.rule;
         let has_rows = rule.opening > 0.0 && rule.preload_form >= 2;
         let mut one_by_one = [rule.opening > 0.0 && !has_rows; LANES];
-        for (place, bent) in some.iter().enumerate() {
-            let speed = self.travel.one_way.get(start + bent.sample).copied().flatten();
+        for (place, interval) in some.iter().enumerate() {
+            let speed = self.travel.one_way.get(start + interval.sample).copied().flatten();
             one_by_one[place] |= speed.is_none();
             for (order, coefficient) in speed.unwrap_or_default().into_iter().enumerate() {
                 speeds[order][place] = coefficient;
@@ -104,8 +104,8 @@ impl<S: Simd> PowerIntegral<'_, S> {
         for (group, terms) in self.equivalent.groups.iter().enumerate().take(2) {
             for (&(row, size, sign), component) in terms.iter().zip(&mut components[group]) {
                 let mut ends = [[0.0; LANES]; 2];
-                for (place, bent) in some.iter().enumerate() {
-                    [ends[0][place], ends[1][place]] = self.ends_in(row, bent.sample, bent.lane);
+                for (place, interval) in some.iter().enumerate() {
+                    [ends[0][place], ends[1][place]] = self.ends_in(row, interval.sample, interval.lane);
                 }
                 let [then, now] = [self.vector(&ends[0]), self.vector(&ends[1])];
                 *component = [then, now];
