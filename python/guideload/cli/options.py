@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_type_hints
 
 import click
+from click.core import ParameterSource
 
 from guideload.base.errors import ValueRefused
 from guideload.base.methods import CHOICES as METHOD_CHOICES
@@ -160,6 +161,13 @@ rtol_option = click.option(
     show_default=True,
     help="Tolerance of the loads, relative to the load scale.",
 )
+
+
+def refuse_tolerance_of_exact(method: str) -> None:
+    """Raise UsageError if the command line gives --rtol to the method that has no tolerance."""
+    given = click.get_current_context().get_parameter_source("rtol")
+    if method == "exact" and given is not ParameterSource.DEFAULT:
+        raise click.UsageError("--rtol needs --method exponential, rk45 or implicit; exact has no tolerance")
 
 
 def together(*given: Callable[[Any], Any]) -> Callable[[Any], Any]:
