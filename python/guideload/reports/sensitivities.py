@@ -32,7 +32,9 @@ def sensitivities_report(machine: Machine, motion: Motion, found: Influence) -> 
         Column("number", [column.name for column in shown]),
         Column("value", values, kind="4 digits"),
         Column("change", found.steps[:ROWS], kind="4 digits"),
-        Column("effect", changes, *(("km", "signed life") if found.unit == "m" else ("N", "signed 3 digits"))),
+        Column(
+            "effect", changes, *(("km", "signed life") if found.unit == "m" else ("N", "signed 3 digits"))
+        ),
         Column("effect", shares, "%", "signed time"),
     )
     most = float(np.abs(changes).max(initial=0.0))

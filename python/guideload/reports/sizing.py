@@ -207,7 +207,10 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
             f"The motion there: {_reached(limit.motion)}. Tried: {between(*limit.tried)} {unit}.",
             *_pace_lines(limit, conditions),
         ],
-        warnings=[*_limit_warnings(machine, limit, conditions), *unverified_lines(machine.product_of_carriage)],
+        warnings=[
+            *_limit_warnings(machine, limit, conditions),
+            *unverified_lines(machine.product_of_carriage),
+        ],
     )
 
 
