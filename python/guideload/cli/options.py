@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args, get_type_hints
 import click
 from click.core import ParameterSource
 
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import ConfigError, ValueRefused
 from guideload.base.methods import CHOICES as METHOD_CHOICES
 from guideload.base.number_text import capitalised
 from guideload.base.units import quantity
@@ -219,7 +219,10 @@ def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> An
     if texts and (not given or several):
         from guideload.motion.moves import Moves
 
-        moves = Moves.from_texts(texts)
+        try:
+            moves = Moves.from_texts(texts)
+        except ConfigError as error:
+            raise ConfigError(error.problems, "--move", error.others) from None
         return (*given, moves) if several else moves
     if texts:
         raise click.UsageError(f"expected a TRACE or --move, got both: {given}")
