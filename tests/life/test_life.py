@@ -211,6 +211,8 @@ def test_a_life_that_fatigue_will_not_end_is_said_so(result: Result) -> None:
     assert text not in life_report(heavy, band=False).answer[0]
     missed = life_of(result, LifeConditions(load_factor=1e-2, life=f"{2 * light.machine!r} m"))
     assert text not in life_report(missed, band=False).answer[0]
+    safe = life_of(result, LifeConditions(load_factor=1e-2, life="1 km"))
+    assert "one fails before 1 km is below 0.01 %." in life_report(safe, band=False).answer[0]
 
 
 def test_factors_of_the_whole_formula(result: Result) -> None:

@@ -25,8 +25,8 @@ UNITS |= {f"stiffness{axis}": STIFFNESS for axis in ("", "_y", "_z")}
 UNITS |= {f"damping{axis}": DAMPING for axis in ("", "_y", "_z")}
 DEFINITIONS = (
     "Peak: largest resultant of any carriage, and where; dynamic factor: peak over the peak of a static calculation "
-    "with weight and m a; life: of all carriages together; S0: smallest static safety. In brackets: change against the "
-    "first row."
+    "with weight and m a; life: of all carriages together; S0: smallest static safety; drive: largest force "
+    "of the drive; mode 1: lowest natural frequency. In brackets: change against the first row."
 )
 
 

@@ -36,6 +36,7 @@ from guideload.reports.report import Column, Definitions, Report, Section, Table
 from guideload.simulation.result import Result
 
 ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
+LEAST_RISK = 1e-4  # probability of a failure that is written as a number
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
     "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a "
@@ -158,7 +159,8 @@ def life_risk(life: float, wanted: float | None, conditions: LifeConditions) -> 
     if wanted is None or conditions.life is None:
         return ""
     failure = float(failure_probability(wanted, life, conditions.reliability))
-    return f"The probability that one fails before {conditions.life.text} is {percent(failure)}. "
+    share = percent(failure) if failure >= LEAST_RISK else f"below {percent(LEAST_RISK)}"
+    return f"The probability that one fails before {conditions.life.text} is {share}. "
 
 
 def life_verdict(life: float, wanted: float | None, safety: float, conditions: LifeConditions) -> str:
