@@ -15,7 +15,12 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 # Kinds of files by a key that each must have, and that files of few other kinds may have.
-KINDS = {"body": "a machine file", "moves": "a motion file", "vary": "a study file", "unknown": "an identify file"}
+KINDS = {
+    "body": "a machine file",
+    "moves": "a motion file",
+    "vary": "a study file",
+    "unknown": "an identify file",
+}
 
 
 class FileModel(ConfigModel):
