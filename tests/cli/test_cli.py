@@ -119,6 +119,25 @@ def test_overwrite_leaves_files_of_ours_names_that_it_does_not_need(tmp_path: Pa
     assert {"loads.nc", "report.txt"} < names(tmp_path)
 
 
+def test_overwrite_removes_the_page_of_the_run_before(tmp_path: Path, trace: str) -> None:
+    out, run = tmp_path / "out", ("run", MACHINE, trace, "--no-pictures", "-o", tmp_path / "out")
+    guideload(*run, "--report", out / "gantry.html")
+    (out / "mine.html").write_text("mine")
+    guideload(*run, "--overwrite")
+    assert names(out) == {"loads.nc", "report.txt", "mine.html"}
+
+
+@pytest.mark.parametrize("words", [["run", "--report"], ["long-run", "-o"]], ids=" ".join)
+def test_a_file_that_cannot_be_written_is_refused_before_the_computation(
+    tmp_path: Path, trace: str, no_computation: None, words: list[str]
+) -> None:
+    command, option = words
+    ending, more = (".html", ("-o", tmp_path / "out")) if command == "run" else (".csv", ())
+    file = tmp_path / ("r" * (255 - len(ending)) + ending)  # its draft has too long a name
+    assert "cannot be written: File name too long" in refused(command, MACHINE, trace, option, file, *more)
+    assert names(tmp_path) == {Path(trace).name}
+
+
 def test_a_list_of_other_files_is_not_believed(tmp_path: Path, trace: str) -> None:
     out = tmp_path / "out"
     run = ("run", MACHINE, trace, "-o", out, "--overwrite", "--no-pictures")

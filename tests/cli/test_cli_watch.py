@@ -51,7 +51,7 @@ def test_malformed_lines_are_named_and_counted(tmp_path: Path) -> None:
     ended = watch(tmp_path, text=text)
     assert 'expected a time stamp and a counter, as in 1200,35210, got "' in ended.stderr
     assert ended.stderr.count("left out") == 10 and "only counted" in ended.stderr
-    assert "malformed lines 21" in " ".join(ended.stdout.split())
+    assert "21 malformed lines" in " ".join(ended.stdout.split())
 
 
 def test_stamps_in_seconds_need_their_option(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_strict_ends_before_the_first_malformed_line(tmp_path: Path) -> None:
         text = b"".join(b"?\n" if n == line else b"%d,0\n" % n for n in range(1, 6))
         ended = watch(tmp_path, "--strict", "-o", out / str(line), text=text, code=2)
         assert f"line {line}: expected a time stamp" in ended.stderr
-        assert f"{count} samples: malformed lines 1" in ended.stdout
+        assert f"{count} samples: 1 malformed line," in ended.stdout
         assert count == 0 or pd.read_parquet(out / str(line))["stamp"].tolist() == [*range(1, line)]
 
 

@@ -18,6 +18,7 @@ from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.arrangement import arrangements
+from guideload.life.bands import LifeBand
 from guideload.life.by_place import rail_damage
 from guideload.life.equivalent_load import row_loads
 from guideload.life.life import Life, life_of
@@ -210,6 +211,8 @@ def test_a_life_that_fatigue_will_not_end_is_said_so(result: Result) -> None:
     assert text not in life_report(heavy, band=False).answer[0]
     missed = life_of(result, LifeConditions(load_factor=1e-2, life=f"{2 * light.machine!r} m"))
     assert text not in life_report(missed, band=False).answer[0]
+    safe = life_of(result, LifeConditions(load_factor=1e-2, life="1 km"))
+    assert "one fails before 1 km is below 0.01 %." in life_report(safe, band=False).answer[0]
 
 
 def test_factors_of_the_whole_formula(result: Result) -> None:
@@ -356,6 +359,23 @@ def test_what_is_missing_is_refused() -> None:
     ):
         life_of(loads)
     assert life_of(loads, LifeConditions(rule="thk")).machine > 0.0
+
+
+@pytest.mark.parametrize("width", [0.1, 1e-4])
+def test_the_life_lies_in_its_band_as_both_are_written(
+    result: Result, monkeypatch: pytest.MonkeyPatch, width: float
+) -> None:
+    life = life_of(result)
+    lives = np.array([one.life for one in life.carriages])
+    ends = life.machine * (1.0 - width), life.machine * (1.0 + width)
+    monkeypatch.setattr(
+        Life, "band", LifeBand(lives * (1.0 - width), lives * (1.0 + width), ends, "as in this test")
+    )
+    answer, text = life_report(life).answer[0], " ".join(life_report(life).text().split())
+    low, high = map(kilometres, ends)
+    row = text.partition(" machine ")[2].partition("P_m:")[0]
+    assert (f"{low} to {high}" in row) == (f"{low} to {high} km, 95 %" in answer) == (width > 0.01)
+    assert ("within 0.01 %" in row) == (width < 0.01)
 
 
 def test_a_loaded_result_has_the_same_life_but_no_band(tmp_path: Any, life: Life, result: Result) -> None:

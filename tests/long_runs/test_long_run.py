@@ -256,6 +256,7 @@ def test_the_command_prints_the_answer_and_writes_the_table(tmp_path: Path) -> N
     assert table["samples"].sum() == COUNT - 1
     assert table["end_s"].iloc[-1] == pytest.approx(time[-1])
     assert "exists" in guideload(*arguments, code=2).output
+    assert f"x>={ROWS}" in guideload("long-run", MACHINE, file, "--rows", ROWS - 1, code=2).output
 
 
 def test_the_values_before_a_block_that_fails_are_not_lost(tmp_path: Path) -> None:

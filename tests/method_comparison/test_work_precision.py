@@ -18,6 +18,7 @@ from guideload.cli.outputs import CHART
 from guideload.method_comparison import runner
 from guideload.method_comparison.diagram import Setting, SettingResult
 from guideload.method_comparison.runner import MOST_REPETITIONS, RTOLS, STEPS_PER_SAMPLE, work_precision
+from guideload.plots.work_precision_diagram import NOTE
 from guideload.reports.work_precision import chart_report
 
 SETTINGS = 1 + 2 * len(RTOLS) + 2 * len(STEPS_PER_SAMPLE)
@@ -352,6 +353,9 @@ def test_the_picture_shows_the_rows(chart: WorkPrecision, stiff: WorkPrecision) 
         texts = {text.get_text() for text in (*ax.texts, *ax.get_legend().get_texts())}
         assert {"exact", "implicit, tolerance", "rk45, fixed step", "auto picks this"} <= texts
     assert "without a result: rk45 at step 1 ms to" in ax.get_xlabel()
+    rows = tuple(replace(row, failed="x") if i % 2 else row for i, row in enumerate(chart.rows))
+    label = plots.work_precision(replace(chart, rows=rows)).get_xlabel()
+    assert max(map(len, label.splitlines())) <= NOTE < len(label.partition("without")[2])
 
 
 # ---- the command

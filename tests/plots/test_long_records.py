@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from reference import cart, cycle
 from unrendered import leave_unrendered
 
-from guideload import Moves, PointOfInterest, Result, plots, simulate
+from guideload import Motion, Moves, PointOfInterest, Result, plots, simulate
 from guideload.html_report import run_page
 from guideload.plots.long_records import columns, extremes, is_long, worst_cycle
 
@@ -87,6 +87,14 @@ def test_points_are_drawn_in_micrometres(long: Result) -> None:
     assert frequency.size == density.size and spectrum.get_xscale() == "log"
     with pytest.raises(ValueError, match="no points to draw"):
         plots.points(simulate(cart(), cycle()))
+
+
+def test_a_point_that_does_not_move_is_said_to() -> None:
+    machine = cart().model_copy(update={"points": (PointOfInterest(name="tool", at=(0.0, 0.0, 0.0)),)})
+    time = np.arange(200) * 1e-3
+    _, spectrum = plots.points(simulate(machine, Motion.along_x(time, 0.0 * time)))
+    spectrum.figure.draw_without_rendering()
+    assert [text.get_text() for text in spectrum.texts] == ["the point does not move"]
 
 
 def test_the_html_report_enlarges_the_worst_cycle(long: Result, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import reference as ref
 from lives import cart, moved
+from machines import having
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from moves import GENTLE
@@ -29,6 +30,7 @@ from guideload.plots.style import LOOK, carriage_look
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
 
+CARRIAGES = ref.cart().carriages
 TIME = np.linspace(0.0, 2.0, 2001)
 MOVE = np.where((TIME > 0.3) & (TIME < 0.8), 2.2, 0.0) - np.where((TIME > 1.1) & (TIME < 1.6), 2.2, 0.0)
 
@@ -168,6 +170,21 @@ def test_pictures_say_what_their_modes_and_bars_mean() -> None:
     for one, said in ((result, True), (simulate(ref.cart(), motion), False)):
         title = plots.modes(one.machine, one.modes)[0].figure.get_suptitle()
         assert ("nominal stiffness" in title) is said
+
+
+def test_long_names_of_many_carriages_have_room() -> None:
+    """The legend of the modes lies within the picture; names below the bars are turned."""
+    carriages = [
+        having(one, name=f"carriage {one.name} of the long rail {i}") for i in (1, 2) for one in CARRIAGES
+    ]
+    machine = having(ref.cart(), carriages=tuple(carriages))
+    result = simulate(machine, ref.piece(ref.pulse(), 4995, 5060))
+    figure = plots.modes(machine, result.modes)[0].figure
+    figure.draw_without_rendering()
+    legend, picture = figure.legends[0].get_window_extent(), figure.bbox
+    assert legend.x0 >= picture.x0 and legend.x1 <= picture.x1
+    _, below = plots.comparison({"first": result, "second": result})
+    assert {text.get_rotation() for text in below.get_xticklabels()} == {60.0}
 
 
 def marked(bar: PolyCollection, time: np.ndarray) -> np.ndarray:

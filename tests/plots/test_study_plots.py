@@ -80,6 +80,12 @@ def test_the_curve_of_failures_is_their_probability(result: StudyResult) -> None
         pictures.failure(studies.recording(result, [("load", "mean")]))
 
 
+def test_the_title_leaves_the_legend_its_room(result: StudyResult) -> None:
+    ax = pictures.distributions(result)
+    ax.figure.draw_without_rendering()
+    assert ax.get_legend().get_window_extent().y1 <= ax._left_title.get_window_extent().y0
+
+
 def test_a_limit_far_beyond_leaves_the_samples_their_room() -> None:
     far = studies.study(300, 2, limits={"peak_resultant_N": 1e6})
     for draw in (pictures.distributions, pictures.exceedance):

@@ -1,13 +1,17 @@
 """What drives a figure: changes are those of machines with changed numbers; report, picture and command."""
 
+import lives
 import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
-from machines import with_mass
+from machines import having, with_mass
+from moves import GENTLE
 from reference import cart, piece, pulse
 
 from guideload import Rider, peak_loads, plots
 from guideload.base.errors import ArgumentError
+from guideload.base.number_text import digits, kilometres, signed
+from guideload.catalogue.product import Product
 from guideload.reports.sensitivities import sensitivities_report
 from guideload.sensitivity import rank_influences
 
@@ -44,6 +48,19 @@ def test_report_and_picture_name_the_strongest_first() -> None:
         rank_influences(cart(), MOTION, carriage="9")
     with pytest.raises(ArgumentError, match="of: expected one of peak_resultant"):
         rank_influences(cart(), MOTION, "weight")
+
+
+def test_a_life_is_told_in_km_and_numbers_in_the_units_of_machine_files() -> None:
+    doubtful = Product(**{**lives.PRODUCT, "unverified": ("dynamic",)})
+    machine, motion = having(lives.cart(), products=(doubtful,)), lives.moved(GENTLE)
+    found = rank_influences(machine, motion, "life", to=["carriages.*.stiffness_y"])
+    report = sensitivities_report(machine, motion, found)
+    assert f"life of carriage {found.carriage}, {kilometres(found.value)} km" in report.answer[0]
+    stiffness = digits(1e-6 * found.columns[0].value, 4)
+    row = next(line for line in report.text().splitlines() if found.columns[0].name in line)
+    assert f"{stiffness} N/um" in row and signed(found.changes[0], "life") in row
+    assert any("not checked by a person: dynamic" in one for one in report.warnings)
+    assert plots.influence(machine, found).get_xlabel() == "effect of the change [km]"
 
 
 def test_command_prints_the_table() -> None:

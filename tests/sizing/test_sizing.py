@@ -580,6 +580,36 @@ def test_products_that_differ_in_name_only_share_a_run() -> None:
     assert [one.product for one in (a, b, c)] == twins
 
 
+def test_if_none_holds_the_nearest_is_told_and_run_under_its_own_name() -> None:
+    """The largest margin is not that of the largest rating; the other name of the one run is not told."""
+    weak = {key: 0.1 * value for key, value in MOMENTS.items()}
+    made = [product("twin", 2e4), product("near", 2e4), product("weak", 4e4, static_moments=weak)]
+    conditions = LifeConditions(safety=1e3)
+    found = size(cart(), MOTION, Catalogue(products=made[1:]), conditions=conditions)
+    assert found.best is not None and found.best.name == "near"
+    assert "The nearest is near: static safety is" in sizing_report(cart(), found).answer[0]
+    both = size(cart(), MOTION, Catalogue(products=made), conditions=conditions)
+    assert both.best is not None and both.result is not None
+    assert {one.product for one in both.result.machine.carriages} == {both.best.name}
+
+
+def test_a_limit_is_told_as_the_share_that_is_used() -> None:
+    """A speed 6 % below its limit is not `1.07 times what is wanted`."""
+    machine = cart().model_copy(update={"drive": Drive(linear_motor=True, max_force=2e4)})
+    found = size(machine, MOTION, CATALOGUE, conditions=LifeConditions(safety=1e-6))
+    assert found.smallest is not None and found.smallest.margins is not None
+    share = digits(100.0 / found.smallest.margins.ratios["drive force"])
+    assert f"drive force is {share} % of its limit" in sizing_report(machine, found).answer[0]
+
+
+@pytest.mark.parametrize("is_checked", [True, False])
+def test_a_limit_warns_of_values_that_nobody_has_checked(is_checked: bool) -> None:
+    doubtful = product("doubtful", 4e4, unverified=() if is_checked else ("dynamic",))
+    machine = with_product(cart(), doubtful, None)
+    report = limit_report(machine, largest(machine, MOTION, "payload", conditions=WANTED), WANTED)
+    assert any("not checked by a person" in text for text in report.warnings) != is_checked
+
+
 def test_two_makers_by_the_names_of_their_products() -> None:
     run = EXAMPLES / "manipulator.toml", EXAMPLES / "manipulator.csv"
     pair = "--product", "HGW25CC ZA", "--product", "THK SHS25C C1"

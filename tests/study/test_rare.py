@@ -1,17 +1,21 @@
 """Small probabilities against closed forms, by subset simulation alone and on machines of known loads."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
+import lives
 import numpy as np
 import pytest
 import study_standin
+from machines import having
 from scipy import integrate
 from scipy.special import ndtr
 from scipy.stats import norm
 from test_study import MACHINE, MASS, study
 
 from guideload.base.errors import ArgumentError
+from guideload.catalogue.product import Product
 from guideload.motion.motion import Motion
 from guideload.reports.study import probability_report
 from guideload.study.execution import run_study
@@ -124,7 +128,13 @@ def test_what_cannot_be_estimated_is_said() -> None:
     assert "No population came to the limit" in bounded.doubts[0]
     levels = -np.log10(LEAST)  # each the best tenth of the one before, whose runs are not repeated
     assert bounded.populations == PILOTS and bounded.runs <= PILOTS * SAMPLES * (1 + (1 - SHARE) * levels)
-    assert "below 1e-9" in probability_report(bounded, study(MASS).plan().metadata).text()
+    metadata = study(MASS).plan().metadata
+    assert "below 1e-9" in probability_report(bounded, metadata).text()
+    doubtful = Product(**{**lives.PRODUCT, "unverified": ("dynamic",)})
+    rated = having(metadata, machine=having(lives.cart(), products=(doubtful,)))
+    for name in ("life_km[1a]", "static_safety", PEAK):
+        warned = "not checked by a person" in probability_report(replace(bounded, name=name), rated).text()
+        assert warned == (name != PEAK)
     failing = exceedance_probability(
         study_standin.plan(), "peak_resultant_N", 0.5, coefficient_of_variation=0.5
     )

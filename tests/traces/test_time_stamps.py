@@ -113,6 +113,17 @@ def test_shifting_the_clock_changes_nothing():
         assert np.array_equal(read_trace({"time": moved, "x_m": PLACE}).time, TIME)
 
 
+@pytest.mark.parametrize(("resolution", "rows"), [("1", "1000"), ("0.01", "10")])
+def test_coarse_stamps_are_told_with_their_way_out(resolution, rows):
+    time = np.arange(4000) * 1e-3
+    place = 0.03 * (1.0 - np.cos(5.0 * time))
+    coarse = np.floor(np.arange(4000) / int(rows)) * float(resolution)
+    text = f"resolution of {resolution} s, with about {rows} rows each: .*--rate"
+    refuses(text, read_trace, {"t_s": coarse, "x_m": place}, repair="clock")
+    trace = read_trace({"t_s": coarse, "x_m": place}, rate="1 kHz")
+    assert np.allclose(trace.time, time)
+
+
 def test_cycles_of_a_counter_with_their_rate(tmp_path):
     cycles = np.arange(COUNT) * 2 + 70_000
     for name in ("cycle", "time_ticks", "n"):

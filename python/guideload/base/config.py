@@ -166,6 +166,7 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     refused = context.get("error")
     if isinstance(refused, ValueRefused):
         expected, hint = refused.expected, refused.hint or hint
+        written = ABSENT if value is None else None
     elif kind in BOUNDS:
         name, sign = BOUNDS[kind]
         expected = f"a number {sign} {context[name]}"
@@ -188,8 +189,10 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
 
 
 def _nearest(word: str, known: list[str]) -> list[str]:
-    """The known words most similar to `word`, in quotes; all that tie, as `stiffness_y` and `stiffness_z` may."""
-    likeness = {near: SequenceMatcher(None, near, word).ratio() for near in get_close_matches(word, known)}
+    """The known words most similar to `word`, or else begun by it, in quotes; all that tie, as `stiffness_y` may."""
+    begun = [each for each in known if word and each.startswith(word)]
+    similar = get_close_matches(word, known) or begun
+    likeness = {near: SequenceMatcher(None, near, word).ratio() for near in similar}
     return [f'"{near}"' for near in sorted(likeness) if likeness[near] == max(likeness.values())]
 
 

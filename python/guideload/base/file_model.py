@@ -8,11 +8,19 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel
-from guideload.base.errors import ConfigError, KeyPath
+from guideload.base.errors import ConfigError, KeyPath, refused_at
 from guideload.base.toml import Place, located, parse_toml, read_toml
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+# Kinds of files by a key that each must have, and that files of few other kinds may have.
+KINDS = {
+    "body": "a machine file",
+    "moves": "a motion file",
+    "vary": "a study file",
+    "unknown": "an identify file",
+}
 
 
 class FileModel(ConfigModel):
@@ -67,3 +75,10 @@ class FileModel(ConfigModel):
     def _of_file(cls, values: dict[str, Any], file: Path) -> Self:
         """The model of the values of a file. Raises ConfigError."""
         return cls(**values)
+
+
+def require_key(key: str, expected: str, values: dict[str, Any]) -> None:
+    """Raise ConfigError, in one sentence, if the values of a file lack a key and are those of another kind of file."""
+    kinds = [kind for other, kind in KINDS.items() if other in values]
+    if key not in values and kinds:
+        raise refused_at((key,), expected, None, f"this is {kinds[0]}")

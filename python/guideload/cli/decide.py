@@ -256,8 +256,8 @@ def sensitivities(
 ) -> Shown:
     """Show which numbers of a machine drive a load or a life.
 
-    They follow from exact derivatives of one run. The picture is a tornado diagram. For ranges of values, and for
-    machines with clearance or preload, run a study.
+    They follow from exact derivatives of one run. The picture is a tornado diagram. A derivative tells what a small
+    change does: for the scatter of values, run a study.
     """
     from guideload.reports.sensitivities import sensitivities_report
     from guideload.sensitivity.influence import rank_influences

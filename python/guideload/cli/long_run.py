@@ -27,7 +27,7 @@ ENDINGS = (".csv", ".parquet")
 @click.option(
     "-o", "--output", type=options.FilePath, help="Table to write, a row per block: .csv or .parquet."
 )
-@click.option("--rows", type=click.IntRange(min=1), help="Rows of a block.  [default: 65536]")
+@click.option("--rows", type=click.IntRange(min=8192), help="Rows of a block.  [default: 65536]")
 @options.method_option
 @options.rtol_option
 @options.start_option
@@ -55,6 +55,7 @@ def long_run(
     from guideload.long_runs.long_run import LongRun
     from guideload.reports.long_run import long_run_report
 
+    options.refuse_tolerance_of_exact(method)
     if output is not None:
         require_file(output, ENDINGS, overwrite, machine_file, trace_file)
     machine = read_machine(machine_file, free)

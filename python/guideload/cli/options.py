@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_type_hints
 
 import click
+from click.core import ParameterSource
 
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import ConfigError, ValueRefused
 from guideload.base.methods import CHOICES as METHOD_CHOICES
 from guideload.base.number_text import capitalised
 from guideload.base.units import quantity
@@ -162,6 +163,13 @@ rtol_option = click.option(
 )
 
 
+def refuse_tolerance_of_exact(method: str) -> None:
+    """Raise UsageError if the command line gives --rtol to the method that has no tolerance."""
+    given = click.get_current_context().get_parameter_source("rtol")
+    if method == "exact" and given is not ParameterSource.DEFAULT:
+        raise click.UsageError("--rtol needs --method exponential, rk45 or implicit; exact has no tolerance")
+
+
 def together(*given: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """Decorator: several options, in the order in which the help shows them."""
 
@@ -211,7 +219,10 @@ def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> An
     if texts and (not given or several):
         from guideload.motion.moves import Moves
 
-        moves = Moves.from_texts(texts)
+        try:
+            moves = Moves.from_texts(texts)
+        except ConfigError as error:
+            raise ConfigError(error.problems, "--move", error.others) from None
         return (*given, moves) if several else moves
     if texts:
         raise click.UsageError(f"expected a TRACE or --move, got both: {given}")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from guideload.base.atomic import DRAFT, atomic_folder, atomic_write
+from guideload.base.atomic import DRAFT, atomic_folder, atomic_write, draft_folder, draft_path
 from guideload.cli.exit_codes import InputError
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ STUDY = ("summary.json", "report.txt", *STUDY_PICTURES, *LIFE_PICTURES)  # besid
 OUTPUTS = (*FORMATS.values(), "loads.json", *PICTURES, OF_POINTS, *CHART, *STUDY, *IDENTIFICATION)
 MANIFEST = ".guideload"  # hidden file in every output folder: the names of the files that guideload wrote
 MANIFEST_TITLE = "Files that guideload wrote into this folder; --overwrite replaces these and no others:"
+PAGE = ".html"  # ending of the reports of --report, which have any name
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".eps", ".jpg", ".tif", ".webp")
 
 
@@ -46,7 +47,10 @@ def _own_files(folder: Path) -> set[str]:
         lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):
         return set()
-    return {*lines[1:], MANIFEST} & {*OUTPUTS, MANIFEST} if lines[:1] == [MANIFEST_TITLE] else set()
+    if lines[:1] != [MANIFEST_TITLE]:
+        return set()
+    pages = {name for name in lines[1:] if name == Path(name).name and Path(name).suffix.lower() == PAGE}
+    return {*lines[1:], MANIFEST} & {*OUTPUTS, MANIFEST} | pages
 
 
 def require_free(
@@ -110,6 +114,12 @@ def require_file(
     require_unread([file], inputs)
     if not file.parent.is_dir() and (folder is None or file.parent.absolute() != folder.absolute()):
         raise unwritable(file, FileNotFoundError(errno.ENOENT, "no such folder"))
+    if file.parent.is_dir():
+        try:
+            with draft_folder(draft_path(file), file):  # a draft can be made beside it
+                pass
+        except OSError as error:
+            raise unwritable(file, error) from None
 
 
 @contextmanager
@@ -120,6 +130,17 @@ def file_draft(file: Path, overwrite: bool) -> Iterator[Path]:
             yield draft
     except OSError as error:
         raise unwritable(file, error) from error
+
+
+def write_page(page: str, file: Path, overwrite: bool, folder: Path | None) -> None:
+    """Write an HTML report. In `folder`, the output folder of the run, it is one of the files that guideload wrote."""
+    from guideload.html_report import save_page
+
+    if folder is not None and file.parent.absolute() == folder.absolute():
+        with file_draft(folder / MANIFEST, overwrite=True) as draft:
+            names = sorted({*_own_files(folder), file.name} - {MANIFEST})
+            draft.write_text("\n".join([MANIFEST_TITLE, *names]) + "\n", encoding="utf-8")
+    save_page(page, file, replace=overwrite)
 
 
 def write_table(table: pd.DataFrame, file: Path, overwrite: bool) -> None:

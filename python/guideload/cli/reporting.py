@@ -11,7 +11,7 @@ from guideload.base.errors import PictureError
 from guideload.cli.exit_codes import exit_if
 from guideload.cli.inputs import paths
 from guideload.cli.options import overwrite_picture_option, picture_option, report_option
-from guideload.cli.outputs import PICTURE_ENDINGS, file_draft, require_file
+from guideload.cli.outputs import PAGE, PICTURE_ENDINGS, file_draft, require_file, write_page
 from guideload.cli.terminal import print_report, print_text, status
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def shows_report(command: Callable[..., Report | Shown], *, picture: bool = Fals
         read = paths(*inputs, *arguments.get("files", ()))
         drawn = output if picture else None
         if report is not None:
-            require_file(report, [".html"], overwrite, *read, folder=output)
+            require_file(report, [PAGE], overwrite, *read, folder=output)
         if drawn is not None:
             require_file(drawn, PICTURE_ENDINGS, overwrite, *read)
         with nullcontext() if drawn is None else file_draft(drawn, overwrite) as draft:
@@ -59,7 +59,7 @@ def shows_report(command: Callable[..., Report | Shown], *, picture: bool = Fals
 
             with status("writing the HTML report"):
                 page = shown.page(html_report) if shown.page else html_report.report_page(shown.report)
-                html_report.save_page(page, report, replace=overwrite)
+                write_page(page, report, overwrite, output)
         files = (output, arguments.get("table"), report)
         if written := [str(path) for path in files if path is not None]:
             print_text(f"Wrote {' and '.join(written)}.")

@@ -111,6 +111,7 @@ def run(
             "--step needs --method rk45 or implicit, or exponential for preloaded contacts; "
             f"{method} has no fixed step"
         )
+    options.refuse_tolerance_of_exact(method)
     if output is None:
         if report is None:
             raise click.UsageError(

@@ -74,7 +74,7 @@ def study(
     if resume and overwrite:
         raise click.UsageError("--resume keeps the study in the folder and --overwrite replaces it: give one")
     if report is not None:
-        outputs.require_file(report, [".html"], overwrite or resume, study_file, folder=output)
+        outputs.require_file(report, [outputs.PAGE], overwrite or resume, study_file, folder=output)
     again = _resume_command(click.get_current_context())
     may_resume, interrupted, failure = resume, "", None
     try:
@@ -99,7 +99,7 @@ def study(
                 from guideload import html_report
 
                 page = html_report.study_page(result, pictures)
-                html_report.save_page(page, report, replace=overwrite or resume)
+                outputs.write_page(page, report, overwrite or resume, output)
             print_text(f"Wrote {output}." if report is None else f"Wrote {output} and {report}.")
             if strict and not interrupted:
                 result.raise_if_doubtful()

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, StrictStr
 
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.file_model import FileModel
+from guideload.base.file_model import FileModel, require_key
 from guideload.base.ranges import SMOOTHER
 from guideload.base.toml import require_files
 from guideload.monitor.settings import MonitorSettings
@@ -43,6 +43,7 @@ class MonitorFile(FileModel, MonitorSettings):
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> MonitorFile:
+        require_key("smoother", "a smoother, as a monitor file has", values)
         described = cls(**values)
         require_files(file.parent, {("machine",): described.machine})
         return described

@@ -156,7 +156,7 @@ class TraceResolution:
         share, load, name = self.worst
         if share < NEGLIGIBLE_SHARE:
             return f"{text}: below {percent(NEGLIGIBLE_SHARE)}"
-        return f"{text}: up to {digits(100 * share, 2)} % ({digits(load)} N) of that of {name}"
+        return f"{text}: up to {digits(100 * share, 2)} % ({digits(load)} N) of that of {name} in the linear model"
 
     def warnings(self) -> Iterator[WarningText]:
         """The hidden load and the way out, if it is beyond its limit."""
@@ -178,8 +178,9 @@ class TraceResolution:
             f"{digits(1e3 * ramp_time(self.bandwidth))} ms, which makes mode {mode + 1} "
             f"({', '.join(self.moving[mode])}, {digits(frequency)} Hz, excited along x) ring "
             f"{digits(100 * self.ringing[mode], 2)} % as much. If the change of {digits(self.change)} m/s2 that the "
-            f"trace shows was sudden, the dynamic load of {name} is up to {digits(100 * share, 2)} % ({digits(load)} "
-            f"N) above what is shown, an upper bound for a single change. {way_out}",
+            f"trace shows was sudden, the dynamic load of {name} is up to {digits(load)} N above what is shown "
+            f"({digits(100 * share, 2)} % of its dynamic load in the linear model), an upper bound for a single "
+            f"change. {way_out}",
         )
 
 

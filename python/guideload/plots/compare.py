@@ -13,6 +13,8 @@ from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.compare import require_carriages
 from guideload.simulation.result import Result
 
+MOST_CHARACTERS = 60  # of the names of carriages side by side below the axes, each as wide as the longest
+
 
 @checked
 def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
@@ -37,7 +39,9 @@ def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
             below.bar(places, peaks, width, color=style.color, label="_")
             below.containers[-1].set_label(f"{title}, largest on {result.machine.carriages[at].name}")
         names = [carriage.name for carriage in next(iter(results.values())).machine.carriages]
-        below.set_xticks(np.arange(len(names)), names, parse_math=False)
+        are_long = len(names) * max(map(len, names)) > MOST_CHARACTERS
+        turned = {"rotation": 60, "ha": "right", "rotation_mode": "anchor"} if are_long else {}
+        below.set_xticks(np.arange(len(names)), names, parse_math=False, **turned)
         above.set(ylabel="resultant [N]", xlabel="time [s]", title="Most loaded carriage of each run")
         above.set_ylim(bottom=0.0)
         below.set(ylabel="peak resultant [N]", xlabel="carriage", title="Peaks")

@@ -133,6 +133,7 @@ def short(name: str) -> str:
     return name if len(name) <= NAME else f"{name[: NAME // 2 - 1]}…{name[-NAME // 2 :]}"
 
 
-def set_title(ax: Axes, result: StudyResult, title: str, samples: int) -> None:
-    """A title above the machine and the number of samples that are drawn."""
-    ax.set_title(f"{title}\n{result.metadata.machine.name}: {counted(samples, 'sample')}", parse_math=False)
+def set_title(ax: Axes, result: StudyResult, title: str, samples: int, pad: float | None = None) -> None:
+    """A title above the machine and the number of samples that are drawn. pad: points below it, for a legend."""
+    text = f"{title}\n{result.metadata.machine.name}: {counted(samples, 'sample')}"
+    ax.set_title(text, pad=pad, parse_math=False)

@@ -27,6 +27,10 @@ BODY_COLOR = "#5b6f8a"
 LOAD_ARROW, WEIGHT_ARROW, MODE_DISPLACEMENT = 0.36, 0.16, 0.10
 
 AXES = "x, travel", "y", "z"
+CHARACTER_WIDTH, MARK_WIDTH = (
+    0.085,
+    0.65,
+)  # inches, of a character of a name and of the mark beside it in a legend
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 EDGES = [(a, b) for a, b in combinations(range(8), 2) if np.abs(CORNERS[a] - CORNERS[b]).sum() == 1]
 FACES = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
@@ -113,7 +117,8 @@ def modes(machine: Machine, modes: Modes, axes: Sequence[Axes3D] | None = None) 
             figure.suptitle(f"{machine.name}: natural modes{nominal}\n", parse_math=False)
             marks = [Patch(color=carriage_look(i).color, alpha=0.6) for i in range(len(machine.carriages))]
             names = [plain(carriage.name) for carriage in machine.carriages]
-            columns = min(8, len(names))
+            entry = MARK_WIDTH + CHARACTER_WIDTH * max(map(len, names), default=0)
+            columns = max(1, min(8, len(names), int(figure.get_figwidth() / entry)))
             figure.legend(marks, names, title="carriages", loc="outside lower center", ncols=columns)
         for index, ax in enumerate(axes[:count]):
             shape = np.real(modes.shape[index])

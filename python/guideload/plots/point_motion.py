@@ -59,7 +59,6 @@ def points(result: Result) -> list[Axes]:
                         ax.axhline(side, color=GREY, linewidth=0.8)
                 ax.set_title(f"{name}{', worst cycle' if column else ''}", parse_math=False)
             _draw_spectrum(panels[row, -1], result, of_point)
-            legend_beside(panels[row, -1], "along")
             axes += list(panels[row])
         for ax in panels[-1, :-1]:
             ax.set_xlabel("time [s]")
@@ -76,9 +75,13 @@ def _draw_spectrum(ax: Axes, result: Result, moving: Array) -> None:
     step, even = uniform(time, moving, even_step(result.quantities))
     frequency, density, _ = octave_bands(*power_density(step, even))
     amplitude = np.sqrt(density)
-    top = float(amplitude.max(initial=0.0)) or 1.0
+    top = float(amplitude.max(initial=0.0))
+    if top == 0.0:
+        write_instead(ax, "the point does not move")
+        return
     for axis in range(3):
         ax.plot(frequency, amplitude[:, axis], color=carriage_look(axis).color, label="xyz"[axis])
     ax.set(xscale="log", yscale="log", ylim=(SMALLEST * top, 2.0 * top), ylabel="um/√Hz", title="Spectrum")
     set_frequency_ticks(ax)
     mark_modes(ax, result.modes.frequency)
+    legend_beside(ax, "along")

@@ -58,7 +58,8 @@ def distributions(result: StudyResult, name: str | None = None, ax: Axes | None 
         columns = [known(result.column(column)) for column in names]
         most = max(values.size for values in columns)
         title = capitalised(result.metadata.title(name))
-        set_title(ax, result, f"{title}: {'the cases' if chosen else 'distribution'}", most)
+        room = None if chosen else 22.0  # for the legend
+        set_title(ax, result, f"{title}: {'the cases' if chosen else 'distribution'}", most, room)
         for row, values in enumerate(columns):
             color = carriage_look(row).color
             if chosen or 0 < values.size <= FEW:

@@ -40,7 +40,8 @@ def encoder(inspection: Inspection) -> list[Axes]:
         figure = new_figure(10.0, 10.8)
         title = f"{inspection.trace.source}, column {inspection.trace.column}"
         if inspection.machine is not None and inspection.resolution is not None:
-            machine = f"{inspection.machine.name}: sudden changes are shown {inspection.resolution.text}"
+            subject = "" if np.isinf(inspection.resolution.bandwidth) else "the trace "
+            machine = f"{inspection.machine.name}: {subject}{inspection.resolution.text}"
             title = f"{title}\n{fill(machine, TITLE)}"
         figure.suptitle(visible(title), parse_math=False)
         grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 0.6, 1.25, 1.35), width_ratios=(1.0, 1.8))

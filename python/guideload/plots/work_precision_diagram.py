@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ Run = tuple[list[SettingResult], Point]
 # Fixed steps have dashed lines and hollow markers.
 KINDS = {"rtol": ", tolerance", "step": ", fixed step", None: ""}
 PARETO_COLOR = "#f2c14e"
+NOTE = 75  # characters in a line of the note below the axes
 ROOM = 0.5  # decades right of the last point
 
 
@@ -124,7 +126,8 @@ def _name_failures(ax: Axes, chart: WorkPrecision) -> None:
         for (method, kind), rows in failed.items()
     ]
     if names:
-        ax.set_xlabel(f"{ax.get_xlabel()}\nwithout a result: {', '.join(names)}")
+        note = fill(f"without a result: {', '.join(names)}", NOTE)
+        ax.set_xlabel(f"{ax.get_xlabel()}\n{note}")
 
 
 def _error_text(error: float, _: float) -> str:

@@ -25,8 +25,8 @@ UNITS |= {f"stiffness{axis}": STIFFNESS for axis in ("", "_y", "_z")}
 UNITS |= {f"damping{axis}": DAMPING for axis in ("", "_y", "_z")}
 DEFINITIONS = (
     "Peak: largest resultant of any carriage, and where; dynamic factor: peak over the peak of a static calculation "
-    "with weight and m a; life: of all carriages together; S0: smallest static safety. In brackets: change against the "
-    "first row."
+    "with weight and m a; life: of all carriages together; S0: smallest static safety; drive: largest force "
+    "of the drive; mode 1: lowest natural frequency. In brackets: change against the first row."
 )
 
 
@@ -40,9 +40,7 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
     for title, result in results.items():
         if result.machine not in machines.values():
             machines[title] = result.machine
-    products = (
-        one for machine in machines.values() for one in machine.product_of_carriage if one is not None
-    )
+    products = (one for machine in machines.values() for one in machine.product_of_carriage)
     warned = warnings_by_title({title: one.audit.warnings for title, one in results.items()})
     peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())

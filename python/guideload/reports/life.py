@@ -36,6 +36,7 @@ from guideload.reports.report import Column, Definitions, Report, Section, Table
 from guideload.simulation.result import Result
 
 ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a guide before
+LEAST_RISK = 1e-4  # probability of a failure that is written as a number
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
     "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a "
@@ -95,8 +96,8 @@ def _answer(life: Life, band: LifeBand | None) -> str:
     shortest, weakest, conditions = life.shortest, life.weakest, life.conditions
     required = f'least for application "{conditions.application}"' if conditions.safety is None else "wanted"
     ends = ""
-    if band is not None and _ends(*band.machine) != _ends(band.machine[0], band.machine[0]):
-        ends = f" (noise of the trace alone: {_ends(*band.machine)} km, 95 %)"
+    if band is not None and len(set(map(kilometres, band.machine))) > 1:
+        ends = f" (noise of the trace alone: {between(*band.machine, 'life')} km, 95 %)"
     words = life_words(life.machine, life.repetition, conditions, duty_text(conditions), life.wanted, ends)
     risk = life_risk(life.machine, life.wanted, conditions)
     verdict = life_verdict(life.machine, life.wanted, weakest.static.safety, conditions)
@@ -108,9 +109,12 @@ def _answer(life: Life, band: LifeBand | None) -> str:
     )
 
 
-def _ends(low: float, high: float) -> str:
-    """The ends [m] of a band, in km: with more digits than a life, because it may be narrow."""
-    return between(1e-3 * low, 1e-3 * high, "4 digits")
+def _ends(low: float, high: float, life: float) -> str:
+    """The ends [m] of the band of a life [m] in km, or how narrow it is where both are written alike."""
+    if kilometres(low) != kilometres(high):
+        return between(low, high, "life")
+    within = max(high / life - 1.0, 1.0 - low / life)
+    return f"within {percent(within)}" if np.isfinite(within) else kilometres(low)
 
 
 def life_words(
@@ -155,7 +159,8 @@ def life_risk(life: float, wanted: float | None, conditions: LifeConditions) -> 
     if wanted is None or conditions.life is None:
         return ""
     failure = float(failure_probability(wanted, life, conditions.reliability))
-    return f"The probability that one fails before {conditions.life.text} is {percent(failure)}. "
+    share = percent(failure) if failure >= LEAST_RISK else f"below {percent(LEAST_RISK)}"
+    return f"The probability that one fails before {conditions.life.text} is {share}. "
 
 
 def life_verdict(life: float, wanted: float | None, safety: float, conditions: LifeConditions) -> str:
@@ -172,9 +177,9 @@ def _notes(life: Life) -> list[str]:
     return [*(f"Warning: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
 
 
-def unverified_lines(products: Iterable[Product]) -> list[str]:
-    """Warnings of values of the products that were not compared with the maker's page."""
-    return [f"Warning: {note}." for note in unverified_notes(products)]
+def unverified_lines(products: Iterable[Product | None]) -> list[str]:
+    """Warnings of values of the products, of carriages that name one, that were not compared with the maker's page."""
+    return [f"Warning: {note}." for note in unverified_notes(one for one in products if one is not None)]
 
 
 def _life_table(life: Life, band: LifeBand | None) -> Table:
@@ -185,7 +190,8 @@ def _life_table(life: Life, band: LifeBand | None) -> Table:
     bands: list[Column] = []
     if band is not None:
         ends = [*zip(band.lower, band.upper, strict=True), *([None] * len(rails)), band.machine]
-        bands = [Column("band", [None if pair is None else _ends(*pair) for pair in ends], "km", "life")]
+        texts = [None if pair is None else _ends(*pair, one) for pair, one in zip(ends, lives, strict=True)]
+        bands = [Column("band", texts, "km", "life")]
     return Table(
         Column("", [*(one.name for one in carriages), *(f"rail {rail}" for rail in rails), "machine"]),
         Column("P_m", [*(one.mean_load for one in carriages), *blank], "N", "load"),

@@ -77,17 +77,17 @@ def _table(status: Mapping[str, Any]) -> Table:
 
 def _bad(counts: Mapping[str, int]) -> list[str]:
     """What happened to the samples, without what did not happen."""
-    names = {
-        "missing": "missing and bridged",
-        "early": "too early",
-        "jittering": "off their time",
-        "stuck": "with a counter that stands",
-        "jumps": "that no motion explains",
-        "counter_set": "counter set",
-        "lost": "periods lost",
-        "malformed": "malformed lines",
+    words = {
+        "missing": f"{counts['missing']} missing and bridged",
+        "early": f"{counts['early']} too early",
+        "jittering": f"{counts['jittering']} off their time",
+        "stuck": f"{counts['stuck']} with a counter that stands",
+        "jumps": f"{counts['jumps']} that no motion explains",
+        "counter_set": f"counter set {counted(counts['counter_set'], 'time')}",
+        "lost": f"{counted(counts['lost'], 'period')} lost",
+        "malformed": counted(counts["malformed"], "malformed line"),
     }
-    return [f"{words} {counts[name]}" for name, words in names.items() if counts[name]]
+    return [text for name, text in words.items() if counts[name]]
 
 
 def _input(counts: Mapping[str, int]) -> str:

@@ -48,7 +48,7 @@ FAR = "is a limit of product or drive missing (max_speed, max_acceleration, torq
 def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> Report:
     """The answer, a row per candidate, and the reasons of those that could not be run.
 
-    most: candidates in the table, those next to the smallest that holds; default: all.
+    most: candidates in the table, those next to the best; default: all.
     """
     products = [one.product for one in sizing.candidates if one.machine is not None]
     failed: dict[str, list[str]] = {}  # names of candidates by their reason
@@ -59,7 +59,7 @@ def sizing_report(machine: Machine, sizing: Sizing, most: int | None = None) -> 
     count = sum(map(len, failed.values()))
     not_run = [f"{counted(count, 'candidate')} could not be run, see below."] if failed else []
     ran = [one for one in sizing.candidates if one.machine is not None]
-    middle = len(ran) - 1 if sizing.smallest is None else ran.index(sizing.smallest)
+    middle = 0 if sizing.best is None else ran.index(sizing.best)
     first = 0 if most is None else max(0, min(middle - most // 2, len(ran) - most))
     shown = ran[first:][:most]
     table = _candidates_table(sizing, shown)
@@ -96,7 +96,7 @@ def _estimate_lines(sizing: Sizing) -> list[str]:
 
 
 def _warnings_of_the_run(sizing: Sizing) -> list[str]:
-    """Of motion, machine and run, with the smallest product that holds, or else the largest that could be run."""
+    """Of motion, machine and run, with the best product."""
     if sizing.best is None or sizing.result is None:
         return []
     return [f"{sizing.best.name}: {text}" for text in sizing.result.audit.warnings]
@@ -112,6 +112,7 @@ def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:
         Column("C", [1e-3 * one.value for one in ratings], "kN", "3 digits"),
         Column("C0", [one.static and 1e-3 * one.static for one in products], "kN", "3 digits"),
         Column("life", [one.life_hours for one in shown], "h", "hours"),
+        Column("life", [one.life for one in shown], "km", "life"),
         Column("S0", [one.static_safety for one in shown], "", "factor"),
         Column("margin", [one.smallest for one in margins], "", "factor"),
         Column("fails first", [one.first_to_fail for one in margins]),
@@ -123,27 +124,41 @@ def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:
 
 
 def _answer(machine: Machine, sizing: Sizing) -> str:
-    wanted = requirements(sizing.conditions)
-    found = sizing.smallest
+    conditions, found, best = sizing.conditions, sizing.smallest, sizing.best
+    wanted = requirements(conditions)
     if found is None:
-        return f"{machine.name}: none of {counted(len(sizing.candidates), 'candidate')} reaches {wanted}."
+        text = f"{machine.name}: none of {counted(len(sizing.candidates), 'candidate')} reaches {wanted}."
+        if best is None or best.margins is None:
+            return text
+        return f"{text} The nearest is {best.name}: {_words(best.margins, conditions)}."
     assert found.margins is not None
-    held = f"{machine.name}: the smallest product that reaches {wanted} is {found.name}: {_words(found.margins)}."
+    words = _words(found.margins, conditions)
+    held = f"{machine.name}: the smallest product that reaches {wanted} is {found.name}: {words}."
     ran = [(one.size, one.margins, one.name) for one in sizing.candidates if one.margins is not None]
     size = max((size for size, *_ in ran if size < found.size), default=None)
     next_smaller = [(margins, name) for one, margins, name in ran if one == size]
     if next_smaller:
         margins, name = max(next_smaller, key=lambda one: one[0].smallest)
         among = ", the best of its preload classes" if len(next_smaller) > 1 else ""
-        held += f" The next smaller one does not: {name}{among}: {_words(margins)}."
+        held += f" The next smaller one does not: {name}{among}: {_words(margins, conditions)}."
     return (
         f"{held} No stiffness was required: a smaller product or a lighter preload is softer. See column mode 1 "
         f"({digits(found.first_mode)} Hz here), and run the machine with this product to see how its points move."
     )
 
 
-def _words(margins: Margins) -> str:
-    return f"{margins.first_to_fail} is {fixed(margins.smallest, 2)} times what is wanted"
+def _words(margins: Margins, conditions: LifeConditions) -> str:
+    """The criterion that fails first, against what it must reach or must not exceed."""
+    return _margin(margins.first_to_fail, margins.smallest, conditions)
+
+
+def _margin(name: str, ratio: float, conditions: LifeConditions) -> str:
+    if name == "life":
+        return f"life is {digits(ratio)} times what is wanted"
+    if name == "static safety":
+        least = conditions.least_safety
+        return f"static safety is {digits(ratio)} times the least of {number(least)} (S0 {fixed(ratio * least, 2)})"
+    return f"{name} is {digits(100.0 / ratio)} % of its limit"
 
 
 def requirements(conditions: LifeConditions) -> str:
@@ -182,17 +197,20 @@ def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> 
         if limit.beyond:
             end = digits(limit.tried[1], 4)
             text += f" The search ended at {end} {unit}, as moves with more are refused: {limit.beyond}."
-    figures = joined(f"{name} {digits(ratio)}" for name, ratio in limit.margins.ratios.items())
+    figures = joined(_margin(name, ratio, conditions) for name, ratio in limit.margins.ratios.items())
     return Report.of(
         machine,
         f"largest {limit.quantity}",
         answer=[
             text,
-            f"At this limit: {figures} times what is required.",
+            f"At this limit {figures}.",
             f"The motion there: {_reached(limit.motion)}. Tried: {between(*limit.tried)} {unit}.",
             *_pace_lines(limit, conditions),
         ],
-        warnings=_limit_warnings(machine, limit, conditions),
+        warnings=[
+            *_limit_warnings(machine, limit, conditions),
+            *unverified_lines(machine.product_of_carriage),
+        ],
     )
 
 

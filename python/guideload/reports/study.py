@@ -89,7 +89,8 @@ def probability_report(found: RareProbability, metadata: StudyMetadata) -> Repor
     else:
         text += f"below {scientific(found.high)}"
     work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
-    warnings = [*found.doubts, *metadata.warnings]
+    rated = metadata.machine.product_of_carriage if stem in (LIFE, SAFETY) else ()
+    warnings = [*found.doubts, *metadata.warnings, *unverified_lines(rated)]
     return Report.of(metadata.machine, "probability", answer=[f"{text}. {work}."], warnings=warnings)
 
 

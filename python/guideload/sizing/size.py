@@ -125,9 +125,9 @@ class Sizing:
 
     @property
     def best(self) -> Candidate | None:
-        """The smallest candidate that holds, or else the largest that could be run; None if none could."""
-        ran = [one for one in self.candidates if one.machine is not None]
-        return self.smallest or (ran[-1] if ran else None)
+        """The smallest candidate that holds, or else the one with the largest margin; None if none could be run."""
+        margins = {one: one.margins.smallest for one in self.candidates if one.margins is not None}
+        return self.smallest or max(margins, key=margins.__getitem__, default=None)
 
     def table(self) -> pd.DataFrame:
         """A row per candidate; names of columns end in the unit."""
@@ -207,9 +207,10 @@ def size(
     ranked = sorted(candidates[:enough], key=lambda one: one.margins is None)
     found = Sizing(tuple(ranked), conditions, untried=len(trials) - len(ranked))
     best = found.best
-    if best is None or best.machine is None:
+    if best is None:
         return found
-    return replace(found, result=simulate(best.machine, motion, riders=riders))
+    equipped = with_product(machine, best.product, best.preload_class)  # its run may be that of another name
+    return replace(found, result=simulate(equipped, motion, riders=riders))
 
 
 def _selected(catalogue: Catalogue, texts: Iterable[str]) -> list[Product]:

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from guideload.base.arrays import Array
-from guideload.base.number_text import counted
+from guideload.base.number_text import counted, digits
 from guideload.base.warnings import LIMITS
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 from guideload.traces.quality.clocks import LONGEST_STEP, Clock
 from guideload.traces.quality.jumps import speed_jumps, top_speed
+from guideload.traces.quality.repair import MOST_LEFT_OUT
 
 # Position against velocity of the same axis: a drive's filtered velocity lags some 10 ms behind, at most a
 # fifth of the top speed at usual accelerations; 8 times the median deviation covers rounding of both columns.
@@ -30,20 +31,28 @@ REVERSED = 0.9  # of the steps: so many that go back are no jumps of a clock
 
 def check_order(draft: TraceDraft) -> None:
     """Time stamps must grow."""
-    time = draft.time
-    back = np.flatnonzero(np.diff(time) <= 0.0) + 1
-    if back.size:
-        at = int(back[0])
-        if back.size > REVERSED * (time.size - 1):
-            first, last = (draft.table.rows([row]) for row in (at - 1, back[-1]))
-            text = f"time runs backwards from {first} to {last}: reverse the order of the rows"
-            raise draft.refusal(text, draft.columns.time or "time")
-        raise draft.refusal(
-            f"time does not grow in {draft.table.rows(back)}: "
-            f"{float(time[at])!r} s after {float(time[at - 1])!r} s; sort the rows, cut the trace where the "
-            "clock jumps, or have it repaired with repair='doubled,clock' (--repair doubled,clock)",
-            draft.columns.time or "time",
+    time, steps = draft.time, np.diff(draft.time)
+    back = np.flatnonzero(steps <= 0.0) + 1
+    if not back.size:
+        return
+    at, most = int(back[0]), MOST_LEFT_OUT * time.size
+    if np.count_nonzero(steps < 0.0) > REVERSED * steps.size:
+        first, last = (draft.table.rows([row]) for row in (at - 1, back[-1]))
+        text = f"time runs backwards from {first} to {last}: reverse the order of the rows"
+    elif np.count_nonzero(steps == 0.0) > most and np.any(steps > 0.0):
+        text = (
+            f"the stamps have a resolution of {digits(np.median(steps[steps > 0.0]))} s, with about "
+            f"{digits(time.size / np.unique(time).size, 2)} rows each: record finer stamps, or give the samples per "
+            "second in their place with rate (--rate)"
         )
+    else:
+        repaired = "have it repaired with repair='doubled,clock' (--repair doubled,clock)"
+        text = (
+            f"time does not grow in {draft.table.rows(back)}: {float(time[at])!r} s after {float(time[at - 1])!r} s; "
+            "sort the rows, cut the trace where the clock jumps, or "
+            f"{repaired if back.size <= most else 'record it anew'}"
+        )
+    raise draft.refusal(text, draft.columns.time or "time")
 
 
 def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None:
