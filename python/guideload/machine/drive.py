@@ -134,10 +134,10 @@ class Drive(ConfigModel):
 
 
 class Friction(ConfigModel):
-    """Friction of the guides along the travel, opposite to the velocity: mu sum(|Fy| + |Fz|) + n F_seal + c |v|."""
+    """Friction of the guides along the travel, opposite to the velocity: sum(mu (|Fy| + |Fz|)) + n F_seal + c |v|."""
 
-    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] = optional(
-        "mu of the loaded carriages without seals, e.g. 0.003", 0.0
+    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] | None = optional(
+        "mu of the loaded carriages without seals, e.g. 0.003; by default that of the product of each"
     )
     seal: Annotated[float, in_range(FORCE, least=0.0)] | None = optional(
         'friction of the seals of one carriage, e.g. "12 N"; by default that of its product'
