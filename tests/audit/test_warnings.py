@@ -203,6 +203,10 @@ SCENES: dict[str, tuple[Callable[[], Found], str]] = {
         lambda: machine_warnings(with_empty_rail()),
         "no carriage runs on rail 3: is one forgotten",
     ),
+    "unused type": (
+        lambda: machine_warnings(machine().model_copy(update={"carriage_types": {"L2": {"length": 0.1}}})),
+        "no carriage names the carriage type L2: does a carriage lack its key type",
+    ),
     "sag": (lambda: machine_warnings(scaled(stiffness_y=1e-3)), "mm: are stiffness in N/m and mass in kg"),
     "frequency": (
         lambda: machine_warnings(scaled(stiffness_y=1e-6, stiffness_z=1e-6)),

@@ -241,6 +241,10 @@ def test_share_of_the_push_with_riders_agrees_with_two_runs() -> None:
         (RACK | {"pressure_angle": "89 deg"}, "an angle"),
         ({"pinion_diameter": 0.1, "efficiency": 1.2}, "an efficiency"),
         ({"pinion_diameter": 0.1, "efficiency": 0.0}, "> 0"),
+        ({"pinion_diameter": 0.1, "efficiency": 5e-324}, "an efficiency from 0.01 to 1"),
+        ({"linear_motor": True, "efficiency": 0.9}, "no efficiency beside linear_motor"),
+        ({"pinion_diameter": 0.1, "torque_curve": [("0 rpm", 3.0)]}, "at least 2 entries"),
+        ({"linear_motor": "yes"}, "linear_motor: expected true or false"),
         ({"pinion_diameter": 0.1, "torque_curve": [("100 rpm", 3.0), ("0 rpm", 3.0)]}, "ascending speed"),
     ],
 )

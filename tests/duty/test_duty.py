@@ -187,7 +187,11 @@ def test_changes_of_a_case_leave_the_rails_as_they_are(file: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('name = "full"', 'name = "empty"', "cases: expected a unique name of each case"),
+        (
+            'name = "full"',
+            'name = "empty"',
+            'row 8: cases[1].name: expected a unique name, got "empty"; cases[0] has it',
+        ),
         ("moves.toml", "none.toml", "row 5: cases[0].motion: expected a file that exists"),
         ('machine = "machine.toml"\n', "", "cases[0]: expected a machine file"),
         ('mass = "1500 kg"', "mass = 0", "row 11: cases[1].change.body.mass: expected > 0 kg"),
@@ -211,6 +215,12 @@ def test_refusals_name_row_and_key(file: Path, old: str, new: str, words: str) -
         DutyCycle.from_toml(file)
     assert words in str(caught.value) and "duty.toml" in str(caught.value)
     refused("duty", file)
+
+
+def test_cases_that_need_more_than_the_period_name_their_file(file: Path) -> None:
+    file.write_text(DUTY.replace("8 h", "1 min"), encoding="utf-8")
+    with pytest.raises(ArgumentError, match=r"duty\.toml: the cycles of all cases take .* of 60 s"):
+        DutyCycle.from_toml(file)
 
 
 def test_the_schema_has_the_keys_of_a_case() -> None:

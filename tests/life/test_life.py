@@ -12,7 +12,7 @@ from machines import carriage, having, machine, with_carriages
 from moves import BRISK, GENTLE, Move
 
 from guideload._core import Law
-from guideload.base.errors import ArgumentError, LifeError
+from guideload.base.errors import ArgumentError, ConfigError, LifeError
 from guideload.base.number_text import kilometres
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
@@ -383,3 +383,9 @@ def test_a_loaded_result_has_the_same_life_but_no_band(tmp_path: Any, life: Life
     again = life_of(Result.load(tmp_path / "loads.nc"))
     assert again.table().equals(life.table())
     assert again.band is None and life.band is None  # an exact motion has no uncertainty
+
+
+def test_whether_the_preload_counts_is_true_or_false() -> None:
+    for value in ("off", 1):
+        with pytest.raises(ConfigError, match="preload_in_life: expected true or false"):
+            LifeConditions(preload_in_life=value)

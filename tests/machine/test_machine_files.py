@@ -1,6 +1,8 @@
 """Properties of machine files: what is written is read, and what is refused is named with its key and row."""
 
 import json
+import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +10,7 @@ import lives
 import numpy as np
 import pytest
 import random_machines
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from moves import GENTLE
 
@@ -17,6 +19,7 @@ from guideload.base.errors import ConfigError
 from guideload.base.ranges import OF_MACHINES, SMALLEST_MOMENT
 from guideload.base.visible_text import HIDDEN
 from guideload.life.load_parts import load_parts
+from guideload.machine.components import unit_vector
 from guideload.machine.machine import Machine
 
 UNITS = {"m": {"m": 1, "mm": 1e3, "um": 1e6}, "kg": {"kg": 1, "t": 1e-3}, "N/m": {"N/m": 1, "N/um": 1e-6}}
@@ -184,9 +187,35 @@ def with_everything() -> Machine:
         "rails": rails,
         "payloads": [{"name": "box", "times": [[0.1, 0.2]], **part}],
         "points": [{"name": "tool", "at": (0.1, 0.2, 0.3), "settle_window": "10 um"}],
+        "riders": [{"name": "slide", "direction": (0.1, 0.7, 0.2), **part}],
         "report": {"project": 'a "quoted" name \\ #1'},
     }
     return given.model_copy(update=more)
+
+
+@given(st.tuples(*[st.floats(-1e3, 1e3)] * 3).filter(any))
+def test_a_unit_vector_is_its_own(direction: tuple[float, float, float]) -> None:
+    assume(math.hypot(*direction) >= sys.float_info.min)
+    unit = unit_vector(direction, "")
+    assert unit_vector(unit, "") == unit and math.isclose(math.hypot(*unit), 1.0, rel_tol=1e-15)
+
+
+@pytest.mark.parametrize("carriages", [5, {"name": "a"}])
+def test_carriages_that_are_no_list_are_refused_beside_products(carriages: Any) -> None:
+    values = dict(with_everything()) | {"carriages": carriages, "links": [{"name": "one"}]}
+    with pytest.raises(ConfigError, match="carriages: expected a list"):
+        Machine(**values)
+
+
+def test_an_invalid_product_is_told_once() -> None:
+    given = with_everything().model_dump()
+    given["products"][0]["mass"] = -1.0
+    for key in ("length", "width", "stiffness_y", "stiffness_z"):  # which the product would have given
+        for carriage in given["carriages"]:
+            del carriage[key]
+    with pytest.raises(ConfigError) as caught:
+        Machine(**given)
+    assert [problem.key for problem in caught.value.problems] == ["products[0].mass"]
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "everything", *range(12)])

@@ -342,6 +342,7 @@ ROW = "distance = 1\nspeed = 1\nacceleration = 1\njerk = 10\n"
         (f"rate = 0.9e9\n[[moves]]\n{ROW}", "row 1: rate: .*at most 5e.06 stamps"),
         (f'repeat = 2000\n[[moves]]\n{ROW}profile = "polynomial 5"', "row 1: repeat: .*at most 5e.06 stamps"),
         ("[[moves]]\ndistance = 1\nspeed = 1e-10", "row 3: .*expected a speed from 1e-09 to 1e.08 m/s"),
+        ("[[moves]]\ndistance = 1\ntime = 1e-100", "row 3: .*expected a period from 1e-09 to 1e.11 s"),
         (f"[[moves]]\n{ROW}acelleration = 1", 'did you mean "acceleration"'),
         ("rate = 100", r"moves: expected \[\[moves\]\] tables.*guideload init --moves"),
         ("[body]\nmass = 1", r"moves: expected \[\[moves\]\] tables.*this is a machine file"),

@@ -25,6 +25,7 @@ from guideload.reports.guides import STEP, guides_section, rail_lengths, shortes
 from guideload.reports.life import life_report
 from guideload.reports.machine import machine_report
 from guideload.reports.run import result_report
+from guideload.simulation.drive_force import has_friction
 
 MOTION = moved(GENTLE, 500.0)
 SEAL = {"value": 1.5, "per": "end seal"}  # 3 N per carriage
@@ -110,6 +111,19 @@ def test_seals_of_the_products_cost_their_force_over_the_whole_path() -> None:
     other = sealed.model_copy(update={"friction": Friction(seal=1.0)})
     assert other.seal_forces.tolist() == [1.0] * 4
     assert sealed.model_copy(update={"friction": Friction(viscous=2.0)}).seal_forces.tolist() == [3.0] * 4
+
+
+def test_the_coefficient_of_friction_of_a_product_is_that_of_its_carriages() -> None:
+    """As one of [friction], which replaces it; and a study has the force of the drive without it."""
+    free, rolling = with_product(), with_product(friction_coefficient=0.004)
+    stated = free.model_copy(update={"friction": Friction(coefficient=0.004)})
+    forces = [drive_requirements(simulate(one, MOTION)) for one in (free, rolling, stated)]
+    assert forces[1].friction.max() > 1.0 and not forces[0].friction.any()
+    assert forces[2].force.tobytes() == forces[1].force.tobytes()
+    more = rolling.model_copy(update={"friction": Friction(viscous=2.0)})
+    assert drive_requirements(simulate(more, MOTION)).friction.max() > forces[1].friction.max()
+    none = rolling.model_copy(update={"friction": Friction(coefficient=0.0)})
+    assert [has_friction(one) for one in (free, rolling, none)] == [False, True, False]
 
 
 def test_seals_of_products_need_no_velocity() -> None:

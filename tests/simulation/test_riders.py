@@ -168,6 +168,7 @@ def test_refusals_name_the_rider_and_the_way_out(call, words):
 def test_riders_of_a_machine_file_are_checked():
     with pytest.raises(ConfigError, match=r"direction.*other than zero"):
         Rider(**(SLIDE.model_dump() | {"direction": (0.0, 0.0, 0.0)}))
+    assert Rider(**(SLIDE.model_dump() | {"direction": (0.0, 0.0, 1e-170)})).direction == (0.0, 0.0, 1.0)
     with pytest.raises(ConfigError, match="unique name"):
         Machine(**(cart().model_dump() | {"riders": [SLIDE.model_dump(), SLIDE.model_dump()]}))
 

@@ -249,6 +249,11 @@ def test_what_is_not_known_is_refused() -> None:
         ({"straightness_file": "rail.csv"}, "no straightness_file in code"),
         ({"waviness": WAVES | {"wavelengths": ("2 m", "1 m")}}, "the first below the second"),
         ({"waviness": {"rms": (1e-5, 1e-5), "wavelengths": (0.1, 1.0)}}, "seed"),
+        ({"waviness": WAVES | {"rms": (-1e-5, 1e-5)}}, r"rms\[0\]: expected >= 0 m"),
+        *(
+            ({"waviness": WAVES | {"seed": seed}}, "seed: expected a whole number")
+            for seed in ("7", True, 2.0)
+        ),
     ],
 )
 def test_impossible_profiles_are_refused(keys: dict[str, Any], words: str) -> None:

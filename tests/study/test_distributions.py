@@ -19,6 +19,7 @@ from guideload.study.distributions import (
     Triangular,
     Truncated,
     Uniform,
+    in_words,
 )
 from guideload.study.varied_parameters import DistributionSpec, VariedParameter
 
@@ -156,6 +157,19 @@ def test_percent_of_a_negative_value_still_rises_with_the_number() -> None:
     values = drawn.values(GRID)
     assert np.all(np.diff(values) > 0.0)
     assert drawn.values(np.array([LOWEST, HIGHEST])) == pytest.approx([-0.78, -0.585], rel=1e-15)
+    cut = marginal("m", (-0.65,), distribution="normal", sigma="0.2 m", at_least="90 %", at_most="110 %")
+    assert cut.reach == pytest.approx((-0.715, -0.585), rel=1e-15)
+
+
+def test_a_bound_to_one_side_is_told_without_the_other() -> None:
+    for keys, words in (
+        ({"at_most": 300}, "at most 300 N"),
+        ({"at_least": 150}, "at least 150 N"),
+        ({"at_least": 150, "at_most": 300}, "from 150 to 300 N"),
+    ):
+        found = marginal(distribution="normal", sigma=50, **keys)
+        told = in_words(found.distribution, found.scale, " N")
+        assert told == f"normal with mean 200 N and sigma 50 N, {words}"
 
 
 def test_measured_values_come_from_a_list_or_a_table_in_their_unit(tmp_path: Any) -> None:

@@ -371,9 +371,10 @@ def test_replicates_are_for_sequences_that_fill_space_evenly() -> None:
     assert study(replicates=1).plan().metadata.replicates == 1
     assert "random samples are independent" in refused(sampling="random", replicates=4)
     assert "a whole number from 1 to 1024, got 0" in refused(replicates=0)
-    assert "no replicates beside cases" in refused(
-        vary=(), samples=None, cases={"body.mass [t]": [1.0]}, replicates=8
-    )
+    assert "at most 64, the number of samples, got 100" in refused(replicates=100)
+    for key, value in (("replicates", 8), ("sampling", "random")):
+        told = refused(vary=(), samples=None, cases={"body.mass [t]": [1.0]}, **{key: value})
+        assert f"{key}: expected no {key} beside cases" in told
 
 
 def test_a_missing_seed_is_drawn_and_stored() -> None:
@@ -420,12 +421,51 @@ def test_a_cell_of_cases_without_a_number_is_named(tmp_path: Path) -> None:
         Study(machine=MACHINE, motion=MOTION, cases=file)
 
 
+@pytest.mark.parametrize("last", ["nan,nan", "n/a,", "nan,\n,\n"])
+def test_a_last_row_without_numbers_is_no_empty_line(tmp_path: Path, last: str) -> None:
+    file = tmp_path / "cases.csv"
+    file.write_text(f"body.mass [t],carriages[1a].x\n1.1,-0.5\n1.2,-0.4\n{last}\n")
+    with pytest.raises(
+        TraceError, match=r"cases.csv: column body.mass \[t\]: .* in row 4: .*remove the rows"
+    ):
+        Study(machine=MACHINE, motion=MOTION, cases=file)
+    file.write_text("body.mass [t],carriages[1a].x\n1.1,-0.5\n1.2,-0.4\n,\n\n")
+    assert Study(machine=MACHINE, motion=MOTION, cases=file).plan().runs == 2
+
+
+def test_what_is_no_table_of_cases_is_told_without_the_machine(tmp_path: Path) -> None:
+    (tmp_path / "empty.csv").touch()
+    for cases, words in (
+        (tmp_path / "no.csv", r"cases: expected a table of cases.*no\.csv: no such file"),
+        (tmp_path / "empty.csv", r"cases: expected a table of cases.*empty\.csv: the file is empty"),
+        (3, r"cases: expected a table of cases, or its file, got 3; table: expected a path"),
+    ):
+        with pytest.raises(ConfigError, match=words) as caught:
+            Study(machine=MACHINE, motion=MOTION, cases=cases)
+        assert "machine" not in str(caught.value)
+    missing = {"path": "body.mass", "distribution": "sample", "file": str(tmp_path / "no.csv")}
+    assert "vary[0].file: expected a table of measured values" in refused(missing)
+    assert "motion: expected a Motion, got 3" in refused(motion=3)
+    assert "limits: expected a table of keys and values, got 3" in refused(limits=3)
+
+
+def test_a_seed_beside_cases_is_refused_at_its_row(folder: Path) -> None:
+    (folder / "cases.csv").write_text("body.mass [t]\n1.1\n")
+    head = 'machine = "manipulator.toml"\ntrace = "manipulator.csv"\ncases = "cases.csv"\n'
+    (folder / "study.toml").write_text(head)
+    assert Study.from_toml(folder / "study.toml").plan().runs == 1
+    (folder / "study.toml").write_text(head + "seed = 7\n")
+    with pytest.raises(ConfigError, match=r"row 4: seed: expected no seed beside cases, got 7"):
+        Study.from_toml(folder / "study.toml")
+
+
 @pytest.mark.parametrize(
     ("cases", "words"),
     [
         ({"body.mas": [1.0]}, "cases: expected a known path.*did you mean body.mass.*column body.mas"),
         ({"body.mass [m]": [1.0]}, "a mass in kg.*column body.mass"),
         ({"body.mass": [1.0, 0.0]}, "body.mass > 0 kg"),
+        ({"gravity.x [%]": [100.0, 150.0]}, r"0 has no percent \(column gravity.x"),
         (
             {"carriages.*.x": [0.1], "carriages[1a].x": [0.2]},
             r"carriages\.\*\.x sets carriages\[1a\].x already",

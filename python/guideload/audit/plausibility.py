@@ -41,7 +41,7 @@ def machine_warnings(machine: Machine, modes: Modes | None = None) -> list[Warni
         _rest(machine),
         _ratings(machine),
         _rated_moments(machine),
-        _empty_rails(machine),
+        _unused(machine),
         _modes(machine, modes),
         _weight(machine),
         _estimates(machine),
@@ -231,8 +231,8 @@ def _rated_moments(machine: Machine) -> Iterator[WarningText]:
                 break
 
 
-def _empty_rails(machine: Machine) -> Iterator[WarningText]:
-    """On rails that bear nothing."""
+def _unused(machine: Machine) -> Iterator[WarningText]:
+    """On rails that bear nothing, and on types that no carriage has."""
     used = {one.rail for one in machine.carriages}
     if empty := [rail.name for rail in machine.rails if rail.name not in used]:
         rail = "rail" if len(empty) == 1 else "rails"
@@ -240,6 +240,14 @@ def _empty_rails(machine: Machine) -> Iterator[WarningText]:
             "empty rail",
             f"Warning: no carriage runs on {rail} {joined(empty)}: is one forgotten, or on another rail? Else leave "
             f"the {rail} out.",
+        )
+    named = {one.type for one in machine.carriages}
+    if unused := [name for name in machine.carriage_types if name not in named]:
+        types = "the carriage type" if len(unused) == 1 else "the carriage types"
+        yield WarningText(
+            "unused type",
+            f"Warning: no carriage names {types} {joined(unused)}: does a carriage lack its key type? Else leave "
+            "the table out.",
         )
 
 

@@ -12,7 +12,16 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidat
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from guideload.base.errors import ABSENT, MOST_PROBLEMS, ConfigError, KeyPath, Problem, ValueRefused, shown
+from guideload.base.errors import (
+    ABSENT,
+    MOST_PROBLEMS,
+    ConfigError,
+    GuideloadError,
+    KeyPath,
+    Problem,
+    ValueRefused,
+    shown,
+)
 from guideload.base.ranges import Range
 from guideload.base.units import quantity
 
@@ -34,6 +43,10 @@ class ConfigModel(BaseModel):
             super().__init__(**values)
         except ValidationError as error:
             items = [item for item in error.errors(include_url=False) if not _miscounted(item)]
+            for item in items:  # what the model as a whole refused in an error of its own, as of a run
+                own = item.get("ctx", {}).get("error")
+                if not item["loc"] and isinstance(own, GuideloadError) and not isinstance(own, ValueRefused):
+                    raise own from None
             problems = [_problem(item, type(self)) for item in items[:MOST_PROBLEMS]]
             raise ConfigError(problems, others=len(items) - len(problems)) from None
 
@@ -133,7 +146,9 @@ EXPECTED = {
     "model_attributes_type": "a table of keys and values",
     "tuple_type": "a list",
     "bool_type": "true or false",
-    "too_short": "at least one entry",
+    "int_type": "a whole number",
+    "dict_type": "a table of keys and values",
+    "is_instance_of": "a {class}",
 }
 # Of a number, with the name of the bound in pydantic's context.
 BOUNDS = {
@@ -160,7 +175,7 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     if kind.startswith("union_tag"):  # the key that selects the model of a union is missing or unknown
         path = (*path, context["discriminator"].strip("'"))
     path, holder, field = _field(model, path)
-    expected = EXPECTED.get(kind, item["msg"])
+    expected = EXPECTED[kind].format(**context) if kind in EXPECTED else item["msg"]
     hint = (field.description if field else None) or ""
     written = None
     refused = context.get("error")
@@ -170,6 +185,9 @@ def _problem(item: ErrorDetails, model: type[BaseModel]) -> Problem:
     elif kind in BOUNDS:
         name, sign = BOUNDS[kind]
         expected = f"a number {sign} {context[name]}"
+    elif kind == "too_short":
+        least = context["min_length"]
+        expected = "at least one entry" if least == 1 else f"at least {least} entries"
     elif kind == "literal_error":
         expected = str(context["expected"]).replace("'", '"')
     elif kind in ("missing", "union_tag_not_found"):

@@ -66,7 +66,7 @@ TIME = Range("a time", "s", 0.0, 1e11, "three thousand years, so stamps since 19
 ANGULAR_SPEED = Range("an angular speed", "rad/s", 0.0, 1e9, "a thousand times the fastest turbine")
 ANGLE = Range("an angle", "rad", 0.0, 1.2, "70 degrees: teeth of a rack have 14.5 to 25 degrees")
 ROLL = Range("a roll angle", "rad", 0.0, 6.2832, "a full turn")
-EFFICIENCY = Range("an efficiency", "1", 0.0, 1.0, "a drive gives no more than it gets")
+EFFICIENCY = Range("an efficiency", "1", 0.01, 1.0, "worse than any screw, to a drive without losses")
 FRICTION = Range("a coefficient of friction", "1", 0.0, 10.0, "more than rubber on rubber")
 
 RATING = Range("a load rating", "N", 1e-6, 1e12, "from a micromechanical guide to the largest force")

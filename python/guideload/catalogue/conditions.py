@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
-from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic import PlainSerializer, PlainValidator, StrictBool, WithJsonSchema
 
 from guideload.base.config import ConfigModel, in_range, number, optional
 from guideload.base.errors import ValueRefused
@@ -38,7 +38,7 @@ class LifeConditions(ConfigModel):
     """How life and static safety are judged."""
 
     rule: RuleName = optional("rule of the equivalent load; sum is on the safe side", "sum")
-    preload_in_life: bool = optional(
+    preload_in_life: StrictBool = optional(
         "whether the preload counts, if it is known; false: as the maker prints the rule", True
     )
     reliability: Annotated[float, PlainValidator(_probability)] = optional(

@@ -91,7 +91,7 @@ class Product(ConfigModel):
     mass: Annotated[float, in_range(MASS, above=0.0)] | None = optional("mass of the carriage")
     seal_force: SealForce | None = optional('e.g. { value = "1.96 N", per = "end seal" }')
     friction_coefficient: Annotated[float, in_range(FRICTION, above=0.0)] | None = optional(
-        "of the rolling contacts, without seals"
+        "of the rolling contacts, without seals; [friction] of the machine file may replace it"
     )
     max_speed: Annotated[float, in_range(SPEED, above=0.0)] | None = optional('largest speed, e.g. "5 m/s"')
     max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] | None = optional(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, field_validator
 
 from guideload.base.config import ConfigModel, number, optional
-from guideload.base.errors import ConfigError, KeyPath, Problem, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, Problem, refused_at
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import CYCLES, PERIOD
 from guideload.base.toml import read_toml, require_files
@@ -57,9 +57,11 @@ class DutyFile(FileModel):
     @field_validator("cases")
     @classmethod
     def _unique(cls, cases: tuple[CaseFile, ...]) -> tuple[CaseFile, ...]:
-        names = [case.name for case in cases]
-        if len(set(names)) < len(names):
-            raise ValueRefused("a unique name of each case", names)
+        first: dict[str, int] = {}
+        for i, case in enumerate(cases):
+            if first.setdefault(case.name, i) < i:
+                hint = f"cases[{first[case.name]}] has it already"
+                raise refused_at(("cases", i, "name"), "a unique name", case.name, hint)
         return cases
 
     @classmethod

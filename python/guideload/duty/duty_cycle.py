@@ -74,7 +74,11 @@ class DutyCycle:
     @classmethod
     def from_toml(cls, file: str | PathLike[str]) -> DutyCycle:
         """The duty cycle of a TOML file, simulated. Raises ConfigError, TraceError, and what `duty_cycle` raises."""
-        return duty_cycle(*load_cases(file))
+        cases, period = load_cases(file)
+        try:
+            return duty_cycle(cases, period)
+        except ArgumentError as error:
+            raise ArgumentError(f"{file}: {error}") from None
 
     @property
     def conditions(self) -> LifeConditions:

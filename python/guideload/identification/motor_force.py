@@ -24,7 +24,7 @@ from guideload.identification.model import Excitation, ModelAt
 from guideload.identification.records import Record, Windows
 from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.drive_force import require_held_x
+from guideload.simulation.drive_force import friction_coefficients, require_held_x
 
 WINDOWS = 5000  # of a record by default: means over 5 ms in a record of 25 s
 SLOW = 0.01  # of the largest speed: below it friction may stick, which the law of the machine does not say
@@ -179,10 +179,11 @@ def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:
         raise ArgumentError(
             "identify: motor force needs the velocity of the cart, which this motion does not have"
         )
-    if machine.friction is not None and machine.friction.coefficient:
+    if friction_coefficients(machine).any():
         raise ArgumentError(
             "friction.coefficient: the force of the motor cannot separate it from friction.seal unless the loads "
-            "change much; leave it out of the machine that is identified, so that seal holds all dry friction"
+            "change much; leave it out of the machine that is identified, or state 0 where its products have one, so "
+            "that seal holds all dry friction"
         )
     if torque and (machine.drive is None or machine.drive.linear_motor):
         raise ArgumentError(

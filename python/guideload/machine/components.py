@@ -6,6 +6,7 @@ A value is an SI number or a string with its unit; it is stored as an SI number.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable
 from typing import Annotated, Literal, NamedTuple, cast
 
@@ -312,11 +313,18 @@ class Carriage(ElasticModel):
         )
 
 
+UNIT = (
+    4.0 * sys.float_info.epsilon
+)  # error of the length of a unit vector: roundings of its components and of hypot
+
+
 def unit_vector(direction: Vector, example: str) -> Vector:
-    """The direction with length 1. Raises ValueRefused with the example for a zero vector."""
+    """The direction with length 1; unchanged if it has it. Raises ValueRefused with the example for a zero vector."""
     length = math.hypot(*direction)
-    if length == 0.0:
+    if length < sys.float_info.min:  # 0, or so small that it has lost digits
         raise ValueRefused("a direction other than zero", direction, example)
+    if abs(length - 1.0) <= UNIT:
+        return direction
     x, y, z = direction
     return x / length, y / length, z / length
 

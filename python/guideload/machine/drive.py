@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, StrictBool, field_validator, model_validator
 
 from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ArgumentError, ValueRefused
@@ -33,7 +33,7 @@ CurvePoint = Annotated[
     listed("speed", "torque"),
 ]
 OUTPUTS = ("pinion_diameter", "pulley_diameter", "screw_lead", "linear_motor")
-ROTARY = ("gear_ratio", "motor_inertia", "torque_curve", "rated_torque")  # of motors that turn
+ROTARY = ("gear_ratio", "efficiency", "motor_inertia", "torque_curve", "rated_torque")  # of motors that turn
 
 
 class Drive(ConfigModel):
@@ -47,9 +47,9 @@ class Drive(ConfigModel):
     )
     pulley_diameter: PositiveLength | None = optional('pitch diameter of the pulley of a belt, e.g. "60 mm"')
     screw_lead: PositiveLength | None = optional('travel per turn of the screw, e.g. "20 mm"')
-    linear_motor: bool = optional("true: the motor pushes the cart without a gear", False)
+    linear_motor: StrictBool = optional("true: the motor pushes the cart without a gear", False)
     efficiency: Efficiency = optional(
-        "of gear and pinion, belt or screw together, e.g. 0.95; above 0, at most 1", 1.0
+        "of gear and pinion, belt or screw together, e.g. 0.95; at least 0.01, at most 1", 1.0
     )
     motor_inertia: Annotated[float, in_range(INERTIA, least=0.0)] = optional(
         'of rotor, coupling and gear at the shaft of the motor, e.g. "0.004 kg m^2"', 0.0
@@ -134,10 +134,10 @@ class Drive(ConfigModel):
 
 
 class Friction(ConfigModel):
-    """Friction of the guides along the travel, opposite to the velocity: mu sum(|Fy| + |Fz|) + n F_seal + c |v|."""
+    """Friction of the guides along the travel, opposite to the velocity: sum(mu (|Fy| + |Fz|)) + n F_seal + c |v|."""
 
-    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] = optional(
-        "mu of the loaded carriages without seals, e.g. 0.003", 0.0
+    coefficient: Annotated[float, in_range(FRICTION, least=0.0)] | None = optional(
+        "mu of the loaded carriages without seals, e.g. 0.003; by default that of the product of each"
     )
     seal: Annotated[float, in_range(FORCE, least=0.0)] | None = optional(
         'friction of the seals of one carriage, e.g. "12 N"; by default that of its product'

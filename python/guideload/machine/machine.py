@@ -37,7 +37,7 @@ from guideload.machine.links import LinkTable, feet_on, own_axes, read_only, tab
 from guideload.machine.names import name_conflicts
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
-from guideload.machine.products import filled, with_catalogue, with_packaged
+from guideload.machine.products import filled, of_invalid_products, with_catalogue, with_packaged
 from guideload.machine.report_head import ReportHead
 from guideload.machine.riders import MOST_RIDERS, Rider
 from guideload.machine.straightness import with_straightness
@@ -188,11 +188,12 @@ class Machine(FileModel):
             for path, refused in name_conflicts(values)
         ]
         lacking = {one["loc"][:2] for one in problems if one["loc"][2:] in GIVING}
+        lacking |= {("carriages", i) for i in of_invalid_products(values)}
         try:
             machine = handler(filled(values))
         except ValidationError as error:
             found = cast(list[InitErrorDetails], error.errors(include_url=False))
-            # An unknown product or type would have given the keys that are missing.
+            # An unknown or invalid product, or an unknown type, would have given the keys that are missing.
             problems += [one for one in found if one["type"] != "missing" or one["loc"][:2] not in lacking]
         if problems:
             raise ValidationError.from_exception_data(cls.__name__, at_types(problems, given))

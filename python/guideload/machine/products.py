@@ -65,10 +65,9 @@ def filled(values: Any) -> Any:
     A product gives length and width, and the elastic law along each axis for which the carriage has neither stiffness
     nor curve; length and width that follow from static moments only together with the law along y.
     """
-    products = _products(values)
-    if not products:
+    products, carriages = _products(values), list(find_tables(values, "carriages"))
+    if not products or not carriages:
         return values
-    carriages = list(find_tables(values, "carriages"))
     for i, name in find_texts(values, "carriages", "product"):
         if isinstance(carriages[i], dict) and name in products:
             carriages[i] = _with_product(carriages[i], products[name])
@@ -109,8 +108,10 @@ def stiffness_estimates(
 
 def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked carriages: unknown products and preload classes, and products without stiffness."""
-    products = _products(values)
+    products, told = _products(values), of_invalid_products(values)
     for i, table in enumerate(find_tables(values, "carriages")):
+        if i in told:
+            continue
         name, chosen = (find_value(table, key) for key in ("product", "preload_class"))
         if name is None:
             if chosen is not None:
@@ -134,6 +135,12 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
             hint = f"add {missing} to its record, or give the carriage stiffness_y and stiffness_z"
             words = "a product whose stiffness is given or can be estimated"
             yield ("carriages", i, "product"), ValueRefused(words, name, hint)
+
+
+def of_invalid_products(values: Any) -> set[int]:
+    """The carriages of unchecked values whose product is invalid, by index; the field `products` tells its problems."""
+    invalid = _texts(values, "products", "name") - _products(values).keys()
+    return {i for i, name in find_texts(values, "carriages", "product") if name in invalid}
 
 
 def _product(products: Mapping[str, Product], name: str, where: str) -> Product:

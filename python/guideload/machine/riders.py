@@ -6,8 +6,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from guideload.base.config import optional
-from guideload.base.errors import ValueRefused
-from guideload.machine.components import Body, Length, Name, Vector
+from guideload.machine.components import Body, Length, Name, Vector, unit_vector
 
 MOST_RIDERS = 8
 
@@ -30,15 +29,12 @@ class Rider(Body):
 
     @field_validator("direction")
     @classmethod
-    def _has_length(cls, direction: Vector) -> Vector:
-        if not any(direction):
-            raise ValueRefused("a direction other than zero", list(direction))
-        return direction
+    def _unit(cls, direction: Vector) -> Vector:
+        return unit_vector(direction, "e.g. [0, 0, 1] for a slide across the rails")
 
     def at(self, travel: float) -> Body:
         """The rider as a body at a travel [m], with its inertia about its centre of mass."""
-        along = np.array(self.direction) / np.linalg.norm(self.direction)
-        there = np.array(self.center_of_mass) + travel * along
+        there = np.array(self.center_of_mass) + travel * np.array(self.direction)
         return Body(mass=self.mass, center_of_mass=there.tolist(), inertia=self.central_inertia().tolist())
 
     def for_core(self) -> tuple[float, tuple[float, float, float], list[list[float]], Vector]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Protocol
 
 import numpy as np
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field, StrictInt, field_validator
 
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, in_range, listed, optional
@@ -23,6 +23,7 @@ POINTS_PER_WAVE = 4  # of a table, in the shortest wave that it is taken to show
 BLOCK = 4096  # places evaluated at a time, which takes some megabytes
 
 Length = Annotated[float, in_range(POSITION)]
+Amplitude = Annotated[float, in_range(POSITION, least=0.0)]
 PositiveLength = Annotated[float, in_range(LENGTH, above=0.0)]
 
 
@@ -128,7 +129,7 @@ def _parse_points(file: Path, rail: dict[str, Any]) -> list[tuple[float, ...]]:
 class Waviness(ConfigModel):
     """A random profile: waves with random phases, whose power density falls as 1/k^exponent with the wave number k."""
 
-    rms: Annotated[tuple[Length, Length], listed("y", "z")] = Field(
+    rms: Annotated[tuple[Amplitude, Amplitude], listed("y", "z")] = Field(
         description='root mean squares of the displacement along y and z, e.g. ["10 um", "5 um"]'
     )
     wavelengths: Annotated[tuple[PositiveLength, PositiveLength], listed("shortest", "longest")] = Field(
@@ -137,7 +138,7 @@ class Waviness(ConfigModel):
     exponent: Annotated[float, in_range(POWER, least=0.0)] = optional(
         "of the fall of the power density with the wave number", 2.0
     )
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(
+    seed: Annotated[StrictInt, Field(ge=0, lt=2**63)] = Field(
         description="of the random phases: the same seed gives the same profile"
     )
 

@@ -25,7 +25,7 @@ from guideload.base.errors import (
 )
 from guideload.base.file_model import FileModel
 from guideload.base.number_text import counted, digits
-from guideload.base.ranges import ACCELERATION, JERK, LENGTH, POSITION, RATE, SPEED, TIME
+from guideload.base.ranges import ACCELERATION, JERK, LENGTH, PERIOD, POSITION, RATE, SPEED, TIME
 from guideload.motion.motion import Motion
 from guideload.motion.phase_forces import PhaseForce
 from guideload.motion.profiles import (
@@ -84,7 +84,7 @@ class Move(MoveLimits):
     target: Annotated[float, in_range(POSITION)] | None = optional(
         "position of the cart where it ends; or a distance"
     )
-    time: Annotated[float, in_range(TIME, above=0.0)] | None = optional(
+    time: Annotated[float, in_range(PERIOD, above=0.0)] | None = optional(
         'duration, e.g. "1.2 s": limits that are left out follow from it, others are kept'
     )
     dwell: Annotated[float, in_range(TIME, least=0.0)] = optional(

@@ -32,10 +32,16 @@ def require_held_x(machine: Machine) -> None:
 
 def has_friction(machine: Machine) -> bool:
     """Whether friction of the guides adds to the force of the drive."""
-    friction = machine.friction
-    return bool(machine.seal_forces.any()) or (
-        friction is not None and (friction.coefficient > 0.0 or friction.viscous > 0.0)
-    )
+    viscous = machine.friction is not None and machine.friction.viscous > 0.0
+    return viscous or bool(machine.seal_forces.any() or friction_coefficients(machine).any())
+
+
+def friction_coefficients(machine: Machine) -> Array:
+    """Coefficient of friction of each carriage (carriage,), without seals: of [friction], or else of its product."""
+    if machine.friction is not None and machine.friction.coefficient is not None:
+        return np.full(len(machine.carriages), machine.friction.coefficient)
+    own = [None if one is None else one.friction_coefficient for one in machine.product_of_carriage]
+    return np.array([value or 0.0 for value in own])
 
 
 def rolling_speed(time: Array, acceleration: Array, velocity: Array) -> Array:
@@ -47,20 +53,20 @@ def friction_force(machine: Machine, loads: Array, speed: Array | None) -> Array
     """Force [N] (time,) along x with which the drive overcomes the friction of the guides; 0 at standstill.
 
     loads: (time, carriage, 6) of the carriages. speed: (time,) m/s, `rolling_speed`.
-    Without a table [friction] it is the friction of the products' seals, where the speed is known.
+    Without a table [friction] it is the friction of the products, where the speed is known.
     Raises ArgumentError if there is a table [friction] but no speed, which decides its sign.
     """
-    friction, seals = machine.friction, float(machine.seal_forces.sum())
-    if friction is None and (speed is None or not seals):
+    friction = machine.friction
+    if friction is None and (speed is None or not has_friction(machine)):
         return np.zeros(loads.shape[0])
     if speed is None:
         raise ArgumentError(
             "velocity: friction needs the velocity of the cart, which this motion does not have"
         )
-    if friction is None:
-        return np.asarray(np.sign(speed) * seals)
-    dry = friction.coefficient * np.abs(loads[:, :, 1:3]).sum(axis=(1, 2)) + seals
-    return np.asarray(np.sign(speed) * dry + friction.viscous * speed)
+    rolling = friction_coefficients(machine) * np.abs(loads[:, :, 1:3]).sum(axis=2)
+    dry = rolling.sum(axis=1) + machine.seal_forces.sum()
+    viscous = 0.0 if friction is None else friction.viscous
+    return np.asarray(np.sign(speed) * dry + viscous * speed)
 
 
 def with_rack_push(run: Run) -> Run:

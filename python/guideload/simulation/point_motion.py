@@ -76,8 +76,8 @@ def from_rest(machine: Machine, data: Quantities, spans: Sequence[MoveSpan]) -> 
             rest[first:] = machine.model_copy(update={"riders": riders}).scene.static_position()
             away[first:] = places[first:] - there
         for rider, travel in zip(machine.riders, away.T, strict=True):
-            along = np.array(rider.direction) / np.linalg.norm(rider.direction)
-            forces[:, 3:] += travel[:, None] * np.cross(along, rider.mass * np.array(machine.gravity))
+            weight = rider.mass * np.array(machine.gravity)
+            forces[:, 3:] += travel[:, None] * np.cross(rider.direction, weight)
     free = [DOFS.index(dof) for dof in machine.free]
     stiffness = machine.nominal_scene.matrices()[0][2][np.ix_(free, free)]
     rest[:, free] += np.linalg.solve(stiffness, forces[:, free].T).T

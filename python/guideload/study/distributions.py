@@ -141,6 +141,10 @@ def in_words(distribution: Distribution, scale: float, unit: str) -> str:
 
     def span(low: float, high: float) -> str:
         first, last = sorted((scale * low, scale * high))
+        if math.isinf(first):
+            return f"at most {last:.9g}{unit}"
+        if math.isinf(last):
+            return f"at least {first:.9g}{unit}"
         return f"from {first:.9g} to {last:.9g}{unit}"
 
     match distribution:
@@ -156,7 +160,7 @@ def in_words(distribution: Distribution, scale: float, unit: str) -> str:
             mean = scale * float(values.mean())
             return f"{values.size} values {span(*distribution.reach)} with mean {mean:.9g}{unit}"
         case Truncated(base, low, high):
-            return f"{in_words(base, scale, unit)}, only {span(low, high)}"
+            return f"{in_words(base, scale, unit)}, {span(low, high)}"
     raise TypeError(distribution)
 
 

@@ -18,6 +18,7 @@ from pydantic import Field
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel
 from guideload.base.errors import (
+    ArgumentError,
     ConfigError,
     KeyPath,
     KeyRefused,
@@ -25,6 +26,7 @@ from guideload.base.errors import (
     TraceError,
     ValueRefused,
     problem_at,
+    refused_at,
 )
 from guideload.machine.products import stiffness_estimates
 from guideload.parameters.parameters import Form, Parameter, Parameters
@@ -38,6 +40,7 @@ from guideload.study.varied_parameters import (
     VariedParameter,
     column_numbers,
     name_and_unit,
+    no_percent,
 )
 from guideload.traces.format.sources import load_table
 from guideload.traces.format.table import Table
@@ -181,9 +184,13 @@ def read_cases(source: TableLike, parameters: Parameters) -> tuple[tuple[Factor,
     """Factors, and their values (cases, factors), read-only.
 
     A header is a path, followed by a blank and the unit in brackets if it is not SI: "body.mass [t]"; [%] is percent of
-    the machine's value. Raises TraceError for the table, ConfigError with all refused headers and columns.
+    the machine's value. Raises ConfigError for what is no table, and with all refused headers and columns, TraceError
+    for cells without a number.
     """
-    table = load_table(source)
+    try:
+        table = load_table(source)
+    except ArgumentError as error:
+        raise refused_at(("cases",), "a table of cases, or its file", source, str(error)) from None
     columns: list[tuple[Factor, Array]] = []
     problems: list[Problem] = []
     for i, header in enumerate(table.names):
@@ -211,6 +218,8 @@ def _given_factor(table: Table, i: int, header: str, parameters: Parameters) -> 
     unit = group[0].unit
     numbers, relative = column_numbers(table, header, unit)
     form: Form = "factor" if relative and len(group) > 1 else "value"
+    if relative and not any(parameter.value for parameter in group):
+        raise no_percent()
     if relative and form == "value":
         numbers = numbers * group[0].value
     if form == "value" and len({parameter.unit for parameter in group}) > 1:

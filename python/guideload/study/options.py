@@ -19,10 +19,11 @@ from pydantic import (
     StrictStr,
     ValidationInfo,
     create_model,
+    model_validator,
 )
 
 from guideload.base.config import ConfigModel, in_range, optional
-from guideload.base.errors import ConfigError, KeyPath, ValueRefused
+from guideload.base.errors import ConfigError, KeyPath, ValueRefused, refused_at
 from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
 from guideload.base.toml import Place, read_toml
@@ -182,6 +183,14 @@ class StudyFile(StudyOptions):
     forces: ForcesOptions | None = optional("the table [forces]: process forces beside the motion")
     motion: MotionOptions = optional("the table [motion]: how the motion scatters", MotionOptions())
     cases: StrictStr | None = optional("a table of given cases in place of [[vary]]; its headers are paths")
+
+    @model_validator(mode="after")
+    def _no_seed_beside_cases(self) -> StudyFile:
+        if self.cases is not None and "seed" in self.model_fields_set:
+            raise refused_at(
+                ("seed",), "no seed beside cases", self.seed, "cases are run as they are, in order"
+            )
+        return self
 
     @property
     def files(self) -> dict[KeyPath, str | None]:

@@ -83,7 +83,7 @@ def require_limit(quantity: Quantity, machine: Machine, limit: object) -> None:
             f"no limit on {quantity.title} of a machine with friction",
             limit,
             "a study has this force without friction, which `guideload run` adds; to limit it so, take the friction "
-            'off the limit and state none: [friction] with seal = "0 N" alone',
+            'off the limit and state none: [friction] with coefficient = 0 and seal = "0 N" alone',
         )
 
 

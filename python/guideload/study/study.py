@@ -194,11 +194,11 @@ class Study(StudyOptions):
     def _require_one_source(self) -> None:
         """Raise ConfigError unless there are either given cases, or varied parameters and samples."""
         if self.cases is not None:
-            for key in ("vary", "correlation", "samples", "replicates", "sensitivity"):
+            for key in ("vary", "correlation", "samples", "sampling", "replicates", "sensitivity"):
                 value = getattr(self, key)
-                if value:
+                if value != type(self).model_fields[key].default:
                     hint = "cases are run as they are, in order: keep one of them"
-                    value = value if isinstance(value, int) else len(value)
+                    value = len(value) if isinstance(value, tuple) else value
                     raise refused_at((key,), f"no {key} beside cases", value, hint)
             return
         if not self.samples:
@@ -215,6 +215,10 @@ class Study(StudyOptions):
         return 1
 
     def _require_possible_design(self, factors: int, correlated: bool) -> None:
+        if self.samples is not None and (self.replicates or 0) > self.samples:
+            hint = "the samples are divided among them"
+            words = f"at most {self.samples}, the number of samples"
+            raise refused_at(("replicates",), words, self.replicates, hint)
         if self.sensitivity and correlated:
             hint = "a Sobol index is a share of the variance, which correlated factors share"
             raise refused_at(("sensitivity",), "false where factors are correlated", True, hint)

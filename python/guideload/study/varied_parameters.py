@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field, PlainValidator, model_validator
 
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, number, optional
-from guideload.base.errors import KeyRefused, ValueRefused
+from guideload.base.errors import KeyRefused, UnreadableTrace, ValueRefused
 from guideload.base.units import factor, quantity
 from guideload.parameters.parameters import Form
 from guideload.study import distributions
@@ -55,6 +55,12 @@ def column_numbers(table: Table, header: str, unit: str) -> tuple[Array, bool]:
     return numbers * (factor(written, unit) if written else 1.0), False
 
 
+def no_percent() -> KeyRefused:
+    """The refusal of percent of values of the machine that are all 0."""
+    expected = "a machine's value other than 0, or values with a unit"
+    return KeyRefused("path", expected, 0.0, "0 has no percent")
+
+
 # ---- the tables [[vary]]
 
 
@@ -65,6 +71,7 @@ PERCENT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*%\s*
 # Keys of amounts, with or without a unit.
 AMOUNTS = ("mean", "sigma", "median", "low", "mode", "high", "plus_minus", "at_least", "at_most")
 LOCATIONS = ("mean", "median", "mode", "low")  # values of the parameter
+ENDS = (("low", "high"), ("at_least", "at_most"))  # of which the first is less
 WIDTHS = ("sigma", "plus_minus")  # differences of values
 
 
@@ -169,14 +176,18 @@ class VariedParameter(ParameterPaths):
         kinds = {amount.relative for amount in amounts.values()}
         if False not in kinds:  # all in percent, or left out
             if not any(nominal):
-                expected = "a machine's value other than 0, or values with a unit"
-                raise KeyRefused("path", expected, 0.0, "0 has no percent")
+                raise no_percent()
             drawn = self._bounded(amounts, 1.0)
             return Marginal(drawn, "value", nominal[0]) if len(nominal) == 1 else Marginal(drawn, "factor")
         if len(nominal) == 1:
+            shares = {key for key, amount in amounts.items() if amount.relative}
             for key, (share, relative) in amounts.items():
                 if relative:
                     amounts[key] = Amount(share * (abs(nominal[0]) if key in WIDTHS else nominal[0]), False)
+            if nominal[0] < 0.0:  # 90 % of it is above 110 %
+                for low, high in ENDS:
+                    if {low, high} <= shares:
+                        amounts[low], amounts[high] = amounts[high], amounts[low]
             return Marginal(self._bounded(amounts, nominal[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # The default mode is the value of each parameter, and a bound without a location refers to nothing.
@@ -328,7 +339,10 @@ class SampleSpec(VariedParameter):
     def _values(self, unit: str) -> list[Amount]:
         if self.file is None:
             return [_read("values", value, unit) for value in self.values or ()]
-        table = load_table(self.file)
+        try:
+            table = load_table(self.file)
+        except UnreadableTrace as error:
+            raise KeyRefused("file", "a table of measured values", self.file, str(error)) from None
         header = self.column if self.column is not None else table.names[0]
         if header not in table.names or (self.column is None and len(table.names) > 1):
             key = "file" if self.column is None else "column"

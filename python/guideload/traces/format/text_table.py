@@ -174,8 +174,10 @@ def _columns(body: str, dialect: Dialect, decimal: str) -> tuple[list[Any], rang
         raise UnreadableTrace("not a readable CSV table: a quote or a line break is inside a sample")
     columns = [_array(column) for column in table.columns]
     filled = len(numbers)
-    while filled and all(_is_empty(column[filled - 1]) for column in columns):
-        filled -= 1
+    if filled and all(_is_empty(column[-1]) for column in columns):
+        lines = BREAK.split(body)
+        while filled and not lines[filled - 1].strip(f'{dialect.separator} \t"'):
+            filled -= 1
     if filled < len(numbers):
         notes.append(f"{len(numbers) - filled} empty lines at the end")
     return [column[:filled] for column in columns], numbers[:filled], notes
