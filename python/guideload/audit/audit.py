@@ -48,8 +48,8 @@ class Audit:
     rotation        largest rotation, and the second-order terms that the model neglects
     contact         links that lost contact, and the preload that would prevent it
     sampling        sample steps, natural frequencies and bandwidth of the excitation
-    resolution      modes that the trace shows, and loads that it may hide; None if the reported instants are further
-                    apart than the samples of the motion
+    resolution      modes that the trace is fine enough to show, and the load that it may hide; None if the reported
+                    instants are farther apart than the samples of the motion
     simpler_models  peaks of simpler models, and the dynamic factor
     energy          energy balance; None if the excitation jumps between the reported instants, or riders move
     force_balance   force balance of the reported loads

@@ -91,7 +91,7 @@ class Life:
 
     @cached_property
     def with_preload(self) -> Life | None:
-        """With the preload that `preload_in_life = false` leaves out; None if nothing is left out."""
+        """The same life with the preload counted; None if it is counted already, or if no carriage has preload."""
         if self.conditions.preload_in_life or not any(one.preload for one in self.carriages):
             return None
         return life_of(self.record.result, self.conditions.model_copy(update={"preload_in_life": True}))

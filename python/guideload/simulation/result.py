@@ -118,7 +118,8 @@ class Result:
     def extremes(self, rules: Sequence[Rule | None]) -> Extremes | None:
         """Smallest and largest loads of the carriages at any time, and their largest equivalent loads by these rules.
 
-        None for a carriage without rule. Runs again. None at given instants, and over rails that are not straight.
+        rules: None where a carriage has no rule. The run is repeated. Returns None if instants were given, or if rails
+        are not straight.
         """
         return None if self.whole_run is None else self.whole_run.extremes(rules=rules)
 
@@ -132,7 +133,7 @@ class Result:
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 
-        None without uncertainty, and none for a result that was read from a file.
+        Yields nothing without uncertainty, and nothing for a result that was read from a file.
         """
         return iter(()) if self._run is None else drawn_loads(self._run, count)
 

@@ -133,10 +133,12 @@ class Run:
         return excitation_with_enough_instants(self.machine, self.motion, self.stretches)
 
     def extremes(self, dynamic: bool = False, rules: Sequence[Rule | None] | None = None) -> Extremes | None:
-        """The extremes of the loads of the carriages. rules: of their equivalent loads, None for a carriage without.
+        """Smallest and largest loads of the carriages at any time.
 
-        dynamic: (2 carriage, 8), then also the largest magnitudes of the loads less the static ones. None where the
-        loads are known at the reported instants alone: at given instants, and over rails that are not straight.
+        dynamic: also the largest magnitudes of the loads less the static ones; the shape is then (2 carriage, 8).
+        rules: those of the equivalent loads, whose largest values are computed too; None where a carriage has no rule.
+        Returns None if instants were given, or if rails are not straight: the loads are then known at the reported
+        instants only.
         """
         if self.times is not None or self.feet is not None:
             return None

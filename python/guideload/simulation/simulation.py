@@ -51,9 +51,10 @@ def simulate(
             (Radau IIA of order 9), or auto: the cheapest method that the scene allows; `Result.reason` explains the
             choice
     riders  the motion of each rider that moves, by its name: along x, which is its travel; the methods are then rk45
-            and implicit. Without riders that move, each is a part of the body at its position
-    rtol    1e-13 to 0.1, error tolerance of exponential, rk45 and implicit for link loads, over the load scale: largest
-            link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
+            and implicit. A rider without a motion is fixed to the body at its `position`
+    rtol    1e-13 to 0.1, tolerated error of link loads with exponential, rk45 and implicit, as a share of the load
+            scale: largest link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N`
+            of the result)
     step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
             motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion, and where loads vibrate between

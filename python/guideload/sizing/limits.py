@@ -45,7 +45,7 @@ class Limit:
     margins, motion, machine  at this value, or at the largest tried
     tried     smallest and largest value that was tried
     failing   smaller values that were tried, at which a requirement fails
-    beyond    why moves with a larger value are refused, if that ends the search: a force lacks its phase
+    beyond    why no larger value can be tried, e.g. a process force names a phase that the moves no longer have, or ""
     at        m from L, the place of the payload; None for other quantities
     direction  of the overhang; None for other quantities
     """

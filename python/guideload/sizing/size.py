@@ -109,7 +109,7 @@ class Sizing:
     """The candidates that were tried, from the smallest to the largest load rating; failed ones last.
 
     conditions  the requirements
-    result      run of `best`; of the others only the figures are kept: all runs would take gigabytes
+    result      run of `best`; other candidates keep figures only, to save memory
     untried     number of larger candidates that were not tried
     """
 

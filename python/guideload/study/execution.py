@@ -72,7 +72,8 @@ def run_study(
     threads
         Of this process, by default one per core; or of each task of an executor, by default 1.
     chunk
-        Largest number of samples in a file and a task; by default 8192, for an executor fewer in small studies.
+        Largest number of samples in a file and a task; by default 8192, with an executor less if a small study would
+        otherwise give too few tasks.
     executor
         Any concurrent.futures.Executor, such as Dask's `client.get_executor()`; None: this process.
     in_flight

@@ -300,8 +300,11 @@ class StudyResult(StudyColumns):
 
     @checked
     def driving(self, name: str | None = None) -> pd.DataFrame:
-        """Influence of the parameters on a column, strongest first: `sensitivity` if the design allows it, else
-        `rank_correlation`, the one of either kind that is larger, with a column `to_both_sides`."""
+        """Influence of the parameters on a column, strongest first.
+
+        `sensitivity` if the design allows it; else a `rank_correlation`: that with the parameter, or that with its
+        distance from its median if it is larger and its interval excludes 0. Column `to_both_sides` says which.
+        """
         if self.metadata.sensitivity:
             return self.sensitivity(name).sort_values("total", ascending=False, kind="stable")
         one_way, both = (self.rank_correlation(name, to_both_sides=each) for each in (False, True))

@@ -34,8 +34,9 @@ from guideload.study.varied_parameters import SampleSpec
 class Study(StudyOptions):
     """A Monte Carlo study of the loads of a machine whose parameters vary.
 
-    Before anything runs, it raises ConfigError with all problems, TraceError for a trace or a table, and SceneError for
-    a machine that its links do not support.
+    Its creation raises ConfigError with all problems of the description, TraceError for a trace or a table, and
+    SceneError for a machine that its links do not support. An `rtol` outside 1e-13 to 0.1 is refused when the study
+    runs, by ArgumentError.
     """
 
     machine: Machine = Field(description="the nominal machine")
