@@ -157,7 +157,7 @@ def limit(
 
 @click.command()
 @draws_report
-@options.or_moves("files", "MACHINE.TOML... TRACE...", nargs=-1)
+@options.motion_argument("files", "MACHINE.TOML... TRACE...", nargs=-1)
 @click.option(
     "--product",
     "products",

@@ -220,7 +220,7 @@ def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> An
     return given
 
 
-def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
+def motion_argument(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
     """Decorator: an argument for a trace or a motion file, the option --move, which stands for one, and forces."""
 
     move = click.option(
@@ -238,8 +238,8 @@ def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
     return together(argument, move, force_options)
 
 
-trace_argument = or_moves("trace_file", "TRACE")
-optional_trace_argument = or_moves("trace_file", "[TRACE]")
+trace_argument = motion_argument("trace_file", "TRACE")
+optional_trace_argument = motion_argument("trace_file", "[TRACE]")
 
 
 def trace_options(command: Any) -> Any:

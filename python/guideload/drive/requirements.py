@@ -105,7 +105,7 @@ class DriveRequirements:
     @property
     def holding_force(self) -> float:
         """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
-        laden = self.machine.carrying(payload.name for payload in self.machine.payloads)
+        laden = self.machine.with_payloads(payload.name for payload in self.machine.payloads)
         scene = (laden if self.machine.payloads else self.machine).scene
         if is_elastic(self.machine):
             return float(-scene.static_link_loads() @ _along_x(self.machine))

@@ -224,7 +224,7 @@ def rank_measurements(
     rows = []
     for one in candidates:
         nuisance = np.array([each.expected for each in one.nuisance])
-        there = one.settled(model, nuisance).residuals(model, nuisance)
+        there = one.prepared_for(model, nuisance).residuals(model, nuisance)
         weights = 1.0 / np.array([each.spread for each in one.nuisance])
         after = np.linalg.inv(before + marginal_information(there.by_unknowns, there.by_nuisance, weights))
         if gradient is None:

@@ -112,8 +112,8 @@ class FrequencyResponses(Measured):
         by_nuisance = np.concatenate(scales)[:, None][:, : nuisance.size]
         return Residuals(np.concatenate(values), np.concatenate(slopes) * model.slopes, by_nuisance)
 
-    def settled(self, model: ModelAt, nuisance: Array) -> FrequencyResponses:
-        """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
+    def prepared_for(self, model: ModelAt, nuisance: Array) -> FrequencyResponses:
+        """The responses with noise by the computed ones, once near: small measured ones would weigh too much."""
         gain = float(nuisance[0]) if nuisance.size else 1.0
         found = [gain * curve.computed(model)[0] for curve in self.curves]
         errors = [one - curve.value for one, curve in zip(found, self.curves, strict=True)]

@@ -332,7 +332,7 @@ def _failures_table(result: StudyResult) -> Table | None:
     rows = result.failures()
     return Table(
         Column("reason", rows["reason"]),
-        Column("runs", rows["count"], kind="count"),
+        Column("runs", rows["count"], kind="whole"),
         Column("share", 100 * rows["share"], "%", "3 digits"),
-        Column("first sample", rows["first_sample"], kind="count"),
+        Column("first sample", rows["first_sample"], kind="whole"),
     )

@@ -127,7 +127,7 @@ class Result:
     def whole_run(self) -> Run | None:
         """The run, if it can be computed at other instants too; else None."""
         run = self._run or stored_run(self.machine, self._estimate)
-        return run if run is not None and run.times is None and run.feet is None else None
+        return run if run is not None and run.times is None and run.straightness_loads is None else None
 
     @checked
     def drawn_loads(self, count: int) -> Iterator[Array]:
@@ -152,7 +152,7 @@ class Result:
         again = None if self._run is None else self._run.link_loads_again
         return Audit.of(self.machine, self._estimate, self.modes, again)
 
-    def require_no_doubts(self) -> None:
+    def raise_if_doubtful(self) -> None:
         """Raise DoubtfulResult if the result contradicts itself or cannot be predicted; see `Audit.doubts`."""
         if self.audit.doubts:
             raise DoubtfulResult(" ".join(self.audit.doubts))

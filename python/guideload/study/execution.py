@@ -309,7 +309,7 @@ def _executor_error(error: Exception) -> GuideloadError:
 # ---- histories of the requested samples, with the labels of a single run
 
 
-Row = tuple[str, tuple[str, ...], NDArray[Any], str, str]  # name, dimensions, values, unit, meaning
+VariableRow = tuple[str, tuple[str, ...], NDArray[Any], str, str]  # name, dimensions, values, unit, meaning
 TOGETHER = 16  # samples whose loads are computed at a time
 COPIES = 4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs for it
 
@@ -364,7 +364,7 @@ def _room(samples: int, times: int, carriages: int) -> Array:
         ) from None
 
 
-def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[Row]:
+def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[VariableRow]:
     """Rows of `quantities` for loads (..., time, carriage, 6)."""
     resultant = np.hypot(loads[..., 1], loads[..., 2])
     return [

@@ -13,7 +13,7 @@ from guideload.monitor.monitor import Monitor
 from guideload.watch.inputs import Input
 from guideload.watch.lines import Lines, Refused
 from guideload.watch.reaction import Crossing
-from guideload.watch.status import Curves, WatchState, status
+from guideload.watch.status import LoadCurves, WatchState, status
 from guideload.watch.store import Store
 
 WAIT = 0.2  # s to wait for bytes of the input; after a signal the watch ends within this time
@@ -42,7 +42,7 @@ class Session:
     ) -> None:
         self.monitor, self.source, self.lines, self.store = monitor, source, lines, store
         self.on_crossing, self.on_refused, self.say = on_crossing, on_refused, say
-        self.curves = Curves(monitor.settings.period)
+        self.curves = LoadCurves(monitor.settings.period)
         self.period_now, self.loads = -1, np.zeros((len(monitor.carriages), 5))
         self.samples = 0
         self.per_second = 0.0

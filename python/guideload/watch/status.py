@@ -117,7 +117,7 @@ def _known(value: float, extreme: float) -> float | None:
     return float(value) if math.isfinite(extreme) else None
 
 
-class Curves:
+class LoadCurves:
     """The largest resultant of Fy and Fz of each carriage in steps of `BUCKET` over the last `SECONDS`.
 
     Points are (number, [N per carriage]); the number counts the steps since the first sample.
