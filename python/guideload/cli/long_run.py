@@ -27,7 +27,7 @@ ENDINGS = (".csv", ".parquet")
 @click.option(
     "-o", "--output", type=options.FilePath, help="Table to write, a row per block: .csv or .parquet."
 )
-@click.option("--rows", type=click.IntRange(min=1), help="Rows of a block.  [default: 65536]")
+@click.option("--rows", type=click.IntRange(min=8192), help="Rows of a block.  [default: 65536]")
 @options.method_option
 @options.rtol_option
 @options.start_option
@@ -49,7 +49,7 @@ def long_run(
     """Compute peaks and life over a record of any length.
 
     TRACE.PARQUET is read, smoothed and run in blocks, each of which starts where the one before ended; histories of the
-    loads are not stored. Ctrl-C, or a block that fails, ends it with the values so far.
+    loads are not stored. Ctrl-C or a block that fails ends the run; the values so far are reported.
     """
     from guideload.long_runs.blocks import ROWS, motion_blocks
     from guideload.long_runs.long_run import LongRun

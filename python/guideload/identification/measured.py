@@ -57,7 +57,7 @@ class Residuals:
 
 
 class Measured(ABC):
-    """One set of measured data of one kind, checked and in SI: independent errors, but of a `Record` in time."""
+    """One set of measured data of one kind, checked and in SI. Errors are independent, except those of a `Record`."""
 
     name: str  # in words, as in reports: "hammer test"
 

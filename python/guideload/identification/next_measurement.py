@@ -190,8 +190,8 @@ class RankedMeasurement:
     """A measurement in a ranking.
 
     name       of the measurement
-    deviation  standard deviation of the target quantity after it, over the one now: 1 if it adds nothing
-    identified unknowns that the data would determine then and do not determine now
+    deviation  standard deviation of the target quantity with this measurement over that without: 1 if it adds nothing
+    identified unknowns that the data determine only with this measurement
     """
 
     name: str
@@ -202,7 +202,7 @@ class RankedMeasurement:
 def rank_measurements(
     found: Identification, candidates: Sequence[Measured], target: Mapping[str, float] | None = None
 ) -> tuple[RankedMeasurement, ...]:
-    """Measurements that could be made, the one that would tell most first.
+    """Possible further measurements, the most informative one first.
 
     Parameters
     ----------

@@ -50,8 +50,8 @@ class ResponseCurve:
 class FrequencyResponses(Measured):
     """Measured frequency responses.
 
-    Standard deviation of real and imaginary part: level times the size of the response, and floor times the largest
-    one of a curve, as the root of the sum of their squares.
+    Standard deviation of real and imaginary part: sqrt((level |H|)^2 + (floor max |H|)^2), with the response H and the
+    maximum over its curve.
 
     level_known  whether level and floor are known; else the level is a start only
     floor_known  whether the floor is known beside a level that is not

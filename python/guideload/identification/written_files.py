@@ -147,7 +147,7 @@ INSIDE = 1.0 - 1e-6  # factor on all correlations: rounding must not make their 
 
 
 def study_text(found: Identification, machine: str, trace: str) -> str:
-    """The study file; machine: the file with the identified values, which are the medians."""
+    """The study file, with the identified values as medians. machine: name of the machine file with these values."""
     rows = [
         "# Loads of the machine as identified: the distributions are what is known of it after the measurement.",
         f"machine = {_quoted(machine)}",

@@ -27,7 +27,7 @@ ROUNDING = 1e-9  # of the forces of rails that are not straight: smaller process
 class LoadParts(dict[str, Array]):
     """Parts of the loads by cause, in the order of `CAUSES`, each (time, carriage, 6): force [N] and moment [N m].
 
-    Their sum is the load. Causes that the run does not have are missing. Quasi-static parts have nominal stiffness.
+    Their sum is the load. Causes that the run does not have are missing. Quasi-static parts: with nominal stiffness.
     """
 
     @cached_property

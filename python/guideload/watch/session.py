@@ -26,7 +26,7 @@ class Session:
 
     on_crossing: called at each sample at which carriages rise above their limit; True ends the watch after it.
     on_refused: called at each line that is no sample; True ends the watch before it.
-    say: takes what the user must know.
+    say: called with each message for the user.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class Session:
             state.write(self.store.folder)
 
     def close(self) -> None:
-        """Keep all that came, and end."""
+        """Write all that was received, and end."""
         if self.store is not None:
             self.store.close(self._place())
             self.show(ended=True)

@@ -31,7 +31,7 @@ class _State(BaseModel):
 
 
 class InputState(_State):
-    """What happened to the samples of a watch, and the number of lines that are none."""
+    """What happened to the samples of a watch, and the number of malformed lines."""
 
     samples: int
     missing: int
