@@ -79,10 +79,10 @@ def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(er
     np.testing.assert_allclose(models.quasi_static_dynamic, change, atol=1e-9 * laden.max())
 
 
-def test_the_second_look_solves_all_stretches_again():
+def test_the_verification_solves_all_stretches_again():
     machine = carrying(ref.preloaded(), payload(times=[(0.7, 1.1)]))
     result = simulate(machine, ref.piece(ref.cycle(), 500, 1400))
-    look = result.audit.second_look
+    look = result.audit.verification
     assert look is not None and not isinstance(look, str) and look.agrees
 
 

@@ -299,7 +299,7 @@ def _study_lines(result: StudyResult) -> Iterator[str]:
         words = f"in {sets} independent sets ({design})" if sets > 1 else f"in a {design}"
     yield "given cases" if metadata.chosen else f"drawn {words}, seed {metadata.seed}"
     if not result.doubts:
-        yield result.second_look_text
+        yield result.verification_text
 
 
 def _parameters_table(result: StudyResult) -> Table:

@@ -23,10 +23,10 @@ from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 from guideload.study.plan import Plan
 from guideload.study.result import StudyResult
-from guideload.study.second_look import second_look
 from guideload.study.storage import Chunk, FolderStore, Range, SampleStore, open_store
 from guideload.study.study import Study, make_plan
 from guideload.study.tasks import Client, connected, run_chunk, write_chunk
+from guideload.study.verification import verify_study
 
 Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
 
@@ -87,7 +87,7 @@ def run_study(
     progress
         Called repeatedly with the number of finished samples and the number of all samples.
     strict
-        Raise DoubtfulResult if the second look at some samples doubts them: see `StudyResult.doubts`.
+        Raise DoubtfulResult if the verification of some samples doubts them: see `StudyResult.doubts`.
 
     Raises
     ------
@@ -118,8 +118,8 @@ def run_study(
             if plan.histories and (kept is None or tuple(kept["sample"].values.tolist()) != plan.histories):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
             _run(plan, store, chunk, threads, executor, client, flying, progress)
-            looks = second_look(plan, StudyResult(store, plan.metadata), threads if here else cores())
-            store.describe(plan.metadata.model_copy(update={"second_look": looks}))
+            verification = verify_study(plan, StudyResult(store, plan.metadata), threads if here else cores())
+            store.describe(plan.metadata.model_copy(update={"verification": verification}))
         except KeyboardInterrupt:
             raise StudyInterrupted(StudyResult(store, store.metadata), _samples_done(store)) from None
         except RunError as error:

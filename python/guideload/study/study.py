@@ -187,7 +187,7 @@ class Study(StudyOptions):
         metadata = metadata.model_copy(update={"limits": limits})
         posterior = [posterior_digest(motion)] if self.posterior else []
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)
-        # 0 to 4 are the keys of samples, second look and populations.
+        # 0 to 4 are the keys of samples, verification and populations.
         draws = np.random.SeedSequence(self.seed, spawn_key=(5,)).generate_state(1, np.uint64)
         seed = int(draws[0]) if self.posterior else None
         return Plan(metadata, motion, factors, changes, design, cases, histories, seed)
