@@ -57,7 +57,7 @@ STUDY = (
     "statistics",
     "columns",
     "result",
-    "second_look",
+    "verification",
     "tasks",
     "execution",
     "rare",

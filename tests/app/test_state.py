@@ -77,7 +77,7 @@ def test_a_drag_is_one_step_of_undo(session: Session) -> None:
     start = session.state
     for n in range(20):
         session.set("machine", {X: f"{-300 - n} mm"}, merge="drag 1")
-    session.rest()
+    session.keep_after_drag()
     session.set("machine", {X: "-330 mm"}, merge="drag 1")
     session.set("machine", {X: "-400 mm"}, merge="drag 2")
     assert len(session.past) == 2

@@ -373,8 +373,8 @@ ALWAYS = ("model", "excitation", "trace", "static")
     [
         (cart_result, ("preload",)),
         (soft, ("rotation", "preload")),
-        (clear_result, ("contact", "preload", "linear", "second")),
-        (preloaded_result, ("contact", "preload", "linear", "second")),
+        (clear_result, ("contact", "preload", "linear", "verification")),
+        (preloaded_result, ("contact", "preload", "linear", "verification")),
     ],
 )
 def test_only_lines_that_matter_are_printed(result: Callable[[], Result], sometimes: tuple[str, ...]) -> None:

@@ -10,7 +10,7 @@ import reference as ref
 from command_line import MACHINE, guideload, names, refused
 
 from guideload import DoubtfulResult, Machine, Motion, Result, peak_loads, simulate
-from guideload.audit.second_look import NO_MOTION, SENSITIVE
+from guideload.audit.verification import NO_MOTION, SENSITIVE
 from guideload.reports import run as report
 
 BALANCE, DIFFERS, IMPACTS = "do not belong together", "another solution", "impacts amplify small differences"
@@ -77,7 +77,7 @@ def test_the_difference_is_the_error_in_newtons(machine: Callable[[], Machine]) 
     found = simulate(machine(), rough(), "implicit", rtol=0.1)
     truth = simulate(machine(), rough(), "implicit", rtol=1e-10).data["link_load"]
     error = np.abs(found.data["link_load"] - truth)
-    look = found.audit.second_look
+    look = found.audit.verification
     assert look is not None and not isinstance(look, str)
     if look.agrees:
         assert float(error.max()) <= 1.01 * look.explained * found.data.attrs["load_scale_N"]
@@ -103,7 +103,7 @@ def test_energy_alone_doubts_a_result_that_cannot_be_repeated() -> None:
         result = simulate(ref.cart(), rough(), "rk45", rtol=rtol, times=times)
         bare = Result(result.machine, result.data.drop_dims("motion_time"))
         found = bare.audit
-        assert found.second_look == NO_MOTION
+        assert found.verification == NO_MOTION
         assert doubted or (NO_MOTION in found.warnings[0] and NO_MOTION in repr(bare))
         assert any("does not balance" in doubt for doubt in found.doubts) == doubted
 
@@ -121,7 +121,7 @@ def test_a_file_with_other_instants_is_judged_like_the_run(
         write = {"nc": result.to_netcdf, "parquet": result.to_parquet}[ending]
         write(tmp_path / f"loads.{ending}")
         again = Result.load(tmp_path / f"loads.{ending}")
-        assert again.audit.second_look == result.audit.second_look is not None
+        assert again.audit.verification == result.audit.verification is not None
         assert again.audit.doubts == result.audit.doubts
 
 
@@ -148,7 +148,7 @@ def test_a_result_by_exponential_is_checked_by_a_method_that_does_not_share_its_
     """rk45 where stability allows its steps to be as long as those of the result."""
     machine = ref.cart(damping, preload_y=1200.0, preload_z=1200.0, rolling="ball")
     found = simulate(machine, rough(), "exponential").audit
-    assert found.second_look.method == other and found.second_look.agrees and not found.doubts
+    assert found.verification.method == other and found.verification.agrees and not found.doubts
 
 
 def test_a_fixed_step_of_exponential_that_is_too_long_is_doubted() -> None:
@@ -156,12 +156,12 @@ def test_a_fixed_step_of_exponential_that_is_too_long_is_doubted() -> None:
     assert DIFFERS in loose.doubts[0] and "Use a shorter step" in loose.doubts[0]
 
 
-def test_given_instants_do_not_matter_to_the_second_look() -> None:
+def test_given_instants_do_not_matter_to_the_verification() -> None:
     """They need not contain the samples: the run itself is repeated."""
     times = np.sort(np.random.default_rng(2).uniform(0.0, 1.5, 300))
     for machine in (ref.cart_clear(), ref.preloaded()):
         found = simulate(machine, rough(), times=times).audit
-        assert not found.doubts and found.second_look is not None
+        assert not found.doubts and found.verification is not None
 
 
 # ---- impacts
@@ -177,18 +177,18 @@ def test_impacts_that_amplify_small_differences_are_told_on_every_method(method:
         simulate(ref.rattling(), one, times=one.time).data["link_load"].values for one in (motion, larger)
     )
     change = np.abs(load - other).max() / np.abs(result.data["link_load"].values).max()
-    look = result.audit.second_look
+    look = result.audit.verification
     assert look is not None and not isinstance(look, str) and look.sensitivity is not None
     assert change > SENSITIVE and look.sensitivity == pytest.approx(change, rel=1e-3)
     assert IMPACTS in result.audit.doubts[0]
     settled = simulate(ref.cart_clear(), shaken(), method).audit
-    assert not settled.doubts and settled.second_look.sensitivity < 1e-5
+    assert not settled.doubts and settled.verification.sensitivity < 1e-5
 
 
 @pytest.mark.parametrize("method", ["rk45", "implicit"])
 def test_impacts_beside_preload_are_told(method: str) -> None:
     audit = simulate(rattling_and_preloaded(), shaken(), method).audit
-    assert not audit.second_look.predictable and IMPACTS in audit.doubts[0]
+    assert not audit.verification.predictable and IMPACTS in audit.doubts[0]
 
 
 # ---- where it is told
@@ -199,7 +199,7 @@ def test_strict_makes_a_doubt_an_error() -> None:
         with pytest.raises(DoubtfulResult, match=IMPACTS):
             call(ref.rattling(), shaken(), strict=True)
     right = simulate(ref.cart_clear(), rough(), strict=True)
-    assert right.audit.second_look is not None
+    assert right.audit.verification is not None
     np.testing.assert_array_equal(
         peak_loads(ref.cart(), rough(), strict=True).largest, peak_loads(ref.cart(), rough()).largest
     )

@@ -517,7 +517,7 @@ def gripped(machine: Machine, motion: Motion, step: float) -> Array:
     assert payload.times is not None
     marks = [0, *(int(np.argmin(np.abs(motion.time - t))) for t in payload.times[0]), motion.time.size - 1]
     loads, state = [], None
-    bare, full = machine.carrying([]), machine.carrying([payload.name])
+    bare, full = machine.with_payloads([]), machine.with_payloads([payload.name])
     free = np.ix_([DOFS.index(dof) for dof in machine.free], [DOFS.index(dof) for dof in machine.free])
     for stage, (begin, end) in enumerate(zip(marks[:-1], marks[1:], strict=True)):
         one = Finite((bare, full, bare)[stage], ref.piece(motion, begin, end + 1), state=state)

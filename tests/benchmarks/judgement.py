@@ -25,7 +25,7 @@ import damped_mixtures
 from damped_mixtures import TRUSTED
 
 from guideload import GuideloadError, Machine, Motion, Result, simulate
-from guideload.audit.second_look import explained_error
+from guideload.audit.verification import explained_error
 
 KINDS = {
     "linear": ("linear",),

@@ -201,7 +201,7 @@ def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "StudyResult.load": (type(done).load, dict(folder=folder / "study")),
         "Machine.from_toml": (Machine.from_toml, dict(file=EXAMPLES / "gantry.toml")),
         "Machine.with_free": (machine.with_free, dict(free=["y", "z"])),
-        "Machine.carrying": (machine.carrying, dict(payloads=[])),
+        "Machine.with_payloads": (machine.with_payloads, dict(payloads=[])),
         "Machine.point": (gantry.point, dict(name="head")),
         "plots.resultant": (plots.resultant, dict(result=result)),
         "plots.load_y": (plots.load_y, dict(result=result, carriage="1a", ax=None)),

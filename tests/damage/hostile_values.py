@@ -8,7 +8,7 @@ from pathlib import Path
 from damaged_bytes import Generator
 
 from guideload.base.errors import GuideloadError
-from guideload.base.toml import Place, read_toml
+from guideload.base.toml import TomlPlace, read_toml
 
 # As TOML writes them. No name becomes "nan" or "inf", which a report would show rightly.
 LITERALS = (
@@ -60,16 +60,16 @@ def hostile_toml(file: Path, rng: Generator) -> str:
     return text
 
 
-Places = list[tuple[tuple[str | int, ...], Place]]
+Places = list[tuple[tuple[str | int, ...], TomlPlace]]
 
 
-def _pick(places: Places, rng: Generator, header: bool = False) -> Place | None:
+def _pick(places: Places, rng: Generator, header: bool = False) -> TomlPlace | None:
     """A place of a value, or of the header of a table."""
     found = [place for _, place in places if (not place.text) == header]
     return found[int(rng.integers(len(found)))] if found else None
 
 
-def _replaced(text: str, place: Place, new: str) -> str:
+def _replaced(text: str, place: TomlPlace, new: str) -> str:
     return text[: place.first] + new + text[place.last :]
 
 

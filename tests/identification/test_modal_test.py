@@ -68,5 +68,5 @@ def test_a_place_that_no_mode_moves_leaves_numbers_finite(model: Model) -> None:
     test = hammer_test(model, np.zeros(6), np.random.default_rng(3))
     modes = tuple(replace(mode, shape=np.ones(1)) for mode in test.modes)
     seen = replace(test, places=(held,), modes=modes)
-    found = seen.settled(model.at(np.zeros(6)), NONE).residuals(model.at(np.zeros(6)), NONE)
+    found = seen.prepared_for(model.at(np.zeros(6)), NONE).residuals(model.at(np.zeros(6)), NONE)
     assert np.isfinite(found.values).all() and np.isfinite(found.by_unknowns).all()

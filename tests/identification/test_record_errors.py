@@ -114,7 +114,7 @@ def test_a_log_beside_an_encoder() -> None:
     exact = shown_by(true, motion, channels, stamps)
     noisy = exact + 0.05 * exact.std(axis=0) * rng.standard_normal(exact.shape)
     data = SensorLog.of(machine, seen(motion), channels, stamps, noisy, one_clock=True)
-    assert replace(data, deviations=()).settled(None, np.zeros(2)).whitening is None
+    assert replace(data, deviations=()).prepared_for(None, np.zeros(2)).whitening is None
     result = identify(machine, SOFT_TABLES, [data], starts=1)
     sigma = np.sqrt(np.diag(result.covariance))[:2]
     assert np.all(abs(result.fit.minimum.x[:2] - truth) < 4.0 * sigma) and np.all(sigma < 0.1)

@@ -302,5 +302,5 @@ def test_arrays_that_were_computed_from_fields_are_not_compared() -> None:
     wavy = Rail(name="1", position=(0, 0), waviness={"rms": (1e-5, 0), "wavelengths": (0.5, 2), "seed": 1})
     one, same = (machine(rails=[wavy], points=[{"name": "tool", "at": (0, 0, 0)}]) for _ in range(2))
     for each in (one, same):
-        assert each.feet_at(np.zeros(1))[0].any() and each.points[0].rotation.any()
+        assert each.rail_offsets(np.zeros(1))[0].any() and each.points[0].rotation.any()
     assert one == same

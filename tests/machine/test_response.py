@@ -160,7 +160,7 @@ def test_reports_without_payloads_say_so() -> None:
     payloads = tuple(Payload(name=name, mass=mass, **keys) for name, mass in (("a", 90.0), ("b", 1500.0)))
     bare = with_points(cart())
     machine = bare.model_copy(update={"payloads": payloads})
-    words = 'Without payload a (90 kg) and b (1500 kg); machine.carrying(["a"]) in Python is the machine that carries'
+    words = 'Without payload a (90 kg) and b (1500 kg); machine.with_payloads(["a"]) in Python is the machine that'
     for report in (
         lambda one: modes_report(one, Modes.of(one)),
         lambda one: response_report(one, frequency_response(one)),
@@ -168,7 +168,7 @@ def test_reports_without_payloads_say_so() -> None:
     ):
         assert words in one_line(report(machine).text())
         assert "Without payload" not in report(bare).text()
-    assert np.array_equal(Modes.of(machine).frequency, Modes.of(machine.carrying([])).frequency)
+    assert np.array_equal(Modes.of(machine).frequency, Modes.of(machine.with_payloads([])).frequency)
 
 
 def test_picture_has_every_point() -> None:

@@ -70,7 +70,7 @@ def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(er
     machine = with_carriages(ref.cart(), "1a", mounting_error=(error, 0.0))
     part, time = payload(times=[(0.5, 1.5)]), np.arange(2001) / 1000.0
     result = simulate(carrying(machine, part), Motion.along_x(time, np.zeros(2001)))
-    scenes = [one.scene for one in (carrying(machine, part).carrying(["part"]), machine)]
+    scenes = [one.scene for one in (carrying(machine, part).with_payloads(["part"]), machine)]
     groups = machine.links_of_carriages, machine.carriage_places
     laden, bare = (np.linalg.norm(one.static_group_loads(*groups)[:, 1:3], axis=1) for one in scenes)
     models = result.audit.simpler_models
@@ -79,17 +79,17 @@ def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(er
     np.testing.assert_allclose(models.quasi_static_dynamic, change, atol=1e-9 * laden.max())
 
 
-def test_the_second_look_solves_all_stretches_again():
+def test_the_verification_solves_all_stretches_again():
     machine = carrying(ref.preloaded(), payload(times=[(0.7, 1.1)]))
     result = simulate(machine, ref.piece(ref.cycle(), 500, 1400))
-    look = result.audit.second_look
+    look = result.audit.verification
     assert look is not None and not isinstance(look, str) and look.agrees
 
 
 def test_payloads_that_stay_all_the_time_are_part_of_the_body():
     machine, motion = ref.cart(), ref.cycle()
     always = carrying(machine, payload(times=[(-1.0, 1e3)]))
-    fixed = always.carrying(["part"])
+    fixed = always.with_payloads(["part"])
     one, other = simulate(always, motion).quantities, simulate(fixed, motion).quantities
     for name in ("force", "moment", "reaction", "static_force", "displacement"):
         np.testing.assert_array_equal(one[name], other[name])
@@ -138,10 +138,10 @@ def test_a_place_where_the_motion_starts_is_reached_at_the_start(travel: str, be
 def test_a_payload_that_the_machine_does_not_have_is_refused():
     machine = carrying(ref.cart(), payload(name="Workpiece", times=[(0.0, 1.0)]))
     with pytest.raises(ArgumentError, match='got "workpiece"; it has Workpiece'):
-        machine.carrying(["workpiece"])
+        machine.with_payloads(["workpiece"])
     with pytest.raises(ArgumentError, match=r'got "part"; it has no \[\[payloads\]\]'):
-        machine.carrying([]).carrying(["part"])
-    assert machine.carrying(["Workpiece"]).body.mass == ref.cart().body.mass + 90.0
+        machine.with_payloads([]).with_payloads(["part"])
+    assert machine.with_payloads(["Workpiece"]).body.mass == ref.cart().body.mass + 90.0
 
 
 def test_simultaneous_changes_keep_what_stays():
@@ -150,7 +150,7 @@ def test_simultaneous_changes_keep_what_stays():
     data = simulate(machine, ref.piece(ref.cycle(), 500, 1200)).quantities
     after = int(np.flatnonzero(data["time"] == 0.8)[1])
     (kept, *_), _ = ref.cart().scene.matrices()
-    (joined, *_), _ = machine.carrying(["b"]).scene.matrices()
+    (joined, *_), _ = machine.with_payloads(["b"]).scene.matrices()
     free = [1, 2, 3, 4, 5]
     momentum = (kept @ data["velocity"][after - 1])[free]
     np.testing.assert_allclose(

@@ -145,7 +145,7 @@ def test_a_payload_that_stays_all_the_time_settles_as_a_part_of_the_body() -> No
         for window in (1e-2, 1e-5, 1e-6):
             one, other = (
                 simulate(each, braked(rest)).settling(window)
-                for each in (machine, machine.carrying(["part"]))
+                for each in (machine, machine.with_payloads(["part"]))
             )
             np.testing.assert_array_equal(one[0].time, other[0].time)
 

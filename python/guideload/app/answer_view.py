@@ -46,7 +46,7 @@ def _judgement(
 
 
 class AnswerView:
-    """Judgement, figures and histories of the last answer; in `hub.sound` if the newest has problems."""
+    """Judgement, figures and histories of the last answer; in `hub.last_valid` if the newest has problems."""
 
     def __init__(self, hub: Hub) -> None:
         self.hub = hub
@@ -70,25 +70,25 @@ class AnswerView:
 
     def show(self) -> None:
         """The newest answer."""
-        answer, sound = self.hub.answer, self.hub.sound
+        answer, valid = self.hub.answer, self.hub.last_valid
         if answer is None:
             return
-        stale = self.hub.problems and sound
+        stale = self.hub.problems and valid
         note = " (The figures below are of the last state that could be computed.)" if stale else ""
-        figures = sound.figures.figures if sound else ()
+        figures = valid.figures.figures if valid else ()
         shown = [replace(one, level="open") for one in figures] if stale else figures
         self.figures.show(answer, note, shown)
-        if sound is None or sound is self.shown:
+        if valid is None or valid is self.shown:
             return
-        judged_only = self.shown is not None and self.shown.result is sound.result
-        self.shown = sound
+        judged_only = self.shown is not None and self.shown.result is valid.result
+        self.shown = valid
         if not judged_only:
-            self._draw(sound)
-        if sound.report is not None:
+            self._draw(valid)
+        if valid.report is not None:
             self.cautions.clear()
             with self.cautions:
-                ui.label(sound.report.verdict).classes("text-weight-medium")
-                widgets.show_warnings(sound.report)
+                ui.label(valid.report.verdict).classes("text-weight-medium")
+                widgets.show_warnings(valid.report)
             self.show_report()
 
     def show_report(self) -> None:

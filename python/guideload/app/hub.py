@@ -26,15 +26,15 @@ class Part:
 class Hub:
     """Session and answers.
 
-    answer    of the newest state that was answered, or why it has none
-    sound     the last answer that is none of these; None before there is one
+    answer      of the newest state that was answered, or why it has none
+    last_valid  the last answer that is not a refusal; None before there is one
     """
 
     def __init__(self, session: Session) -> None:
         self.session, self.solver = session, Solver(session)
         self.views: list[Part] = []
         self.answer: Answer | Refusal | None = None
-        self.sound: Answer | None = None
+        self.last_valid: Answer | None = None
         self.runner: Runner | None = None
         session.listeners.append(self._changed)
 
@@ -65,9 +65,9 @@ class Hub:
     def _deliver(self, answer: Answer | Refusal) -> None:
         self.answer = answer
         if isinstance(answer, Answer):
-            self.sound = answer
+            self.last_valid = answer
         if isinstance(answer, Refusal) or answer.report is not None:
-            self.session.rest()
+            self.session.keep_after_drag()
         for view in list(self.views):
             view.show_answer()
 

@@ -63,12 +63,12 @@ class MachineView(Part):
 
     def show_state(self) -> None:
         """The values of the session; of a drag where it rests, because each draws the whole page anew."""
-        if not self.session.merged:
+        if not self.session.open_step:
             self.form.show()
 
     def show_answer(self) -> None:
         """The machine and its loads at the instant chosen."""
-        answer = self.hub.sound
+        answer = self.hub.last_valid
         if self.hub.problems or answer is None or answer.report is not None:
             self.form.show()
             self.form.show_problems(self.hub.problems)
@@ -90,9 +90,9 @@ class MachineView(Part):
 
     def _show_mode(self) -> None:
         """The natural modes to choose from, and the one chosen in space."""
-        if self.hub.sound is None:
+        if self.hub.last_valid is None:
             return
-        modes = guideload.Modes.of(self.hub.sound.machine)
+        modes = guideload.Modes.of(self.hub.last_valid.machine)
         column = guideload.reports.Column
         frequencies = column("", modes.frequency, kind="3 digits").cells
         ratios = column("", modes.damping_ratio, kind="percent").cells

@@ -71,7 +71,7 @@ class MotionView(Part):
 
     def show_answer(self) -> None:
         """The motion of the last answer."""
-        problems, answer = self.hub.problems, self.hub.sound
+        problems, answer = self.hub.problems, self.hub.last_valid
         self.form.show_problems(problems)
         self.problem.text = next((one.text for one in problems if one.part == "trace"), "")
         if answer is None:
@@ -104,7 +104,7 @@ class MotionView(Part):
 
     async def _inspect(self) -> None:
         """What was read of the trace: samples, clock, gaps, noise, and what the smoothing made of it."""
-        answer = self.hub.sound
+        answer = self.hub.last_valid
         if answer is None or not answer.state.trace:
             return
         key = (answer.state.trace, answer.machine.drive)
@@ -124,7 +124,7 @@ class MotionView(Part):
             widgets.show_report(guideload.reports.encoder_report(self.inspected[1]))
 
     def _draw(self) -> None:
-        answer = self.hub.sound
+        answer = self.hub.last_valid
         if answer is None:
             return
         motion, name = answer.motion, str(self.quantity.value)

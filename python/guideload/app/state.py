@@ -47,7 +47,7 @@ class Session:
         self.listeners: list[Callable[[], None]] = []
         self.past: list[State] = []
         self.future: list[State] = []
-        self.merged = ""
+        self.open_step = ""  # name of the undo step to which further changes belong; "" if none is open
         self.notice = ""
         texts = {name: folder.text(name) for name in (machine_name, moves_name)}
         self.saved = State(texts[machine_name] or "", texts[moves_name] or "")
@@ -64,9 +64,9 @@ class Session:
         """Make `state` the present one. Changes in a row with the same `merge`, as of a drag, are one step of undo."""
         if state == self.state:
             return
-        if not (merge and merge == self.merged):
+        if not (merge and merge == self.open_step):
             self.past = [*self.past[-MOST_STEPS:], self.state]
-        self.future, self.merged, self.state = [], merge, state
+        self.future, self.open_step, self.state = [], merge, state
         self._tell(keep=not merge)
 
     def set(self, part: str, changes: dict[document.Path, Any], merge: str = "") -> None:
@@ -107,19 +107,19 @@ class Session:
         """Go one step back, if there is one."""
         if self.past:
             self.future.append(self.state)
-            self.state, self.merged = self.past.pop(), ""
+            self.state, self.open_step = self.past.pop(), ""
             self._tell()
 
     def redo(self) -> None:
         """Take back the last undo, if nothing changed since."""
         if self.future:
             self.past.append(self.state)
-            self.state, self.merged = self.future.pop(), ""
+            self.state, self.open_step = self.future.pop(), ""
             self._tell()
 
-    def rest(self) -> None:
-        """Keep the state of a drag that rests; a drag is not kept at each of its steps."""
-        if self.merged:
+    def keep_after_drag(self) -> None:
+        """Keep the state at the end of a drag; a drag is not kept at each of its steps."""
+        if self.open_step:
             self.keep()
 
     def _tell(self, keep: bool = True) -> None:

@@ -96,7 +96,7 @@ def work_button(hub: Hub, words: str, work: Callable[[Answer], Awaitable[None]],
     """A button for work with the last answer; while it runs, it cannot be pressed."""
 
     async def press() -> None:
-        answer = hub.sound
+        answer = hub.last_valid
         if answer is None or hub.answer is not answer:
             ui.notify("There is no answer yet, or the machine has a problem: see the answer at the right")
             return

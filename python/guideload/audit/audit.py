@@ -14,7 +14,7 @@ from guideload.audit.force_balance import ForceBalance, force_balance
 from guideload.audit.histories import Histories
 from guideload.audit.motion_plausibility import plausible_motion, resolution_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings
-from guideload.audit.second_look import SecondLook, Solve, second_look
+from guideload.audit.verification import Solve, Verification, verify
 from guideload.audit.warnings import (
     contact_warnings,
     force_doubts,
@@ -35,7 +35,7 @@ SUFFICIENT = 0.03
 SUFFICIENT_DYNAMIC = 0.1
 NEGLIGIBLE = 1e-3  # relative errors below this are not reported
 
-LABEL = 12  # width of the labels [characters]
+LABEL = 13  # width of the labels [characters]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +48,12 @@ class Audit:
     rotation        largest rotation, and the second-order terms that the model neglects
     contact         links that lost contact, and the preload that would prevent it
     sampling        sample steps, natural frequencies and bandwidth of the excitation
-    resolution      modes that the trace shows, and loads that it may hide; None if the reported instants are further
-                    apart than the samples of the motion
+    resolution      modes that the trace is fine enough to show, and the load that it may hide; None if the reported
+                    instants are farther apart than the samples of the motion
     simpler_models  peaks of simpler models, and the dynamic factor
     energy          energy balance; None if the excitation jumps between the reported instants, or riders move
     force_balance   force balance of the reported loads
-    second_look     comparison with a second solution, and sensitivity to the motion; text if that solution failed, or
+    verification    comparison with a second solution, and sensitivity to the motion; text if that solution failed, or
                     why there can be none; None if none is needed (linear, exact, energy balances)
     free_at_rest    dofs of L in each motion in which the body is free within its clearance at rest
     doubts          warnings of a result that contradicts itself or cannot be predicted: its loads are not to be used
@@ -72,7 +72,7 @@ class Audit:
     simpler_models: SimplerModels
     energy: Energy | None
     force_balance: ForceBalance
-    second_look: SecondLook | str | None
+    verification: Verification | str | None
     free_at_rest: tuple[tuple[str, ...], ...]
     doubts: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -89,11 +89,11 @@ class Audit:
         rotation, contact = max(turns, key=lambda turn: turn.second_order), figures.contact(histories)
         sampling, balance = figures.sampling(histories, modes), energy(histories)
         solve = solve or (histories.solve_motion if histories.has_motion else None)
-        look, forces = second_look(histories, balance, solve), force_balance(histories)
-        doubts = (*force_doubts(forces), *solution_doubts(histories, look, balance))
+        second, forces = verify(histories, balance, solve), force_balance(histories)
+        doubts = (*force_doubts(forces), *solution_doubts(histories, second, balance))
         resolution = figures.resolution(histories, modes)
         coarse = resolution_warnings(resolution) or sampling_warnings(histories, sampling)
-        not_judged = [WarningText("not judged", f"Not judged: {look}.")] if isinstance(look, str) else []
+        not_judged = [WarningText("not judged", f"Not judged: {second}.")] if isinstance(second, str) else []
         return cls(
             model_level=machine.scene.model_level,
             reason=_reason(histories),
@@ -105,7 +105,7 @@ class Audit:
             simpler_models=figures.simpler_models(histories),
             energy=balance,
             force_balance=forces,
-            second_look=look,
+            verification=second,
             free_at_rest=free_at_rest(machine),
             doubts=doubts,
             warnings=(
@@ -198,13 +198,14 @@ class Audit:
             yield "energy", f"balance unknown: {why}"
         elif not energy.residual < NEGLIGIBLE:
             share = f"{percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J"
-            error = "an error of the sum if the second look agrees"
+            error = "an error of the sum if the second solution agrees"
             yield "energy", f"{share}, does not balance, summed over the reported instants: {error}"
-        look = self.second_look
-        if isinstance(look, str):
-            yield "second look", f"no second solution to compare with: {look}"
-        elif look is not None and look.agrees:
-            yield "second look", f"{look.words} agrees to {digits(look.newtons, 1)} N in every link load"
+        second = self.verification
+        if isinstance(second, str):
+            yield "verification", f"no second solution to compare with: {second}"
+        elif second is not None and second.agrees:
+            agrees = f"{second.words} agrees to {digits(second.newtons, 1)} N in every link load"
+            yield "verification", agrees
 
 
 def _motion_warnings(histories: Histories) -> Iterator[str]:

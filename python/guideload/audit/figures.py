@@ -161,7 +161,7 @@ def resolution(histories: Histories, modes: Modes) -> TraceResolution | None:
         return None
     along_x = histories.cart_acceleration[:, 0]
     band, step = histories.usable_bandwidth, histories.trace_step
-    return TraceResolution.of(histories.with_payloads, modes, histories.time, along_x, band, step)
+    return TraceResolution.of(histories.given_machine, modes, histories.time, along_x, band, step)
 
 
 def excitation_band(histories: Histories) -> float | None:

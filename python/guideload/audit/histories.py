@@ -19,17 +19,17 @@ class Histories:
     """A machine and the arrays of a result; time is the first dimension, units are SI.
 
     `excitation` (time, 6): E - M_u a, force [N] and moment about L [N m] of process forces and inertia in the carriage
-    frame, and of moving feet. `load` (time, link): N, of links whose feet rest. `damping`, `stiffness` (6, 6): of L,
-    with the nominal stiffness of every link, all in contact. `rows` (link, 6): deflection of a link
-    = row . position of L - offset of its foot. `stretches`: the histories between the changes of payload, each with the
-    machine that carries them; `mass` is that of the first.
+    frame, and of rails that are not straight. `load` (time, link): N, without what such rails add. `damping`,
+    `stiffness` (6, 6): of L, with the nominal stiffness of every link, all in contact. `rows` (link, 6): deflection of
+    a link = row . position of L - offset of the rail. `stretches`: the histories between the changes of payload, each
+    with the machine that carries it; `mass` is that of the first.
     """
 
     def __init__(self, machine: Machine, data: Quantities) -> None:
         self.data = data
         self.changes = payload_changes(data)
-        self.machine = machine.carrying(self.changes[0][1]) if self.changes else machine
-        self.with_payloads = machine
+        self.machine = machine.with_payloads(self.changes[0][1]) if self.changes else machine
+        self.given_machine = machine
         self.links = machine.link_table()
         self.linear = machine.scene.model_level == "linear"
         self.rows = self.links.rows
@@ -80,7 +80,7 @@ class Histories:
             return (self,)
         bounds = [*_firsts(self.time, self.changes), self.time.size]
         return tuple(
-            Histories(self.with_payloads.carrying(names), _part(self.data, first, end))
+            Histories(self.given_machine.with_payloads(names), _part(self.data, first, end))
             for (_, names), first, end in zip(self.changes, bounds, bounds[1:], strict=False)
             if first < end
         )
@@ -94,7 +94,7 @@ class Histories:
         if not self.changes:
             return None
         first = tuple(_firsts(time, self.changes))
-        return Stretches(self.with_payloads, tuple(names for _, names in self.changes), first)
+        return Stretches(self.given_machine, tuple(names for _, names in self.changes), first)
 
     @cached_property
     def response(self) -> Array:

@@ -12,7 +12,7 @@ from guideload.audit.figures import Contact, Rotation, Sampling
 from guideload.audit.force_balance import ForceBalance
 from guideload.audit.histories import Histories
 from guideload.audit.plausibility import open_row_warnings
-from guideload.audit.second_look import UNBALANCED, SecondLook, explained_error, fastest_rate
+from guideload.audit.verification import UNBALANCED, Verification, explained_error, fastest_rate
 from guideload.base.number_text import digits, load_in_sentence, number, percent, scientific
 from guideload.base.warnings import LIMITS, WarningText
 from guideload.machine.modes import Modes
@@ -96,19 +96,19 @@ def force_doubts(balance: ForceBalance) -> Iterator[str]:
 
 
 def solution_doubts(
-    histories: Histories, look: SecondLook | str | None, energy: Energy | None
+    histories: Histories, second: Verification | str | None, energy: Energy | None
 ) -> Iterator[str]:
     """Doubt a result that a second solution contradicts or, without one, whose energy does not balance."""
-    if isinstance(look, SecondLook):
-        if not look.predictable:
+    if isinstance(second, Verification):
+        if not second.predictable:
             yield (
-                f"Doubtful: impacts amplify small differences: a motion times 1 + {scientific(look.perturbation)} "
-                f"changes loads by up to {percent(look.sensitivity or np.nan)} of the largest load. No method can "
+                f"Doubtful: impacts amplify small differences: a motion times 1 + {scientific(second.perturbation)} "
+                f"changes loads by up to {percent(second.sensitivity or np.nan)} of the largest load. No method can "
                 "predict such impacts, and peaks may change as much. Damping that always acts (damping_in_contact = "
                 "false), more damping or less clearance makes the loads predictable."
             )
-        elif not look.agrees:
-            yield _contradiction(histories, look)
+        elif not second.agrees:
+            yield _contradiction(histories, second)
     elif energy is not None and not energy.residual <= UNBALANCED and not _explained(histories, energy):
         yield (
             f"Doubtful: {percent(energy.residual)} of the exchanged energy, {digits(energy.exchanged)} J, does not "
@@ -116,7 +116,7 @@ def solution_doubts(
         )
 
 
-def _contradiction(histories: Histories, look: SecondLook) -> str:
+def _contradiction(histories: Histories, second: Verification) -> str:
     """The doubt about a result that differs from a second solution."""
     attributes = histories.data.attrs
     if "step_s" in attributes:
@@ -126,16 +126,16 @@ def _contradiction(histories: Histories, look: SecondLook) -> str:
             "Method exact has no step error: look for extreme values in the machine, and compare with rk45."
         )
     else:
-        way_out = f"Use a smaller rtol or method {look.method}."
-        if (look.sensitivity or 0.0) > AMPLIFIED * look.perturbation:
-            share = percent(look.sensitivity or 0.0)
-            amplified = f"a motion times 1 + {scientific(look.perturbation)} changes loads by {share}"
+        way_out = f"Use a smaller rtol or method {second.method}."
+        if (second.sensitivity or 0.0) > AMPLIFIED * second.perturbation:
+            share = percent(second.sensitivity or 0.0)
+            amplified = f"a motion times 1 + {scientific(second.perturbation)} changes loads by {share}"
             way_out = f"Contacts amplify errors: {amplified}. {way_out}"
-    explained = look.explained * float(attributes["load_scale_N"])
+    explained = second.explained * float(attributes["load_scale_N"])
     return (
-        f"Doubtful: another solution, by {look.words}, differs by {digits(look.newtons)} N in the load of {look.link} "
-        f"at {number(look.time)} s, {percent(look.difference)} of the load scale; only {digits(explained, 1)} N are "
-        f"explained. {way_out}"
+        f"Doubtful: another solution, by {second.words}, differs by {digits(second.newtons)} N in the load of "
+        f"{second.link} at {number(second.time)} s, {percent(second.difference)} of the load scale; only "
+        f"{digits(explained, 1)} N are explained. {way_out}"
     )
 
 

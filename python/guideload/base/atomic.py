@@ -24,7 +24,7 @@ else:
 
 LOCK = ".lock"
 DRAFT = ".draft"  # ending of the name of a draft folder
-COMMITTED = "complete"  # in a draft folder: complete outputs whose move into the target has begun
+COMPLETE = "complete"  # in a draft folder: complete outputs whose move into the target has begun
 _held = set[Path]()  # locks of this process, which the system does not keep apart by thread
 _held_guard = threading.Lock()
 
@@ -81,19 +81,20 @@ def atomic_folder(
     """
     folder = folder.absolute()
     missing = [parent for parent in folder.parents if not parent.exists()]
-    beside, inside = draft_path(folder), folder / DRAFT
+    outer_draft, inner_draft = draft_path(folder), folder / DRAFT
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        if folder.is_dir() and beside.is_dir():
-            with draft_folder(beside, folder):  # clears what a killed process left when this folder was new
+        if folder.is_dir() and outer_draft.is_dir():
+            # Clears what a killed process left when this folder was new.
+            with draft_folder(outer_draft, folder):
                 pass
         is_new = not folder.is_dir()  # the parent of a folder that exists may be read-only or on another disk
-        with draft_folder(beside if is_new else inside, folder) as home:
-            committed = home / COMMITTED
-            if committed.is_dir():
-                move(committed, folder)
+        with draft_folder(outer_draft if is_new else inner_draft, folder) as workspace:
+            complete = workspace / COMPLETE
+            if complete.is_dir():
+                move(complete, folder)
             check()
-            draft = home / "outputs"
+            draft = workspace / "outputs"
             draft.mkdir()
             yield draft
             check()
@@ -102,8 +103,8 @@ def atomic_folder(
             if is_new:
                 draft.rename(folder)
             else:
-                draft.rename(committed)
-                move(committed, folder)
+                draft.rename(complete)
+                move(complete, folder)
             _sync(folder.parent if is_new else folder)
     except BaseException:
         for parent in missing:
@@ -166,7 +167,7 @@ def _move_to_new(draft: Path, path: Path) -> None:
 def _clear(draft: Path) -> None:
     """Remove all from a draft folder except complete outputs, which the next writer moves if this one cannot."""
     for path in draft.iterdir():
-        if path.name not in (LOCK, COMMITTED):
+        if path.name not in (LOCK, COMPLETE):
             shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel
 from guideload.base.errors import ConfigError, KeyPath, refused_at
-from guideload.base.toml import Place, located, parse_toml, read_toml
+from guideload.base.toml import TomlPlace, located, parse_toml, read_toml
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -64,7 +64,7 @@ class FileModel(ConfigModel):
 
     @classmethod
     def _located(
-        cls, values: dict[str, Any], places: dict[KeyPath, Place], file: str | PathLike[str]
+        cls, values: dict[str, Any], places: dict[KeyPath, TomlPlace], file: str | PathLike[str]
     ) -> Self:
         try:
             return cls._of_file(values, Path(file))

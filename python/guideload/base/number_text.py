@@ -128,17 +128,17 @@ def between(low: float, high: float, kind: str = "3 digits") -> str:
     return f"{KINDS[kind](low)} to {KINDS[kind](high)}"
 
 
-# How the numbers of a column of a table are written, by the kind of quantity.
+# How the numbers of a column of a table are written: by the kind of quantity, or by the format.
 KINDS: dict[str, Callable[[float], str]] = {
     "load": load_in_table,  # N or N m
     "length": length_in_table,
     "life": kilometres,  # from m
     "hours": rounded,
-    "time": seconds,
+    "3 decimals": seconds,
     "milliseconds": milliseconds,  # from s
     "factor": partial(fixed, decimals=2),
     "percent": percent,  # from a fraction
-    "count": fixed,
+    "whole": fixed,
     "number": number,
     "1 decimal": partial(fixed, decimals=1),
     **{f"{count} digits": partial(digits, count=count) for count in (2, 3, 4)},

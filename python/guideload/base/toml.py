@@ -52,7 +52,7 @@ TWICE = (
 
 
 @dataclass(frozen=True)
-class Place:
+class TomlPlace:
     """Place of a value, or of the header of a table, in its file.
 
     row          of its beginning, the first row is 1
@@ -68,7 +68,7 @@ class Place:
 
 def read_toml(
     file: str | PathLike[str], source: str = "`guideload init` writes one"
-) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+) -> tuple[dict[str, Any], dict[KeyPath, TomlPlace]]:
     """Values of a TOML file and their places. Raises UnreadableConfig if the file cannot be read.
 
     source: where such a file comes from, for the message if there is none.
@@ -83,7 +83,7 @@ def read_toml(
     return parse_toml(content, file)
 
 
-def parse_toml(content: bytes, file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+def parse_toml(content: bytes, file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, TomlPlace]]:
     """Values of the text of a TOML file and their places. Raises UnreadableConfig for text that is no TOML."""
     refusal = partial(_unreadable, file)
     try:
@@ -120,7 +120,7 @@ def _unreadable(
     return UnreadableConfig([Problem((), None, expected, hint, row, written)], str(file))
 
 
-def located(error: ConfigError, file: str, places: dict[KeyPath, Place]) -> ConfigError:
+def located(error: ConfigError, file: str, places: dict[KeyPath, TomlPlace]) -> ConfigError:
     """`error` with the file, and with the row and the text of each value; problems in the order of rows.
 
     An error that names its file already, such as that of a machine file in a study, stays as it is.
@@ -172,7 +172,7 @@ class _Scanner:
         self.tokens = [match for match in TOKEN.finditer(text) if match.lastgroup != "blank"]
         self.row_ends = [match.start() for match in re.finditer("\n", text)]
         self.at = 0
-        self.places: dict[KeyPath, Place] = {}
+        self.places: dict[KeyPath, TomlPlace] = {}
 
     def excess(self) -> tuple[int, str, str] | None:
         """Row, expected and found, where a text that need not be valid is nested too deep or too long; or None."""
@@ -214,7 +214,7 @@ class _Scanner:
             if path in last_entry:
                 path += (last_entry[path],)
         self.at += depth
-        self.places[path] = Place(self._row(start), "", start.start(), self.tokens[self.at - 1].end())
+        self.places[path] = TomlPlace(self._row(start), "", start.start(), self.tokens[self.at - 1].end())
         return path
 
     def _pair(self, table: KeyPath) -> None:
@@ -251,7 +251,7 @@ class _Scanner:
             while self.at < len(self.tokens) and first.lastgroup == "bare" and self._continues():
                 self.at += 1
         begin, end = first.start(), self.tokens[self.at - 1].end()
-        self.places[path] = Place(self._row(start), shortened(self.text[begin:end]), begin, end)
+        self.places[path] = TomlPlace(self._row(start), shortened(self.text[begin:end]), begin, end)
 
     def _continues(self) -> bool:
         gap = self.text[self.tokens[self.at - 1].end() : self.tokens[self.at].start()]

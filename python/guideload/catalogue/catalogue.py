@@ -72,7 +72,7 @@ class Catalogue(FileModel):
         least: float | None = None,
         longest: float | None = None,
     ) -> tuple[Product, ...]:
-        """The products that are so, sorted by their dynamic load rating for 100 km; those without one are last.
+        """The products that match all given arguments, by ascending dynamic load rating for 100 km; without one: last.
 
         kind     "ball" or "roller"
         least    N, dynamic load rating for 100 km

@@ -175,7 +175,8 @@ class Product(ConfigModel):
     def stiffness_estimate(self, preload_class: str | None) -> StiffnessEstimate | None:
         """The estimated stiffness of a class without stiffness and curve.
 
-        None if it is given, or cannot be estimated. Raises ValueRefused for an unknown class.
+        None if the catalogue prints the stiffness, or if too little is known to estimate it. Raises ValueRefused for an
+        unknown class.
         """
         found, preload = self.class_named(preload_class), self.preload_range(preload_class)
         length = self.loaded_length
@@ -184,7 +185,7 @@ class Product(ConfigModel):
         return estimated_stiffness(self.type, self.static, length, preload)
 
     def stiffness_source(self, preload_class: str | None) -> str:
-        """`PRINTED`, `estimated, within 30 %`, or "" where it is neither given nor can be estimated.
+        """`PRINTED`, `estimated, within 30 %`, or "" if it is not printed and cannot be estimated.
 
         Raises ValueRefused for an unknown class.
         """
@@ -209,8 +210,8 @@ class Product(ConfigModel):
     def law_keys(self, preload_class: str | None) -> dict[str, dict[str, Any]]:
         """Keys of a carriage with the elastic laws along y (lift positive) and z, by axis.
 
-        Empty without a class, and where the stiffness is neither given nor can be estimated. Raises ValueRefused for an
-        unknown class.
+        Empty if the product has no preload classes, or no stiffness that is printed or can be estimated. Raises
+        ValueRefused for an unknown class.
         """
         found = self.class_named(preload_class)
         if found is None:

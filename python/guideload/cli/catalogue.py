@@ -23,7 +23,7 @@ file_argument = click.argument("file", metavar="[CATALOGUE.TOML]", type=options.
 def catalogue() -> None:
     """Find carriages in the packaged catalogues or in your own.
 
-    `guideload init --catalogue` writes such a file with examples.
+    `guideload init --catalogue` writes a catalogue file with examples.
     """
 
 

@@ -65,7 +65,7 @@ def size(
 ) -> Shown:
     """Find the smallest product of a catalogue that holds.
 
-    It must reach life and static safety under a motion, within the limits of product and drive.
+    The product must reach the required life and static safety under a motion, within the limits of product and drive.
     """
     from guideload.catalogue.catalogue import Catalogue
     from guideload.catalogue.packaged import only_maker, packaged_catalogue
@@ -127,8 +127,8 @@ def limit(
 ) -> Report:
     """Find how fast, how heavy or how far out a machine may work.
 
-    The limit is where a requirement fails. Required are life and static safety, and what the limits of products and
-    drive allow.
+    The limit is where a requirement fails. The requirements are life, static safety, and the limits of products and
+    drive.
     """
     from guideload.reports.sizing import limit_report
     from guideload.sizing.limits import largest
@@ -157,7 +157,7 @@ def limit(
 
 @click.command()
 @draws_report
-@options.or_moves("files", "MACHINE.TOML... TRACE...", nargs=-1)
+@options.motion_argument("files", "MACHINE.TOML... TRACE...", nargs=-1)
 @click.option(
     "--product",
     "products",
@@ -256,8 +256,8 @@ def sensitivities(
 ) -> Shown:
     """Show which numbers of a machine drive a load or a life.
 
-    They follow from exact derivatives of one run. The picture is a tornado diagram. A derivative tells what a small
-    change does: for the scatter of values, run a study.
+    The influence of each number follows from exact derivatives of one run. The picture is a tornado diagram. A
+    derivative tells what a small change does: for the scatter of values, run a study.
     """
     from guideload.reports.sensitivities import sensitivities_report
     from guideload.sensitivity.influence import rank_influences

@@ -32,7 +32,7 @@ def encoder(trace_file: Path, machine_file: Path | None, ratio: str | None, **re
     """Report on an encoder trace, and draw it.
 
     The picture has samples, acceleration with its band, and spectrum. The report states quantum, kind of time
-    stamps, damage and repairs; the result of the smoothing; and for a machine the modes that the trace can show.
+    stamps, damage and repairs; the result of the smoothing; and with --machine the modes that the trace can show.
     """
     from guideload.reports.trace import encoder_report
 

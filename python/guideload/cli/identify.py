@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 def identify(identify_file: Path, output: Path | None, no_pictures: bool, overwrite: bool) -> None:
     """Find real stiffness and damping from measurements.
 
-    The uncertainty is stated with them. The file names the machine, its unknown numbers and the measured data. -o
-    writes a folder with the machine file with the identified values, a study file with their uncertainty, report,
-    numbers and pictures.
+    Each value has its uncertainty. The file names the machine, its unknown numbers and the measured data. -o writes a
+    folder: a machine file with the identified values, a study file with their uncertainty, report, numbers and
+    pictures.
     """
     from guideload.identification.description import IdentifyFile
     from guideload.identification.model_comparison import compare

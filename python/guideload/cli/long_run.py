@@ -49,7 +49,7 @@ def long_run(
     """Compute peaks and life over a record of any length.
 
     TRACE.PARQUET is read, smoothed and run in blocks, each of which starts where the one before ended; histories of the
-    loads are not stored. Ctrl-C, or a block that fails, ends it with the values so far.
+    loads are not stored. Ctrl-C or a block that fails ends the run; the values so far are reported.
     """
     from guideload.long_runs.blocks import ROWS, motion_blocks
     from guideload.long_runs.long_run import LongRun

@@ -43,7 +43,7 @@ THEN = {
     "--kind",
     "machine_kind",
     type=click.Choice(("two-rails", *MACHINE_KINDS)),
-    help="Kind of machine: a short file, or two-rails, which explains every key; by default two-rails.",
+    help="Kind of machine. two-rails, the default, explains every key; the other files are short.",
 )
 def init(path: Path | None, output: Path | None, machine_kind: str | None, **files: bool) -> None:
     """Write a commented machine, study, catalogue or moves file.
@@ -89,7 +89,7 @@ def check(machine_file: Path, trace_file: Path | Moves | None, **reading: Any) -
     """Check a machine and a motion, and show what they contain.
 
     With a motion the report also shows its moves, and which modes of the machine a trace can show. The picture shows
-    the machine in space, with up against gravity.
+    the machine in 3D; up is against gravity.
     """
     from guideload.reports.machine import machine_report
 
@@ -127,7 +127,7 @@ def modes(machine_file: Path) -> Shown:
 def schema(kind: options.FileKind) -> None:
     """Print the JSON schema of a kind of file, for editors.
 
-    They complete keys and check values by it.
+    Editors complete keys and check values by the schema.
     """
     from guideload.base.finite import finite_json
     from guideload.cli.file_schema import file_schema

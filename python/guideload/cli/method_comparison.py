@@ -102,9 +102,9 @@ def stability(
 ) -> Shown:
     """Find the longest stable step of rk45.
 
-    With a longer step an eigenvalue of the machine leaves the stability region of rk45. The report also says what is
-    hard in the scene, and has steps, time and error of every method there. Steps and time are those of a run under a
-    motion, or under a standard move if no trace is given.
+    With a longer step an eigenvalue of the machine leaves the stability region of rk45. The report also lists the
+    difficulties of the scene, and steps, time and error of every method. These are of a run under the motion, or under
+    a standard move if no trace is given.
     """
     from guideload.method_comparison.step_stability import stability as step_stability
     from guideload.reports.stability import stability_report

@@ -26,7 +26,7 @@ ENDINGS = (".rs", ".h", ".toml")  # Rust, C, a file for `monitor watch`
 def monitor() -> None:
     """Build or run a load monitor of a controller or a PC.
 
-    It computes loads and life used from encoder counts.
+    The monitor computes loads and the life used from encoder counts.
     """
 
 
@@ -44,7 +44,7 @@ monitor.add_command(watch)
     help='Travel of the cart per count, e.g. "20 um".',
 )
 @click.option("--lag", type=int, default=20, show_default=True, help="Output delay in samples.")
-@click.option("--encoder-bits", type=int, default=32, show_default=True, help="Width of the counter.")
+@click.option("--encoder-bits", type=int, default=32, show_default=True, help="Bits of the counter.")
 @click.option("--ticks", type=int, default=1, show_default=True, help="Clock ticks per sample period.")
 @click.option(
     "--max-acceleration",
@@ -52,7 +52,11 @@ monitor.add_command(watch)
     help="Largest acceleration the axis can have; by default 5 times that of TRACE.",
 )
 @click.option(
-    "--most-missing", type=int, default=8, show_default=True, help="Most samples that may be lost in a row."
+    "--most-missing",
+    type=int,
+    default=8,
+    show_default=True,
+    help="Most consecutive samples that may be lost.",
 )
 @click.option(
     "--load-limit", type=Quantity("N"), help="Limit of the equivalent load; exceedances are counted."

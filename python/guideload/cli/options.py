@@ -183,18 +183,22 @@ def together(*given: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 # What life and static safety must reach; `inputs.requirements` takes their values.
 requirement_options = together(
-    click.option("--rule", type=click.Choice(RULES), help="Rule of the equivalent load, not the file's."),
-    click.option("--reliability", type=POSITIVE, help="Probability that the life is reached, e.g. 0.95."),
-    click.option("--life", help='Life to be reached, e.g. "20000 km", "10000 h" or "10 years".'),
-    click.option("--safety", type=POSITIVE, help="Static safety to be reached, e.g. 3."),
+    click.option(
+        "--rule", type=click.Choice(RULES), help="Rule of the equivalent load, instead of the file's."
+    ),
+    click.option(
+        "--reliability", type=POSITIVE, help="Probability with which the life is reached, e.g. 0.95."
+    ),
+    click.option("--life", help='Required life, e.g. "20000 km", "10000 h" or "10 years".'),
+    click.option("--safety", type=POSITIVE, help="Required static safety, e.g. 3."),
 )
 # Process forces; `inputs.read_motion` takes their values.
 force_options = together(
     click.option(
         "--forces",
         type=InputFile,
-        help="Process forces on the body: a table with columns such as Fx [N] and Mz [N m]; with --forces-at "
-        "alone, columns of TRACE.",
+        help="Process forces on the body: a table with columns such as Fx [N] and Mz [N m]; without it, "
+        "--forces-at takes columns of TRACE.",
     ),
     click.option(
         "--forces-at", metavar="POINT", help="Point of the machine file ([[points]]) where the forces act."
@@ -231,7 +235,7 @@ def _moves_or_file(ctx: click.Context, param: click.Parameter, given: Any) -> An
     return given
 
 
-def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
+def motion_argument(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
     """Decorator: an argument for a trace or a motion file, the option --move, which stands for one, and forces."""
 
     move = click.option(
@@ -249,8 +253,8 @@ def or_moves(name: str, metavar: str, nargs: int = 1) -> Callable[[Any], Any]:
     return together(argument, move, force_options)
 
 
-trace_argument = or_moves("trace_file", "TRACE")
-optional_trace_argument = or_moves("trace_file", "[TRACE]")
+trace_argument = motion_argument("trace_file", "TRACE")
+optional_trace_argument = motion_argument("trace_file", "[TRACE]")
 
 
 def trace_options(command: Any) -> Any:

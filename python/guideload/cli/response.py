@@ -55,8 +55,8 @@ def response(
 ) -> Shown:
     """Show the frequency response of the points of a machine.
 
-    It is the answer to vibration of the drive, or to a force at one of the points: magnitude and phase over the
-    frequency, of the machine linearised at rest. The points are the [[points]] of the machine file.
+    It is the response to a vibration of the drive, or to a force at one of the points: magnitude and phase over the
+    frequency. The machine is linearised at rest. The points are the [[points]] of the machine file.
     """
     from guideload.machine.response import frequency_response
     from guideload.reports.response import response_report

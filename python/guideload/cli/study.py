@@ -253,7 +253,7 @@ def probability(
 ) -> None:
     """Find the probability that a machine exceeds a limit.
 
-    By subset simulation, down to 1e-9: for probabilities which a study of some thousand samples cannot count. The
+    Subset simulation finds probabilities down to 1e-9, too small to be counted among the samples of a study. The
     limits and the varied parameters are those of a study file; its number of samples does not matter.
     """
     from guideload.reports.study import probability_report

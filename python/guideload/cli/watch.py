@@ -36,19 +36,19 @@ MOST_REFUSED = 10  # malformed lines that are named; all are counted
 @click.option(
     "--follow",
     type=options.FilePath,
-    help="File that grows, in place of standard input; it is read from its start.",
+    help="Growing file to read from its start, instead of standard input.",
 )
 @click.option(
-    "--seconds", is_flag=True, help="The time stamps are in seconds; without it whole numbers, in ticks."
+    "--seconds", is_flag=True, help="Time stamps are in seconds; by default they are whole numbers of ticks."
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for samples and loads by the hour (Parquet), for the record from which a watch goes on, and for what "
-    "the page of guideload app shows.",
+    help="Folder for samples and loads by the hour (Parquet), for the record from which the next watch goes on, and "
+    "for the state that guideload app shows.",
 )
-@click.option("--record-only", is_flag=True, help="Keep the record in the folder of -o, and no samples.")
+@click.option("--record-only", is_flag=True, help="Write the record into the folder of -o, but no samples.")
 @click.option("--stop-at-limit", is_flag=True, help="End with exit code 4 when a carriage passes its limit.")
 @click.option(
     "--on-limit",

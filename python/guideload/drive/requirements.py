@@ -66,8 +66,8 @@ class DriveRequirements:
 
     time      (time,) s
     velocity  (time,) m/s of the cart, or None
-    reaction  (time,) N without friction: inertia, gravity along x, process forces, vibration; of the held x, or of the
-              links along x, the elastic drive, if x is free
+    reaction  (time,) N without friction: from inertia, gravity along x, process forces and vibration. It holds x; if x
+              is free, it is the force of the links along x, which are the elastic drive
     friction  (time,) N, share that overcomes the friction of the guides; 0 at standstill
     motor     torque and speed of the motor; None for a linear motor, without [drive] or without velocity
     machine   the machine
@@ -105,7 +105,7 @@ class DriveRequirements:
     @property
     def holding_force(self) -> float:
         """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
-        laden = self.machine.carrying(payload.name for payload in self.machine.payloads)
+        laden = self.machine.with_payloads(payload.name for payload in self.machine.payloads)
         scene = (laden if self.machine.payloads else self.machine).scene
         if is_elastic(self.machine):
             return float(-scene.static_link_loads() @ _along_x(self.machine))
@@ -126,7 +126,7 @@ class DriveRequirements:
 
     @cached_property
     def margins(self) -> dict[str, float]:
-        """Limit over what the motion asks, by name of the limit; inf where it asks nothing. Those the machine has."""
+        """Each limit of the machine over what the motion asks, by name; inf where the motion asks nothing."""
         found: list[tuple[str, float | None, float]] = []
         drive, motor = self.machine.drive, self.with_peaks.motor
         if drive is None:
@@ -154,7 +154,7 @@ class DriveRequirements:
 def drive_requirements(result: Result) -> DriveRequirements:
     """What the motion of a result asks of the drive of its machine.
 
-    Of a result at given instants, and over rails that are not straight, peaks are the largest at these instants. If x
+    Peaks are those at any time; if instants were given or rails are not straight, those at the reported instants. If x
     is free, the drive is elastic: the links along x. Raises ArgumentError if there is friction but no velocity, and if
     the result reports no instant.
     """

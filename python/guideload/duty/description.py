@@ -86,7 +86,7 @@ class DutyFile(FileModel):
 
     @property
     def machines(self) -> tuple[Machine, ...]:
-        """The machine of each case, of a description that was read from a file."""
+        """The machine of each case; only of a description that was read from a file."""
         return self._machines
 
 

@@ -137,7 +137,7 @@ class DutyCycle:
 
     @property
     def holds(self) -> bool:
-        """Whether the machine reaches the life, and every carriage the static safety, that are asked for."""
+        """Whether the machine reaches the required life, and every carriage the required static safety."""
         return (
             self.machine_life >= (self.wanted or 0.0)
             and self.worst[1].static.safety >= self.conditions.least_safety
@@ -150,7 +150,7 @@ class DutyCycle:
 
     @property
     def repetition(self) -> Repetition:
-        """The mean of all cycles: travel and time of a period over the number of cycles of all cases."""
+        """The mean cycle: travel and duration of a period, divided by its number of cycles of all cases."""
         cycles = sum(case.cycles for case in self.cases)
         return Repetition(
             float(self.distances.sum()) / cycles, self.period / cycles, self.conditions.hours_per_year
@@ -158,7 +158,7 @@ class DutyCycle:
 
     @property
     def wanted(self) -> float | None:
-        """The life to be reached as travel [m]; None if none is asked for."""
+        """The required life as travel [m]; None if none is required."""
         return None if self.conditions.life is None else self.repetition.travel(self.conditions.life)
 
     @checked
@@ -189,9 +189,9 @@ class DutyCycle:
 def duty_cycle(cases: Sequence[LoadCase], period: float = HOUR) -> DutyCycle:
     """Simulate load cases, and judge them together by the table [life] of their machines.
 
-    period: s, in which each case runs its cycles. Raises LifeError for a case without life, and ArgumentError for cases
-    of one name, that take longer than the period, or whose carriages, products or conditions of life differ, and for
-    `cycles_per_hour` of [life] that are not the cycles of all cases.
+    period: s, in which each case runs its cycles. Raises LifeError for a case without life. Raises ArgumentError if two
+    cases have the same name, if the cycles take longer than the period, if carriages, products or conditions of life
+    differ between cases, or if `cycles_per_hour` of [life] is not the number of cycles of all cases per hour.
     """
     if not len(cases):
         raise ArgumentError("cases: expected at least one load case")

@@ -246,7 +246,7 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
     is_linear = model.machine.model_level == "linear"
     starts *= 1 if is_linear else MORE
     expected = model.at(np.array([one.expected for one in model.unknowns]))
-    data = [each.settled(expected, np.array([one.expected for one in each.nuisance])) for each in data]
+    data = [each.prepared_for(expected, np.array([one.expected for one in each.nuisance])) for each in data]
     minima = [Minimum(start) for start in _starts(Objective(model, data), starts)]
     for _ in range(ROUNDS):
         objective, minima, messages = _searched(model, data, minima)
@@ -255,10 +255,10 @@ def fit(model: Model, data: Sequence[Measured], starts: int = STARTS) -> Fit:
         best = minima[0]
         here = model.at(best.x[: objective.p])
         owns = objective.nuisance_values(best.x)
-        settled = [each.settled(here, nuisance) for each, nuisance in zip(data, owns, strict=True)]
-        if all(new is old for new, old in zip(settled, data, strict=True)):
+        prepared = [each.prepared_for(here, nuisance) for each, nuisance in zip(data, owns, strict=True)]
+        if all(new is old for new, old in zip(prepared, data, strict=True)):
             break
-        data = settled
+        data = prepared
     else:
         messages.append(f"the data as they are used had not settled after {ROUNDS} rounds")
     if not best.converged:

@@ -57,7 +57,7 @@ class Residuals:
 
 
 class Measured(ABC):
-    """One set of measured data of one kind, checked and in SI: independent errors, but of a `Record` in time."""
+    """One set of measured data of one kind, checked and in SI. Errors are independent, except those of a `Record`."""
 
     name: str  # in words, as in reports: "hammer test"
 
@@ -85,9 +85,9 @@ class Measured(ABC):
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         """The residuals at one machine and nuisance parameters (q,)."""
 
-    def settled(self, model: ModelAt, nuisance: Array) -> Measured:
-        """The same data as they are to be fitted near this machine, such as modes paired with its modes; often itself.
+    def prepared_for(self, model: ModelAt, nuisance: Array) -> Measured:
+        """The data prepared for a fit near this machine, e.g. without modes that it does not have; often the same data.
 
-        The fit calls it at its start and at its end, and goes on until nothing changes.
+        The fit prepares the data at its start and after each search, until they no longer change.
         """
         return self

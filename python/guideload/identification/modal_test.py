@@ -167,7 +167,7 @@ class ModalTest(Measured):
         """(n, places) shapes of the computed modes."""
         return _real_shapes(model, self.places)[0]
 
-    def settled(self, model: ModelAt, nuisance: Array) -> ModalTest:
+    def prepared_for(self, model: ModelAt, nuisance: Array) -> ModalTest:
         """The test without measured modes that no computed mode resembles, or that are too many."""
         computed, rejected = _Computed.of(model, self.places, self.damped), {}
         for i, mode in enumerate(self.modes):
@@ -179,8 +179,8 @@ class ModalTest(Measured):
         without = replace(self, rejected=tuple(rejected.items()))
         few = f"the machine has only {len(computed.shapes)} modes"
         rejected |= {i: few for i, k in without._paired(computed)[0] if k is None}
-        settled = tuple(sorted(rejected.items()))
-        return self if settled == self.rejected else replace(self, rejected=settled)
+        items = tuple(sorted(rejected.items()))
+        return self if items == self.rejected else replace(self, rejected=items)
 
     @cached_property
     def _across(self) -> dict[int, tuple[Array, Array]]:

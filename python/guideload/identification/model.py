@@ -151,7 +151,7 @@ BESIDE = (0.0, 1e-9, 1e-7, 1e-5)  # relative changes of all values that are trie
 
 @dataclass(frozen=True, eq=False)
 class ModelAt:
-    """The machine at one set of unknowns: what a kind of measured data predicts its values from."""
+    """The machine at one set of unknowns, from which each kind of measured data predicts its values."""
 
     machine: Machine  # the nominal machine: its points, free dofs, drive
     z: Array  # (p,) coordinates of the unknowns, see `Unknown`
@@ -172,7 +172,7 @@ class ModelAt:
         return self._runs[id(excitation)]
 
     def run_once(self, excitation: Excitation) -> RunDerivatives:
-        """The same for an excitation that is needed once: the model does not hold it."""
+        """Its run under an excitation that is needed only once: the run is not kept."""
         return RunDerivatives(self.machine, self.rest, excitation.motion, excitation.start)
 
     def response(self, frequency: Array, force: SensorPlace) -> tuple[Complex, Complex]:

@@ -190,8 +190,8 @@ class RankedMeasurement:
     """A measurement in a ranking.
 
     name       of the measurement
-    deviation  standard deviation of the target quantity after it, over the one now: 1 if it adds nothing
-    identified unknowns that the data would determine then and do not determine now
+    deviation  standard deviation of the target quantity with this measurement over that without: 1 if it adds nothing
+    identified unknowns that the data determine only with this measurement
     """
 
     name: str
@@ -202,7 +202,7 @@ class RankedMeasurement:
 def rank_measurements(
     found: Identification, candidates: Sequence[Measured], target: Mapping[str, float] | None = None
 ) -> tuple[RankedMeasurement, ...]:
-    """Measurements that could be made, the one that would tell most first.
+    """Possible further measurements, the most informative one first.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def rank_measurements(
     rows = []
     for one in candidates:
         nuisance = np.array([each.expected for each in one.nuisance])
-        there = one.settled(model, nuisance).residuals(model, nuisance)
+        there = one.prepared_for(model, nuisance).residuals(model, nuisance)
         weights = 1.0 / np.array([each.spread for each in one.nuisance])
         after = np.linalg.inv(before + marginal_information(there.by_unknowns, there.by_nuisance, weights))
         if gradient is None:

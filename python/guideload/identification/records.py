@@ -279,7 +279,7 @@ class Whitening:
         return cls(z.copy(), filters, drawn.reshape(len(drawn), -1))
 
     def is_near(self, z: Array) -> bool:
-        """Whether it still fits a machine."""
+        """Whether it is still valid at coordinates (p,) of the machine."""
         return bool(np.all(abs(z - self.z) <= NEAR))
 
     def __call__(self, series: Array) -> Array:

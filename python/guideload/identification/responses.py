@@ -50,8 +50,8 @@ class ResponseCurve:
 class FrequencyResponses(Measured):
     """Measured frequency responses.
 
-    Standard deviation of real and imaginary part: level times the size of the response, and floor times the largest
-    one of a curve, as the root of the sum of their squares.
+    Standard deviation of real and imaginary part: sqrt((level |H|)^2 + (floor max |H|)^2), with the response H and the
+    maximum over its curve.
 
     level_known  whether level and floor are known; else the level is a start only
     floor_known  whether the floor is known beside a level that is not
@@ -112,8 +112,8 @@ class FrequencyResponses(Measured):
         by_nuisance = np.concatenate(scales)[:, None][:, : nuisance.size]
         return Residuals(np.concatenate(values), np.concatenate(slopes) * model.slopes, by_nuisance)
 
-    def settled(self, model: ModelAt, nuisance: Array) -> FrequencyResponses:
-        """With the noise of the computed responses, once they are near: of measured ones the small weigh too much."""
+    def prepared_for(self, model: ModelAt, nuisance: Array) -> FrequencyResponses:
+        """The responses with noise by the computed ones, once near: small measured ones would weigh too much."""
         gain = float(nuisance[0]) if nuisance.size else 1.0
         found = [gain * curve.computed(model)[0] for curve in self.curves]
         errors = [one - curve.value for one, curve in zip(found, self.curves, strict=True)]

@@ -132,7 +132,7 @@ class UnknownEstimate:
     value      the most probable one
     low, high  interval with a probability of 95 %
     is_identified  whether the data determine it: they at least halve the spread before
-    narrowed   spread after the data over the one before
+    narrowed   standard deviation after the data over that before
     profile    whether the interval is from the likelihood profile
     """
 
@@ -164,8 +164,8 @@ class NuisanceEstimate:
 class Identification:
     """The numbers of a machine under measured data.
 
-    nominal       the machine before
-    unknowns      what was unknown of it
+    nominal       the machine before the identification
+    unknowns      its unknown numbers
     fit           the best fit
     covariance    (p + q, p + q) of the coordinates: logarithms of positive parameters, nuisance parameters of the data
     intervals     of the p unknowns of the machine

@@ -208,7 +208,7 @@ class SensorLog(Record):
     def error_draws(self) -> Array | None:
         return None if self.whitening is None else self.whitening.errors
 
-    def settled(self, model: ModelAt, nuisance: Array) -> SensorLog:
+    def prepared_for(self, model: ModelAt, nuisance: Array) -> SensorLog:
         """The log with its residuals whitened for the errors of the trace, near this machine."""
         if not self.deviations:
             return self

@@ -87,7 +87,7 @@ class Interval:
 
     low, high  its ends; the coordinate may reach its bounds
     narrowed   standard deviation after the data over that before: 1 if they say nothing about it
-    profile    whether it is from the likelihood profile, because the one from the covariance is not good
+    profile    whether it is from the likelihood profile, as the fit is not nearly linear
     """
 
     low: float

@@ -17,7 +17,7 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.base.errors import KeyPath, RunError, ValueRefused
-from guideload.base.toml import Place, read_toml
+from guideload.base.toml import TomlPlace, read_toml
 from guideload.base.units import factor
 from guideload.identification.result import Identification, NuisanceEstimate, UnknownEstimate
 from guideload.identification.uncertainty import NORMAL_QUANTILE
@@ -86,7 +86,7 @@ def _with_comment(text: str, edit: _Edit) -> str:
 
 
 def _edit(
-    path: KeyPath, value: float, unit: str, comment: str, places: dict[KeyPath, Place], text: str
+    path: KeyPath, value: float, unit: str, comment: str, places: dict[KeyPath, TomlPlace], text: str
 ) -> _Edit | None:
     """The change that sets a key; None if the file has neither the key nor a table for it."""
     place = places.get(path)
@@ -130,7 +130,7 @@ def _comment(
     return f"{reach} {usual}, from {source}"
 
 
-def _of_files(places: dict[KeyPath, Place], text: str, source: Path, folder: Path) -> Iterator[_Edit]:
+def _of_files(places: dict[KeyPath, TomlPlace], text: str, source: Path, folder: Path) -> Iterator[_Edit]:
     """Names of files that are relative to the machine file, as seen from the new folder."""
     for path, place in places.items():
         if path == ("catalogue",) or (path[0] == "rails" and path[-1] in FILES):
@@ -147,7 +147,7 @@ INSIDE = 1.0 - 1e-6  # factor on all correlations: rounding must not make their 
 
 
 def study_text(found: Identification, machine: str, trace: str) -> str:
-    """The study file; machine: the file with the identified values, which are the medians."""
+    """The study file, with the identified values as medians. machine: name of the machine file with these values."""
     rows = [
         "# Loads of the machine as identified: the distributions are what is known of it after the measurement.",
         f"machine = {_quoted(machine)}",

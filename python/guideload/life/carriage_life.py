@@ -42,7 +42,7 @@ class CarriageLife(Criteria):
 
     @cached_property
     def factor_life(self) -> float:
-        """Load factor f_W of the catalogues for the life: mean load over that of the quasi-static loads."""
+        """Load factor f_W of catalogues for the life: mean load over the mean load of the quasi-static loads."""
         quasi_static = self.record.parts.quasi_static[:, self.index]
         exponent = self.rating.exponent
         mean = mean_load(*integrals(self.record.travel, quasi_static, self.rule, exponent), exponent)
@@ -50,13 +50,13 @@ class CarriageLife(Criteria):
 
     @cached_property
     def factor_safety(self) -> float:
-        """Load factor f_W of the catalogues for the static safety: peak over that of the quasi-static loads."""
+        """Load factor f_W of catalogues for the static safety: P0 over the largest P0 of the quasi-static loads."""
         peak = float(self.static_rule(self.record.parts.quasi_static[:, self.index]).max())
         return self.static.peak / peak if peak else float("nan")
 
     @cached_property
     def rows(self) -> tuple[float, float] | None:
-        """Largest load of the loaded row and smallest of the other one along y [N], if the law has two rows."""
+        """Largest load of the loaded row and smallest load of the other row along y [N]; None without two rows."""
         carriage = self.record.result.machine.carriages[self.index]
         if carriage.preload_y is None or carriage.rolling is None:
             return None

@@ -61,7 +61,7 @@ class Criteria:
         return tuple(dict.fromkeys((*self.rule.missing, *self.static_rule.missing)))
 
     def unrated(self, axis: str, carries: str) -> LifeError:
-        """The error for a moment without rating; carries: what the carriage does, "carries a roll moment"."""
+        """The error for a moment without rating. carries: what the carriage carries, "carries a roll moment"."""
         rule = self.conditions.rule
         kind = "dynamic" if RULES[rule].rated == "dynamic" else "static"
         return LifeError(
@@ -71,7 +71,7 @@ class Criteria:
 
 
 def known_criteria(machine: Machine, conditions: LifeConditions) -> tuple[Criteria, ...]:
-    """The criteria of the carriages whose products have dynamic and static rating, maybe of none."""
+    """The criteria of the carriages whose products have dynamic and static rating; may be empty."""
     places = arrangements(machine)
     return tuple(
         _criteria(machine, index, product, places[index], conditions)

@@ -32,7 +32,7 @@ class Rule(NamedTuple):
 
     source, note    where it is from; what to know about it
     minor           factor on the smaller group
-    rated           the moments that it counts are over the "static" or the "dynamic" rated moments
+    rated           whether moments are divided by the "static" or by the "dynamic" rated moments
     always_moments  whether moments count also if several carriages, not side by side, run on the rail
     side_moments    moments in the group of the side load
     """
@@ -159,7 +159,7 @@ def dynamic_load(
 ) -> EquivalentLoad:
     """The equivalent load for the life.
 
-    preload: N, of the carriage. effect: None: as the maker prints the rule, which mostly leaves the preload out.
+    preload: N, of the carriage. effect: None: the rule as the maker prints it, mostly without the preload.
     """
     return _equivalent_load(RULES[rule], product, arrangement, preload, effect or PRINTED.get(rule))
 
@@ -173,7 +173,7 @@ def static_load(
 ) -> EquivalentLoad:
     """The equivalent load for the static safety (ISO 14728-2): a plain sum, moments over static moments.
 
-    preload: N, of the carriage. effect: None: it does not count, as in print.
+    preload: N, of the carriage. effect: None: the preload does not count, as the maker prints the rule.
     """
     plain = RULES[rule]._replace(minor=1.0, rated="static")
     return _equivalent_load(plain, product, arrangement, preload, effect)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def largest_loads(result: Result, criteria: Sequence[Criteria]) -> list[LargestLoads]:
     """The largest loads of the carriages with these criteria.
 
-    At any time, also between the reported instants; over rails that are not straight, the largest at the reported
-    instants. P0 is largest where it is without preload, which raises all loads in their order.
+    They are the largest at any time, also between the reported instants; over rails that are not straight, those at the
+    reported instants. The instant of the largest P0 does not depend on the preload, which keeps the order of loads.
     """
     found = result.extremes(static_rules(result.machine, criteria))
     if found is not None:

@@ -91,7 +91,7 @@ class Life:
 
     @cached_property
     def with_preload(self) -> Life | None:
-        """With the preload that `preload_in_life = false` leaves out; None if nothing is left out."""
+        """The same life with the preload counted; None if it is counted already, or if no carriage has preload."""
         if self.conditions.preload_in_life or not any(one.preload for one in self.carriages):
             return None
         return life_of(self.record.result, self.conditions.model_copy(update={"preload_in_life": True}))
@@ -131,7 +131,7 @@ class Life:
 
     @property
     def wanted(self) -> float | None:
-        """The life to be reached as travel [m]; None if none is asked for."""
+        """The required life as travel [m]; None if none is required."""
         target = self.conditions.life
         return None if target is None else self.repetition.travel(target)
 
@@ -142,7 +142,7 @@ class Life:
 
     @property
     def holds(self) -> bool:
-        """Whether the machine reaches the life, and every carriage the static safety, that are asked for."""
+        """Whether the machine reaches the required life, and every carriage the required static safety."""
         wanted, safety = self.wanted or 0.0, self.weakest.static.safety
         return self.machine >= wanted and safety >= self.conditions.least_safety
 
@@ -187,9 +187,9 @@ class Life:
 def life_of(result: Result, conditions: LifeConditions | None = None) -> Life:
     """Life and static safety of the carriages of a result whose products have ratings.
 
-    conditions: default those of the machine, the table [life] of its file. The record is one cycle, which repeats. The
-    run is made again for its largest loads, which are those at any time; over rails that are not straight, they are
-    those at the reported instants.
+    conditions: by default those of the machine, the table [life] of its file. The record is one cycle, which repeats.
+    The run is repeated to find the largest loads at any time; over rails that are not straight, they are the largest at
+    the reported instants.
     Raises LifeError if no carriage has a product with dynamic and static rating, if the velocity of the cart is unknown
     or always zero, or if the product lacks a rated moment that the rule counts.
     """

@@ -73,7 +73,7 @@ def limit_notes(
 
 
 def cycles_notes(conditions: LifeConditions, lasts: float) -> Iterator[str]:
-    """A sentence on a motion that lasts [s] longer than `cycles_per_hour` leaves for it; none otherwise."""
+    """A sentence if the motion lasts [s] longer than `cycles_per_hour` allows; else none."""
     cycles = conditions.cycles_per_hour
     if cycles is not None and lasts * cycles > (1.0 + 1e-9) * HOUR:
         yield (

@@ -21,13 +21,13 @@ CAUSES = {
     "vibration": "vibration about the quasi-static load, and the effect of springs that are not linear",
     "preload": "what the preloaded row carries beyond the equivalent load",
 }
-ROUNDING = 1e-9  # of the forces of moving feet: smaller process forces are rounding
+ROUNDING = 1e-9  # of the forces of rails that are not straight: smaller process forces are rounding
 
 
 class LoadParts(dict[str, Array]):
     """Parts of the loads by cause, in the order of `CAUSES`, each (time, carriage, 6): force [N] and moment [N m].
 
-    Their sum is the load. Causes that the run does not have are missing. Quasi-static parts have nominal stiffness.
+    Their sum is the load. Causes that the run does not have are missing. Quasi-static parts: with nominal stiffness.
     """
 
     @cached_property
@@ -45,7 +45,7 @@ def load_parts(result: Result) -> LoadParts:
     def quasi_static(excitation: Array) -> Array:
         return np.asarray((excitation @ (histories.response @ to_carriages)).reshape(shape))
 
-    bare = machine.carrying(()) if machine.payloads else machine
+    bare = machine.with_payloads(()) if machine.payloads else machine
     weight = bare.static_carriage_loads
     parts = LoadParts()
     if bare.offsets.any():
@@ -70,10 +70,10 @@ def load_parts(result: Result) -> LoadParts:
     parts["acceleration"] = quasi_static(inertia)
     process = histories.wrench
     if histories.foot_load is not None:
-        of_feet = -histories.foot_load @ histories.rows
-        process = process - of_feet
-        process[np.abs(process) <= ROUNDING * np.abs(of_feet).max(axis=0)] = 0.0
-        moving = quasi_static(of_feet) + (histories.foot_load @ to_carriages).reshape(shape)
+        of_rails = -histories.foot_load @ histories.rows
+        process = process - of_rails
+        process[np.abs(process) <= ROUNDING * np.abs(of_rails).max(axis=0)] = 0.0
+        moving = quasi_static(of_rails) + (histories.foot_load @ to_carriages).reshape(shape)
         parts["rail error"] = parts.get("rail error", 0.0) + moving
     if process.any():
         parts["process force"] = quasi_static(process)

@@ -2,8 +2,8 @@
 
 Between two instants the speed is quadratic, because the acceleration is linear, and a load is the line that has its
 mean in the interval. The core cuts an interval where the speed or a component of the load changes its sign, and where
-the rule changes branch. On each piece P is a power of a linear load, and its integral is in closed form. A load that
-bows by b from the line between its ends so has an error of order b^2, where that line has one of order b.
+the rule changes branch. On each piece P is a power of a linear load, and its integral is in closed form. Where a load
+bows by b from the line between its ends, this has an error of order b^2; with that line it would be of order b.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def integrals(
 
 
 def load_bows(run: Result | Run) -> Array:
-    """By how much the mean loads of the intervals differ from those of lines, (n - 1, carriage, 6) [N, N m]."""
+    """Mean load of each interval less that of the line between its ends, (n - 1, carriage, 6) [N, N m]."""
     machine, names = run.machine, ("time", "displacement", "velocity", "acceleration")
     known = (each for each in map(run.history, names) if each is not None)
     time, position, velocity, acceleration = known

@@ -35,7 +35,7 @@ def failure_probability(travel: ArrayLike, life: ArrayLike, reliability: float) 
 
 
 def system_life(lives: ArrayLike) -> Array:
-    """The life [m] that several carriages all reach with the probability for which each of `lives` [m] holds.
+    """The life [m] that all carriages reach, with the probability with which each alone reaches its own of `lives`.
 
     lives: (carriages, ...). Weibull distributions of slope e = 1.5 (that of the reliability factor a1), independent of
     each other: the probabilities multiply, so L = (sum L_i^-e)^(-1/e).

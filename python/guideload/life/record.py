@@ -27,7 +27,7 @@ class Record:
 
     @cached_property
     def bows(self) -> Array:
-        """By how much the mean loads of the intervals differ from those of lines, (n - 1, carriage, 6) [N, N m]."""
+        """Mean load of each interval less that of the line between its ends, (n - 1, carriage, 6) [N, N m]."""
         return load_bows(self.result)
 
     @cached_property

@@ -35,7 +35,7 @@ class StaticSafety:
 
 
 def static_safety(largest: LargestLoads, product: Product, contact_factor: float) -> StaticSafety:
-    """The static safety under the largest loads. contact_factor: f_C, that reduces C0 of carriages side by side."""
+    """The static safety under the largest loads. contact_factor: f_C, which reduces C0 of carriages side by side."""
     assert product.static is not None
     rating = contact_factor * product.static
     return StaticSafety(float(safety(rating, largest.equivalent)), largest)

@@ -48,8 +48,8 @@ def motion_blocks(
 ) -> Iterator[Motion]:
     """The motion of a record in blocks, for `LongRun.add`; each begins with the last stamp of the block before.
 
-    The motions have no positions, which do not act on the loads of straight rails. The quantum, if it is not given, is
-    that of the first block in which it is found.
+    The motions have no positions: on straight rails loads do not depend on them. If `quantum` is not given, it is
+    detected in the first block that shows one, and kept.
 
     Parameters
     ----------
@@ -58,14 +58,14 @@ def motion_blocks(
     drive, smoothing, window, options
         As for `read_trace` and `motion_from_trace`.
     rows
-        Samples of a block.
+        Samples of a block, at least 8192.
 
     Raises
     ------
     TraceError
-        For rows that cannot be used; it names them.
+        For rows that cannot be used, which it names, and for a file that is missing or cannot be read.
     ArgumentError
-        For another kind of file and for clock="uniform", which fits one grid to the whole record.
+        For another kind of file, for fewer rows, and for clock="uniform", which fits one grid to the whole record.
     """
     path = Path(file)
     if path.suffix.lower() != ".parquet":

@@ -233,13 +233,13 @@ class LongRun:
 
     @property
     def wanted(self) -> float | None:
-        """The life to be reached as travel [m]; None if none is asked for, and without travel."""
+        """The required life as travel [m]; None if the machine file asks for no life, or if the cart did not travel."""
         target = self.machine.life.life
         return self.repetition.travel(target) if target is not None and self.distance > 0.0 else None
 
     @property
     def holds(self) -> bool:
-        """Whether the carriages with ratings reach the life, if there is travel, and the static safety asked for.
+        """Whether the carriages with ratings reach the static safety and, if the cart travelled, the life asked for.
 
         Raises ArgumentError before the first block.
         """

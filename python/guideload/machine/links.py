@@ -77,7 +77,7 @@ class LinkTable:
         return np.hstack([directions @ axes.T, moments @ axes.T])
 
 
-class _Row(NamedTuple):
+class _LinkRow(NamedTuple):
     name: str
     point: tuple[float, ...]
     direction: tuple[float, ...]
@@ -95,12 +95,12 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
     places: (carriage, 4) m, m, m from L, and rad, the roll of its rail. errors: (carriage, 3) m, mounting errors.
     Raises SceneError for an impossible law.
     """
-    rows: list[_Row] = []
+    rows: list[_LinkRow] = []
     for i, (one, place) in enumerate(zip(carriages, places.tolist(), strict=True)):
         rows += _link_rows(i, one, place, errors[i])
     for link in links:
         own = link.law, link.damping, link.damping_in_contact
-        rows.append(_Row(link.name, link.point, link.direction, *own, 0.0, -1, -1))
+        rows.append(_LinkRow(link.name, link.point, link.direction, *own, 0.0, -1, -1))
     names, points, directions, laws, damping, in_contact, offsets, carriage, axis = zip(*rows, strict=True)
     return LinkTable(
         names=names,
@@ -116,7 +116,7 @@ def table_of(carriages: Sequence[Carriage], places: Array, links: Sequence[Link]
     )
 
 
-def _link_rows(index: int, carriage: Carriage, place: Sequence[float], error: Array) -> Iterator[_Row]:
+def _link_rows(index: int, carriage: Carriage, place: Sequence[float], error: Array) -> Iterator[_LinkRow]:
     x, y, z, roll = place
     own_y = (math.cos(roll), math.sin(roll))
     own_z = (0.0 - own_y[1], own_y[0])
@@ -130,7 +130,7 @@ def _link_rows(index: int, carriage: Carriage, place: Sequence[float], error: Ar
         share = 1.0 / sum(other.axis == link.axis for other in links)
         along, across = link.offset(distances)
         direction = (0.0, *(own_y, own_z)[of_axis])
-        yield _Row(
+        yield _LinkRow(
             name=f"{carriage.name}:{link.name}",
             point=(x + along, y + across * own_z[0], z + across * own_z[1]),
             direction=direction,
@@ -143,10 +143,10 @@ def _link_rows(index: int, carriage: Carriage, place: Sequence[float], error: Ar
         )
 
 
-def feet_on(
+def offsets_of_rails(
     rails: Sequence[Rail], carriages: Sequence[Carriage], table: LinkTable, position: Array
 ) -> tuple[Array, Array]:
-    """Displacements [m] and slopes [1] of the feet of all links along the links, each (n, link).
+    """Displacements [m] and slopes [1] of the rails at all links, along the links, each (n, link).
 
     rails: that of each carriage. position: (n,) m, of the cart. Raises SceneError where a profile is not known.
     """

@@ -30,10 +30,19 @@ from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, with_types
-from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition, united
+from guideload.machine.components import (
+    Body,
+    Carriage,
+    Gravity,
+    Link,
+    Name,
+    Rail,
+    TravelPosition,
+    combine_bodies,
+)
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import LinkTable, feet_on, own_axes, read_only, table_of
+from guideload.machine.links import LinkTable, offsets_of_rails, own_axes, read_only, table_of
 from guideload.machine.names import name_conflicts
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
@@ -133,7 +142,7 @@ class Machine(FileModel):
         return self.model_copy(update={"free": tuple(free)})
 
     @checked
-    def carrying(self, payloads: Iterable[str]) -> Machine:
+    def with_payloads(self, payloads: Iterable[str]) -> Machine:
         """The machine with the payloads of these names as part of its body, and without the others.
 
         Raises ArgumentError for a name that no payload has.
@@ -145,17 +154,17 @@ class Machine(FileModel):
             raise ArgumentError(
                 f"{self.name}: expected names of payloads of the machine, got {shown(unknown[0])}; {there}"
             )
-        if names not in self._carrying:
-            body = united(self.body, (payload for payload in self.payloads if payload.name in names))
-            self._carrying[names] = self.model_copy(update={"body": body, "payloads": ()})
-        return self._carrying[names]
+        if names not in self._with_payloads:
+            body = combine_bodies(self.body, (payload for payload in self.payloads if payload.name in names))
+            self._with_payloads[names] = self.model_copy(update={"body": body, "payloads": ()})
+        return self._with_payloads[names]
 
     def require_no_payloads(self, what: str) -> None:
         """Raise ArgumentError for a machine whose payloads come and go, which `what` does not know."""
         if self.payloads:
             raise ArgumentError(
                 f"payloads: {what} knows no payloads that come and go; run the machine (simulate, guideload run), or "
-                f"make them part of its body: machine.carrying([{shown(self.payloads[0].name)}])"
+                f"make them part of its body: machine.with_payloads([{shown(self.payloads[0].name)}])"
             )
 
     def require_standing_riders(self, what: str) -> None:
@@ -168,7 +177,7 @@ class Machine(FileModel):
                 )
 
     @cached_property
-    def _carrying(self) -> dict[frozenset[str], Machine]:
+    def _with_payloads(self) -> dict[frozenset[str], Machine]:
         return {}
 
     @field_validator("free")
@@ -214,7 +223,7 @@ class Machine(FileModel):
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        return united(self.body, (rider.at(rider.position) for rider in self.riders))
+        return combine_bodies(self.body, (rider.at(rider.position) for rider in self.riders))
 
     @cached_property
     def carriage_centers(self) -> Array:
@@ -362,15 +371,15 @@ class Machine(FileModel):
     @cached_property
     def offsets(self) -> Array:
         """Displacement of the foot of each link at rest, from mounting errors and profiles of rails, (link,) [m]."""
-        return read_only(self.link_table().offsets + self.feet_at(np.array([self.rest_at]))[0][0])
+        return read_only(self.link_table().offsets + self.rail_offsets(np.array([self.rest_at]))[0][0])
 
-    def feet_at(self, position: Array) -> tuple[Array, Array]:
-        """Displacements [m] and slopes [1] of the rails at the feet of all links, along the links, each (n, link).
+    def rail_offsets(self, position: Array) -> tuple[Array, Array]:
+        """Displacements [m] and slopes [1] of the rails at all links, along the links, each (n, link).
 
         position: (n,) m, of the cart. Raises SceneError where the profile of a rail is not known.
         """
         rails = [self.rails[rail] for rail in self.rail_of_carriage]
-        return feet_on(rails, self.carriages, self.link_table(), position)
+        return offsets_of_rails(rails, self.carriages, self.link_table(), position)
 
     @cached_property
     def model_level(self) -> ModelLevel:

@@ -20,8 +20,8 @@ class Modes:
     """The n natural modes by ascending frequency; nonlinear links are in contact, with their nominal stiffness.
 
     frequency     (n,) Hz, natural frequencies of the undamped machine
-    damping_ratio (n,) 1, of the damped machine: -Re/|.| of its eigenvalue next in order; of an overdamped mode that of
-                  the mode alone
+    damping_ratio (n,) 1, -Re(lambda)/|lambda| of the damped eigenvalue with the same rank among the modes that vibrate;
+                  of an overdamped mode the ratio without coupling to other modes
     damped_frequency (n,) Hz, of the damped vibration; 0 if a mode is overdamped
     shape         (n, 6) mode shapes, displacement and rotation of L [m, rad], without damping; the largest
                   displacement of the carriage centres (without carriages, or if all are in one line: of the links'

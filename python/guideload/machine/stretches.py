@@ -23,7 +23,7 @@ class Stretches:
     @cached_property
     def machines(self) -> tuple[Machine, ...]:
         """The machine of each stretch, with its payloads as part of its body."""
-        return tuple(map(self.machine.carrying, self.payloads))
+        return tuple(map(self.machine.with_payloads, self.payloads))
 
     def solve(
         self,
@@ -53,5 +53,5 @@ class Stretches:
     def _scenes(self) -> tuple[list[Scene], list[Scene]]:
         """Of the stretches, and with the payloads that stay on the machine through each change."""
         pairs = zip(self.payloads, self.payloads[1:], strict=False)
-        staying = [self.machine.carrying({*before} & {*after}) for before, after in pairs]
+        staying = [self.machine.with_payloads({*before} & {*after}) for before, after in pairs]
         return [one.scene for one in self.machines], [one.scene for one in staying]

@@ -117,7 +117,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class WorkPrecision:
-    """Time and error of every method over its settings, for one machine and motion; see `Row`.
+    """Time and error of every method over its settings, for one machine and motion; see `SettingResult`.
 
     error_metric which loads the errors are of, and why these
     auto_method  the method that `auto` picks; None if it fails

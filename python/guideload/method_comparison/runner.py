@@ -47,8 +47,8 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
     ----------
     budget
         Time that all runs together may take [s]. The reference is computed however long it takes. Then every setting
-        runs once, the coarse ones of all methods first, except those that the time left does not suffice for; and then
-        again as often as the time allows. A run that has begun is not cut short.
+        runs once, coarse ones first; settings that no longer fit into the time are skipped. Time that is left is used
+        for repetitions. A run that has begun is not cut short.
 
     Returns
     -------

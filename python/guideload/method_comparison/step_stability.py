@@ -65,7 +65,8 @@ class Stability:
     longest_steps (m,) s, longest stable step of rk45 for each
     motion        that the costs are for
     rtol          tolerance of those runs
-    costs         of exact, rk45 and implicit, then of exponential if links are preloaded, none with edges beside it
+    costs         of exact, rk45 and implicit; also of exponential if links are preloaded and none has clearance, sides
+                  or a curve
     difficulties  features of the scene on which methods fail, and their size here
     """
 

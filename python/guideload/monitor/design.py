@@ -49,7 +49,7 @@ class Design:
     load_error: float
 
     def monitor(self) -> Monitor:
-        """A new monitor, that has seen nothing."""
+        """A new monitor, without samples."""
         return Monitor(self.machine, self.settings, self.taps)
 
     @property

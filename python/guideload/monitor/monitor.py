@@ -78,7 +78,7 @@ class Monitor(CoreMonitor):
     def push(
         self, stamps: ArrayLike, counts: ArrayLike, until_limit: bool = False
     ) -> tuple[NDArray[np.uint32], Integers, Array]:
-        """Take n samples, whole numbers: time stamps in ticks and counter, both of which may wrap or be negative.
+        """Take n samples, whole numbers: time stamps [ticks] and counts. Both may wrap around or be negative.
 
         until_limit: stop after the sample at which a carriage rises above its limit; the results end there, and the
         samples after it can be pushed next.
@@ -97,16 +97,16 @@ class Monitor(CoreMonitor):
         return taken, periods, loads[: taken.size]
 
     def totals(self) -> dict[str, Any]:
-        """All that is kept, by name; lists have an entry per carriage.
+        """Counts, extremes and sums over all samples, by name; lists have an entry per carriage.
 
-        periods, settling         periods with loads; of these, soon after a restart, without extremes
+        periods, settling         periods with loads; those of them soon after a restart, which count for no extreme
         samples, missing, ...     counts of what happened to the samples
         distance                  m
         smallest, largest         Fy, Fz, Mx, My, Mz, square of the resultant of Fy and Fz, equivalent load
         period_of_smallest, period_of_largest   the numbers of their periods
         power                     integral of the equivalent load to the exponent of the life over distance, N^p m
         histogram                 periods by bin of the equivalent load
-        above_limit, limit_exceeded   periods above the limit, and how often it was passed
+        above_limit, limit_exceeded   periods above the limit, and number of exceedances
         life_used                 share of the rating life; None without ratings
         """
         return super().totals()

@@ -55,10 +55,11 @@ class Motion:
     warnings      what speaks against the trace or its smoothing, for reports
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
-    exact         whether the acceleration is known between the stamps too, as that of planned moves: it hides nothing
+    exact         whether the acceleration is known between the stamps too, as that of planned moves
     recorded      whether it is a record, which may begin under way; any other motion begins at standstill
 
-    The arrays are read-only copies in float64. Raises TraceError with the history and the index.
+    The arrays are read-only copies in float64. Raises TraceError with the history and the index, ArgumentTypeError for
+    values that are no real numbers, ArgumentError for masked values.
     """
 
     time: Array

@@ -30,7 +30,7 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.parameters.parts import (
     AXES,
-    Row,
+    PartParameter,
     Target,
     of_carriage,
     of_link,
@@ -89,23 +89,23 @@ def part_path(kind: str, name: str) -> str:
 # ---- the numbers that can vary
 
 
-def _of_machine(machine: Machine, motion: Motion) -> Iterator[Row]:
+def _of_machine(machine: Machine, motion: Motion) -> Iterator[PartParameter]:
     body = machine.body
-    yield Row("body.mass", "kg", "> 0", body.mass, [(("mass", 0, 0), 1.0)])
+    yield PartParameter("body.mass", "kg", "> 0", body.mass, [(("mass", 0, 0), 1.0)])
     for i, axis in enumerate(AXES):
         center = [(("center_of_mass", i, 0), 1.0)]
-        yield Row(f"body.center_of_mass.{axis}", "m", "", body.center_of_mass[i], center)
+        yield PartParameter(f"body.center_of_mass.{axis}", "m", "", body.center_of_mass[i], center)
     for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
         key, floor = f"body.inertia.{AXES[i]}{AXES[j]}", "> 0" if i == j else ""
-        yield Row(key, "kg m^2", floor, body.inertia[i][j], [(("inertia", i, j), 1.0)])
+        yield PartParameter(key, "kg m^2", floor, body.inertia[i][j], [(("inertia", i, j), 1.0)])
     for i, axis in enumerate(AXES):
-        yield Row(f"gravity.{axis}", "m/s^2", "", machine.gravity[i], [(("gravity", i, 0), 1.0)])
-    yield Row("motion.scale", "1", "", 1.0, [(("acceleration", 0, 0), 1.0)])
+        yield PartParameter(f"gravity.{axis}", "m/s^2", "", machine.gravity[i], [(("gravity", i, 0), 1.0)])
+    yield PartParameter("motion.scale", "1", "", 1.0, [(("acceleration", 0, 0), 1.0)])
     force, need = None if motion.wrench is None else 1.0, "a motion with a process force"
-    yield Row("motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], need)
+    yield PartParameter("motion.force_scale", "1", "", force, [(("wrench", 0, 0), 1.0)], need)
 
 
-def _find_range(row: Row) -> Range:
+def _find_range(row: PartParameter) -> Range:
     """The range of a parameter: by its unit and, for lengths, by its key."""
     if row.unit != "m":
         return RANGES[row.unit]
@@ -141,7 +141,7 @@ class Parameters:
         for i, payload in enumerate(machine.payloads):
             self._add("payloads", payload.name, {"payload": payload.name}, of_payload(i, payload))
 
-    def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[Row]) -> None:
+    def _add(self, kind: str, name: str, owners: dict[str, str], rows: Iterator[PartParameter]) -> None:
         part = f"{part_path(kind, name)}." if kind else ""
         found, needs = self.of_part.setdefault((kind, name), {}), self.needs.setdefault((kind, name), {})
         for row in rows:

@@ -21,7 +21,7 @@ AXES = ("x", "y", "z")
 STATED = (("pitch", "_y", "length"), ("yaw", "_z", "length"), ("roll", "_y", "width"))
 
 
-class Row(NamedTuple):
+class PartParameter(NamedTuple):
     """A parameter of one part. If the part has none, value is None, and `need` says what it needs.
 
     sets: targets with the factors on its value. fixed: targets with numbers of the part that cannot vary.
@@ -58,22 +58,22 @@ def arguments_of(machine: Machine) -> dict[str, Any]:
     }
 
 
-def of_rail(machine: Machine, index: int) -> Iterator[Row]:
+def of_rail(machine: Machine, index: int) -> Iterator[PartParameter]:
     rail, carriages = machine.rails[index], np.flatnonzero(machine.rail_of_carriage == index).tolist()
     for i, axis in enumerate(("y", "z")):
         links = [(("point", k, i + 1), 1.0) for k in machine.links_of_rails[index].tolist()]
         centers = [(("center", j, i + 1), 1.0) for j in carriages]
-        yield Row(f"position.{axis}", "m", "", rail.position[i], [*links, *centers])
+        yield PartParameter(f"position.{axis}", "m", "", rail.position[i], [*links, *centers])
     need = "a rail turned in the machine file: links of a study keep their directions"
-    yield Row("roll", "rad", "", None, [], need)
+    yield PartParameter("roll", "rad", "", None, [], need)
     yield from _of_mounting_error(machine, rail.mounting_error, machine.links_of_rails[index])
 
 
-def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
+def of_carriage(machine: Machine, i: int) -> Iterator[PartParameter]:
     carriage, first = machine.carriages[i], int(machine.links_of_carriages[i][0])
     links = list(enumerate(links_of(carriage), first))
     along: Targets = [(("point", k, 0), 1.0) for k, _ in links]
-    yield Row("x", "m", "", carriage.x, [*along, (("center", i, 0), 1.0)])
+    yield PartParameter("x", "m", "", carriage.x, [*along, (("center", i, 0), 1.0)])
     own_z = machine.carriage_axes[i, 2].tolist()
     rows: Targets = [(("point", k, j), link.row * own_z[j]) for k, link in links if link.row for j in (1, 2)]
     pitch, yaw = ([(("point", k, 0), link.end) for k, link in links if link.axis == axis] for axis in (1, 2))
@@ -81,8 +81,8 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
     stated = [rotation for rotation in distances if getattr(carriage, f"stiffness_{rotation}") is not None]
     ends = [each for rotation in ("pitch", "yaw") if rotation not in stated for each in distances[rotation]]
     need = "a length, in place of stiffness_pitch and stiffness_yaw"
-    yield Row("length", "m", "> 0", carriage.length, ends, need)
-    yield Row("width", "m", "> 0", carriage.width, rows, "a width, in place of stiffness_roll")
+    yield PartParameter("length", "m", "> 0", carriage.length, ends, need)
+    yield PartParameter("width", "m", "> 0", carriage.width, rows, "a width, in place of stiffness_roll")
     for axis in (1, 2):
         of_axis = [k for k, link in links if link.axis == axis]
         damping = carriage.damping_shares[axis - 1] / len(of_axis)
@@ -92,19 +92,19 @@ def of_carriage(machine: Machine, i: int) -> Iterator[Row]:
         need = f"{distance}, which can vary: stiffness_{rotation} is stiffness{suffix} {distance}^2/4"
         number = getattr(carriage.distances, rotation)
         fixed = [(target, factor * number) for target, factor in distances[rotation] if rotation in stated]
-        yield Row(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need, fixed)
+        yield PartParameter(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need, fixed)
     yield from _of_mounting_error(machine, carriage.mounting_error, machine.links_of_carriages[i])
 
 
-def _of_mounting_error(machine: Machine, error: Sequence[float], links: Integers) -> Iterator[Row]:
+def _of_mounting_error(machine: Machine, error: Sequence[float], links: Integers) -> Iterator[PartParameter]:
     directions = machine.link_table().directions
     for i, axis in ((1, "y"), (2, "z")):
         along = [(k, float(directions[k, i])) for k in links.tolist()]
         sets = [(("offset", k, 0), share) for k, share in along if share != 0.0]
-        yield Row(f"mounting_error.{axis}", "m", "", error[i - 1], sets)
+        yield PartParameter(f"mounting_error.{axis}", "m", "", error[i - 1], sets)
 
 
-def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
+def _if_linear(row: PartParameter, carriage: Carriage, axis: int) -> PartParameter:
     """The row; without value if links or laws of the carriage do not depend linearly on it."""
     suffix = f"_{AXES[axis]}"
     if row.value is None or not row.key.startswith(("stiffness", "curve")):
@@ -121,15 +121,15 @@ def _if_linear(row: Row, carriage: Carriage, axis: int) -> Row:
     return row
 
 
-def of_link(index: int, link: Link) -> Iterator[Row]:
+def of_link(index: int, link: Link) -> Iterator[PartParameter]:
     for i, axis in enumerate(AXES):
-        yield Row(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
+        yield PartParameter(f"point.{axis}", "m", "", link.point[i], [(("point", index, i), 1.0)])
     yield from _of_spring(link, "", [index], 1.0, 1.0)
 
 
 def _of_spring(
     part: Carriage | Link, suffix: str, links: Sequence[int], share: float, damping_share: float
-) -> Iterator[Row]:
+) -> Iterator[PartParameter]:
     """The parameters of an elastic law and its damper; shares: parts of them in each of the core's links."""
     stiffness, clearance, preload, curve, damping = (
         getattr(part, f"{key}{suffix}") for key in ("stiffness", "clearance", "preload", "curve", "damping")
@@ -140,8 +140,8 @@ def _of_spring(
 
     def of_law(
         key: str, unit: str, floor: str, value: float | None, need: str, name: str, factor: float = share
-    ) -> Row:
-        return Row(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
+    ) -> PartParameter:
+        return PartParameter(key, unit, floor, value, [(("law", k, name), factor) for k in links], need)
 
     need, by_side = "one stiffness, in place of a curve or of one per side", "a stiffness by side"
     value = stiffness if isinstance(stiffness, float) else None
@@ -154,11 +154,11 @@ def _of_spring(
     yield of_law(f"preload{suffix}", "N", "> 0", preload, "a preload, and the rolling element", "preload")
     yield of_law(f"curve{suffix}.scale", "1", "> 0", 1.0 if curve else None, "a curve", "scale", 1.0)
     damper: list[tuple[Target, float]] = [(("damping", k, 0), damping_share) for k in links]
-    yield Row(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
+    yield PartParameter(f"damping{suffix}", "N s/m", ">= 0", damping, damper)
 
 
-def of_payload(index: int, payload: Payload) -> Iterator[Row]:
-    yield Row("mass", "kg", "> 0", payload.mass, [(("payload_mass", index, 0), 1.0)])
+def of_payload(index: int, payload: Payload) -> Iterator[PartParameter]:
+    yield PartParameter("mass", "kg", "> 0", payload.mass, [(("payload_mass", index, 0), 1.0)])
     for i, axis in enumerate(AXES):
         center = [(("payload_center_of_mass", index, i), 1.0)]
-        yield Row(f"center_of_mass.{axis}", "m", "", payload.center_of_mass[i], center)
+        yield PartParameter(f"center_of_mass.{axis}", "m", "", payload.center_of_mass[i], center)

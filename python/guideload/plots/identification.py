@@ -75,7 +75,7 @@ def identified_numbers(found: Identification, ax: Axes | None = None) -> Axes:
 
 @checked
 def correlation(found: Identification, ax: Axes | None = None) -> Axes:
-    """Correlation of the identified numbers: what the data determine only together is dark."""
+    """Correlation of the identified numbers. Dark cells: pairs that the data cannot tell apart."""
     names = [plain(short_name(one.name)) for one in found.estimates]
     count = len(names)
     with drawing(ax, 3.2 + 0.5 * count, 2.4 + 0.45 * count) as ax:

@@ -64,7 +64,9 @@ def without_payloads(machine: Machine) -> list[str]:
     if not machine.payloads:
         return []
     names = joined(f"{one.name} ({number(one.mass)} kg)" for one in machine.payloads)
-    way = f"machine.carrying([{shown(machine.payloads[0].name)}]) in Python is the machine that carries it"
+    way = (
+        f"machine.with_payloads([{shown(machine.payloads[0].name)}]) in Python is the machine that carries it"
+    )
     return [f"Without payload {names}; {way}."]
 
 

@@ -13,7 +13,7 @@ def series_report(catalogue: Catalogue) -> Report:
     series: dict[tuple[str, str, str], list[Product]] = {}
     for one in catalogue.products:
         series.setdefault((one.maker, one.series, one.type), []).append(one)
-    headings = [("maker",), ("series",), ("type",), ("products", "", "count"), ("sizes",)]
+    headings = [("maker",), ("series",), ("type",), ("products", "", "whole"), ("sizes",)]
     rows: list[tuple[Value, ...]] = [
         (*key, len(members), ", ".join(dict.fromkeys(str(one.size) for one in members)))
         for key, members in series.items()
@@ -59,7 +59,7 @@ def product_report(product: Product) -> Report:
 
 def _classes(product: Product) -> Table:
     """A row per preload class: preload, stiffness along y and where it comes from."""
-    headings = [("class",), ("preload", "N", "count"), ("stiffness", "N/um", "3 digits")]
+    headings = [("class",), ("preload", "N", "whole"), ("stiffness", "N/um", "3 digits")]
     headings += [("source of the stiffness",)]
     rows: list[tuple[Value, ...]] = []
     for one in product.preload_classes:

@@ -65,11 +65,11 @@ def _table(needed: DriveRequirements) -> Table:
         add("power at the cart", whole.power, "W")
     if whole.motor is not None and needed.motor is not None:
         add("motor torque", whole.motor.torque, "N m", "3 digits", needed.motor.rms_torque)
-        add("motor speed", RPM * whole.motor.speed, "rpm", "count")
+        add("motor speed", RPM * whole.motor.speed, "rpm", "whole")
     if whole.push.any():
         add("push of the rack", whole.push, "N")
     return Table.by_rows(
-        [("",), ("peak", "", "load"), ("at", "s", "time"), ("rms", "", "load"), ("unit",)], rows
+        [("",), ("peak", "", "load"), ("at", "s", "3 decimals"), ("rms", "", "load"), ("unit",)], rows
     )
 
 

@@ -117,7 +117,7 @@ def _modal_section(test: ModalTest, found: Identification) -> Section:
         ("damping", "%", "3 digits"),
         ("computed", "%", "3 digits"),
     ]
-    headings += [("MAC", "", "time"), ("computed mode", "", "count")]
+    headings += [("MAC", "", "3 decimals"), ("computed mode", "", "whole")]
     rows: list[tuple[Value, ...]] = []
     lost: list[str] = []
     for pair in test.pairs(found.model):
@@ -185,7 +185,7 @@ def _record_differences(found: Identification, data: Record) -> list[str]:
 
 
 def _differences_table(found: Identification) -> Table:
-    headings = [("measured",), ("values", "", "count"), ("rms", "", "factor"), ("noise", "", "2 digits")]
+    headings = [("measured",), ("values", "", "whole"), ("rms", "", "factor"), ("noise", "", "2 digits")]
     rows: list[tuple[Value, ...]] = []
     in_time = [isinstance(each, Record) for each in found.data for _ in each.noise]
     for test, is_record in zip(found.residuals, in_time, strict=True):
@@ -205,7 +205,7 @@ def _noise(test: ResidualTest) -> str:
 
 
 def _levels_table(levels: Sequence[ComparedModel]) -> Table:
-    headings = [("model",), ("unknowns", "", "count"), ("score", "", "1 decimal")]
+    headings = [("model",), ("unknowns", "", "whole"), ("score", "", "1 decimal")]
     headings += [("below best", "", "1 decimal"), ("+-", "", "1 decimal"), ("",)]
     rows = (
         (one.name, one.unknowns, one.score, one.behind, one.uncertainty, "recommended" if one.is_best else "")

@@ -226,7 +226,7 @@ def _causes_section(life: Life) -> Section:
     table = Table(
         Column("", [one.name for one in life.carriages]),
         Column("P0", [one.load for one in worst], "N", "load"),
-        Column("at", [one.time for one in worst], "s", "time"),
+        Column("at", [one.time for one in worst], "s", "3 decimals"),
         *(Column(cause, [one.shares.get(cause, 0.0) for one in worst], "N", "load") for cause in causes),
         Column("noise", known_or_empty(one.noise for one in worst), "N", "load"),
         Column("while", [one.phase for one in worst]),

@@ -114,7 +114,7 @@ def _carriages_table(run: LongRun) -> Table:
     columns = [
         Column("carriage", peaks.carriages),
         Column("R", peaks.largest[:, RESULTANT], "N", "load"),
-        Column("at", peaks.time_of_largest[:, RESULTANT], "s", "time"),
+        Column("at", peaks.time_of_largest[:, RESULTANT], "s", "3 decimals"),
     ]
     if run.criteria:
         row = {one.index: k for k, one in enumerate(run.criteria)}  # of the carriages with ratings
@@ -129,7 +129,7 @@ def _carriages_table(run: LongRun) -> Table:
             rated("life", run.repetition.hours(1.0) * run.lives, "h", "hours"),
             rated("life", run.lives, "km", "life"),
             rated("S0", safeties, "", "factor"),
-            rated("at", times, "s", "time"),
+            rated("at", times, "s", "3 decimals"),
             Column("product", [None if k is None else run.criteria[k].product.name for k in rows]),
         ]
     return Table(*columns)

@@ -260,8 +260,8 @@ def _links_table(machine: Machine) -> Table:
     links = machine.links
     return Table(
         Column("extra link", [link.name for link in links]),
-        Column("at", [vector(1e3 * part for part in link.point) for link in links], "mm", "count"),
-        Column("along", [f"({', '.join(map(digits, link.direction))})" for link in links], kind="count"),
+        Column("at", [vector(1e3 * part for part in link.point) for link in links], "mm", "whole"),
+        Column("along", [f"({', '.join(map(digits, link.direction))})" for link in links], kind="whole"),
         Column("b", [1e-3 * link.damping for link in links], "kN s/m", "number"),
         Column("law", [_law_text(link, link.law) for link in links]),
     )

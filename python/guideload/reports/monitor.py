@@ -68,9 +68,9 @@ def _table(status: Mapping[str, Any]) -> Table:
         column("Fy now", "Fy_N", "N", "load"),
         column("Fz now", "Fz_N", "N", "load"),
         column("largest resultant", "largest_resultant_N", "N", "load"),
-        column("at", "time_of_largest_s", "s", "time"),
-        column("limit passed", "limit_exceeded", "times", "count", limited),
-        column("above it", "above_limit_s", "s", "time", limited),
+        column("at", "time_of_largest_s", "s", "3 decimals"),
+        column("limit passed", "limit_exceeded", "times", "whole", limited),
+        column("above it", "above_limit_s", "s", "3 decimals", limited),
         column("life used", "life_used", "", "percent"),
     )
 

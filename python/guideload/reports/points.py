@@ -36,7 +36,7 @@ def points_section(result: Result) -> Section:
         Column("point", [point.name for point in result.machine.points]),
         sag,
         peak,
-        Column("at", columns["time_of_peak_s"], "s", "time"),
+        Column("at", columns["time_of_peak_s"], "s", "3 decimals"),
         *along,
         Column("speed", 1e3 * columns["peak_velocity_m_s"], "mm/s", "length"),
         Column("acc.", columns["peak_acceleration_m_s2"], "m/s2", "length"),
@@ -61,8 +61,12 @@ def points_section(result: Result) -> Section:
 
 def _settling_table(found: list[Settling]) -> Table:
     """Settling times of the points with a window and moves."""
-    headings = [("point",), ("window", "um", "length"), ("moves", "", "count")]
-    headings += [("longest", "ms", "milliseconds"), ("after", "s", "time"), ("median", "ms", "milliseconds")]
+    headings = [("point",), ("window", "um", "length"), ("moves", "", "whole")]
+    headings += [
+        ("longest", "ms", "milliseconds"),
+        ("after", "s", "3 decimals"),
+        ("median", "ms", "milliseconds"),
+    ]
     rows: list[tuple[Value, ...]] = []
     for one in found:
         known = np.flatnonzero(np.isfinite(one.time))

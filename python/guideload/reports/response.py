@@ -33,7 +33,7 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
         Column("peak", 1e6 * peak, kind="3 digits"),
         Column("at", response.frequency[at], "Hz", "4 digits"),
         Column("ratio", known_or_empty(ratio), kind="3 digits"),
-        Column("phase", known_or_empty(np.where(peak > 0.0, phase[at, each], np.nan)), "deg", "count"),
+        Column("phase", known_or_empty(np.where(peak > 0.0, phase[at, each], np.nan)), "deg", "whole"),
     )
     return Report.of(
         machine,

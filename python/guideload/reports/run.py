@@ -129,7 +129,7 @@ def _peaks_tables(result: Result) -> list[Table]:
     forces = Table(
         names,
         load("peak", "peak_resultant_N"),
-        Column("at", peaks["time_of_peak_s"], "s", "time"),
+        Column("at", peaks["time_of_peak_s"], "s", "3 decimals"),
         load("|Fy|", "peak_Fy_N"),
         load("|Fz|", "peak_Fz_N"),
         load("static", "static_resultant_N"),
@@ -184,7 +184,7 @@ def _held_dofs(result: Result) -> Table:
     loads, static = data.by_label("link_load"), data.by_label("static_link_load")
     for link in machine.links:
         add(f"link {link.name}", loads[link.name], static[link.name], "N")
-    headings = [("",), ("largest", "", "load"), ("at", "s", "time"), ("static", "", "load"), ("unit",)]
+    headings = [("",), ("largest", "", "load"), ("at", "s", "3 decimals"), ("static", "", "load"), ("unit",)]
     return Table.by_rows(headings, rows)
 
 

@@ -35,7 +35,7 @@ def sensitivities_report(machine: Machine, motion: Motion, found: Influence) -> 
         Column(
             "effect", changes, *(("km", "signed life") if found.unit == "m" else ("N", "signed 3 digits"))
         ),
-        Column("effect", shares, "%", "signed time"),
+        Column("effect", shares, "%", "signed 3 decimals"),
     )
     most = float(np.abs(changes).max(initial=0.0))
     beyond = [BEYOND] if found.value and most > FIRST_ORDER * abs(found.value) else []

@@ -224,13 +224,13 @@ def _place(limit: Limit) -> str:
 def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) -> list[str]:
     """Of the machine as given, and others of machine and motion at the answer."""
     given = machine_warnings(machine)
-    told = {one.key for one in given}
+    reported_keys = {one.key for one in given}
 
-    def with_others(found: list[str]) -> list[str]:
-        return [*given, *(one for one in found if getattr(one, "key", "") not in told)]
+    def without_repeats(found: list[str]) -> list[str]:
+        return [*given, *(one for one in found if getattr(one, "key", "") not in reported_keys)]
 
     if limit.quantity in ("payload", "overhang"):
-        return with_others(input_warnings(limit.machine, limit.motion))
+        return without_repeats(input_warnings(limit.machine, limit.motion))
     motion = replace(limit.motion, source=f"at this {limit.quantity}")
     notes: list[str] = []
     lasts = float(np.ptp(motion.time))
@@ -239,7 +239,7 @@ def _limit_warnings(machine: Machine, limit: Limit, conditions: LifeConditions) 
             f"Warning: cycles_per_hour = {number(conditions.cycles_per_hour or 0.0)} leaves less time than the motion "
             f"lasts at this {limit.quantity}, {digits(lasts, 4)} s: take fewer cycles."
         )
-    return with_others([*input_warnings(limit.machine, motion, FAR), *notes])
+    return without_repeats([*input_warnings(limit.machine, motion, FAR), *notes])
 
 
 def _pace_lines(limit: Limit, conditions: LifeConditions) -> Iterator[str]:

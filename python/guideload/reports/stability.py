@@ -131,7 +131,7 @@ def _cost(stability: Stability) -> str:
 
 def _costs_table(stability: Stability) -> Table:
     """A row per method: steps that samples and stability require, steps of the run, time."""
-    steps = [(label, "steps", "count") for label in ("needed", "counted", "rejected")]
+    steps = [(label, "steps", "whole") for label in ("needed", "counted", "rejected")]
     rows: list[tuple[Value, ...]] = []
     for cost in stability.costs:
         counted: tuple[Value, ...] = "none", None, None, None

@@ -300,7 +300,7 @@ def _study_lines(result: StudyResult) -> Iterator[str]:
         words = f"in {sets} independent sets ({design})" if sets > 1 else f"in a {design}"
     yield "given cases" if metadata.chosen else f"drawn {words}, seed {metadata.seed}"
     if not result.doubts:
-        yield result.second_look_text
+        yield result.verification_text
 
 
 def _parameters_table(result: StudyResult) -> Table:
@@ -333,7 +333,7 @@ def _failures_table(result: StudyResult) -> Table | None:
     rows = result.failures()
     return Table(
         Column("reason", rows["reason"]),
-        Column("runs", rows["count"], kind="count"),
+        Column("runs", rows["count"], kind="whole"),
         Column("share", 100 * rows["share"], "%", "3 digits"),
-        Column("first sample", rows["first_sample"], kind="count"),
+        Column("first sample", rows["first_sample"], kind="whole"),
     )

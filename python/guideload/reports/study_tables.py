@@ -144,8 +144,8 @@ def probabilities_table(probabilities: pd.DataFrame, metadata: StudyMetadata) ->
     return Table(
         Column("limit", limits),
         Column("on", owners),
-        Column("times", found["count"], kind="count"),
-        Column("of", found["samples"], kind="count"),
+        Column("times", found["count"], kind="whole"),
+        Column("of", found["samples"], kind="whole"),
         Column("probability", 100 * found["probability"], "%", "3 digits"),
         interval(100 * found["low"], 100 * found["high"], "%"),
     )

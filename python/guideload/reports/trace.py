@@ -69,7 +69,7 @@ def resolution_section(resolution: TraceResolution) -> Section:
     table = Table(
         Column("mode", [str(mode + 1) for mode in range(len(resolution.frequency))]),
         Column("natural", resolution.frequency, "Hz", "4 digits"),
-        Column("in the band", np.where(resolution.frequency <= limit, "yes", "no").tolist(), kind="count"),
+        Column("in the band", np.where(resolution.frequency <= limit, "yes", "no").tolist(), kind="whole"),
         Column("share of response", shares, "%", "2 digits"),
         Column("ringing shown", rings, "%", "2 digits"),
         Column("moves mostly in", [", ".join(dofs) for dofs in resolution.moving]),

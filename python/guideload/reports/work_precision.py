@@ -51,12 +51,12 @@ def _settings_table(chart: WorkPrecision) -> Table:
     return Table(
         Column("rtol or step", [f"{rows[0].setting.method} {setting_range(rows)}" for rows in runs]),
         Column("time", [one.seconds for one in first], "ms", "milliseconds"),
-        Column("spread", spreads, "%", "count"),
+        Column("spread", spreads, "%", "whole"),
         Column("error of load", [_relative_error(one.load_error, one) for one in first], kind="number"),
         Column("of dyn. load", [_relative_error(one.dynamic_error, one) for one in first], kind="number"),
         Column("", [", ".join(name for name, holds in each if holds) for each in marks]),
-        Column("steps", [one.steps for one in first], kind="count"),
-        Column("rejected", [one.rejected for one in first], kind="count"),
+        Column("steps", [one.steps for one in first], kind="whole"),
+        Column("rejected", [one.rejected for one in first], kind="whole"),
     )
 
 

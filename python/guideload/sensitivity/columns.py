@@ -32,8 +32,8 @@ class Column:
 def resolve_columns(parameters: Parameters, to: To) -> tuple[Column, ...]:
     """The columns of paths, one for each number; of named groups of paths, one for each group.
 
-    The numbers of a group are equal and stay so or, if they differ, have a common factor. Raises ArgumentError for an
-    unknown path and for numbers in two columns.
+    Equal numbers of a group stay equal; if they differ, the column is a common factor on them. Raises ArgumentError for
+    an unknown path and for numbers in two columns.
     """
     if isinstance(to, Mapping):
         columns = [_together(name, _found(parameters, paths)) for name, paths in to.items()]

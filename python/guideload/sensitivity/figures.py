@@ -74,8 +74,8 @@ class CarriageQuantities:
     def peak_changes(self, carriage: int, steps: Array) -> tuple[float, Array]:
         """The largest y-z resultant [N] of a carriage, and its changes (p,) by small changes of the columns.
 
-        To first order, and in the direction of the change: where several instants share the peak, that whose load grows
-        most takes over, so that the opposite change need not have the opposite effect.
+        To first order. If the peak occurs at several instants, each change is that of the instant whose load grows
+        most; the opposite change then need not have the opposite effect.
         """
         value, _, by = self._peak(carriage)
         return value, (by * steps).max(axis=0) if value else np.abs(by * steps).max(axis=0)

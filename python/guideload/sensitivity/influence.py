@@ -54,9 +54,10 @@ def rank_influences(
 ) -> Influence:
     """What drives a figure of a carriage, by default of the most loaded one: exact derivatives times small changes.
 
-    to: paths, by default all numbers that can vary but clearances of 0, which have no derivative. The change is 1 % of
-    a number, 1 mm of a place, 10 um of a mounting error. Where several instants share the largest load, that whose load
-    grows most by the change takes over. Raises what `sensitivities` raises, LifeError for a carriage without load.
+    to: paths; by default all numbers that can vary, except clearances of 0, which have no derivative. The change is 1 %
+    of a number, 1 mm of a place, 10 um of a mounting error. If the peak occurs at several instants, the derivative is
+    that of the instant whose load grows most. Raises the errors of `sensitivities`, and LifeError for a carriage
+    without load.
     """
     if figure not in UNITS:
         raise ArgumentError(f"of: expected one of {joined(UNITS)}, got {figure!r}")

@@ -20,7 +20,7 @@ from guideload.sensitivity.modes import Modal, ModeDerivatives
 class Linearised:
     """M q'' + C q' + K q = Q for small motions q of L about rest, and exact derivatives by p columns of values.
 
-    All six dofs of L, in the order x y z rx ry rz; SI units, those of a derivative per unit of its column.
+    All six dofs of L, in the order x y z rx ry rz; SI units; derivatives are per unit of their column.
 
     columns   what varies
     values    (p,) the values, SI units

@@ -22,14 +22,15 @@ class ModeDerivatives:
     """The n undamped and the m damped modes, by ascending frequency, and their derivatives by p columns.
 
     frequency, d_frequency          (n,) Hz, (p, n), of the undamped machine
-    damping_ratio, d_damping_ratio  (n,), (p, n), of the damped machine; of an overdamped mode that of the mode alone
+    damping_ratio, d_damping_ratio  (n,), (p, n), of the damped machine, as in `Modes`; of an overdamped mode the ratio
+                                    without coupling to other modes
     shape, d_shape                  (n, 6), (p, n, 6), undamped, of unit modal mass
     eigenvalue, d_eigenvalue        (m,) 1/s, complex, (p, m), of the damped machine: one of each conjugate pair, with
                                     positive imaginary part, and all real ones (of overdamped modes)
     damped_shape, d_damped_shape    (m, 6) complex, (p, m, 6), with x^T (2 lambda M + C) x = 1
-    repeated                        indices of undamped modes that have one frequency. Along one column it splits:
-                                    d_frequency has its slopes in ascending order. The shapes, and with them the damping
-                                    ratios, have no derivative: nan. Likewise for eigenvalues of the damped machine
+    repeated                        indices of undamped modes with equal frequencies. A change of one column splits
+                                    these: d_frequency lists their slopes, ascending. Derivatives of their shapes and
+                                    damping ratios are nan. Likewise for equal eigenvalues of the damped machine
     reasons                         why derivatives are nan, in words
     """
 

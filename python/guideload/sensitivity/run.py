@@ -162,8 +162,9 @@ class RunDerivatives:
         return found.reshape(*found.shape[:2], -1, 6) if quantity == "carriage_loads" else found
 
     def gradient(self, weights: Array, quantity: str = "carriage_loads", part: str = "total") -> Array:
-        """Derivatives (p,) of one figure of a run, backwards in time: at the cost of some runs for any p. Of
-        a machine with nonlinear links it is summed over the derivatives of the histories.
+        """Derivatives (p,) of one figure of a run, computed backwards in time: at the cost of some runs for any p.
+
+        Of a machine with nonlinear links they are sums over the derivatives of the histories.
 
         weights: derivatives of the figure by the quantity, in the shape of its history without p. quantity:
         carriage_loads, link_loads, displacement, velocity, acceleration or reaction.

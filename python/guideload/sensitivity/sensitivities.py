@@ -106,9 +106,10 @@ def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: St
 
     Returns
     -------
-    Dataset with a variable d_NAME for each quantity, its first dimension `parameter`, per SI unit of the parameter.
-    Times the coordinate `value` they are changes per 100 % of the value. For modes and carriages it also has the values
-    themselves, NAME. `attrs["notes"]` says why a derivative is nan: a peak that two instants share, equal frequencies.
+    Dataset with a variable d_NAME for each quantity, whose first dimension is `parameter`: derivatives per SI unit of
+    the parameter. Times the coordinate `value` they are per 100 % of the parameter. For modes and carriages it also has
+    the values themselves, NAME. damping_ratio is that of the damped machine, as in `Modes`. `attrs["notes"]` says why a
+    derivative is nan: e.g. equal frequencies, or a peak that occurs at two instants.
 
     Raises
     ------

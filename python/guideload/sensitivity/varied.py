@@ -36,7 +36,7 @@ class VariedMachine:
         machine.require_no_payloads("a sensitivity")
         if not machine.has_straight_rails:
             raise ArgumentError(
-                "rails: derivatives are for straight rails, as their profile moves the feet of the links; leave "
+                "rails: derivatives are for straight rails, as a profile loads the links; leave "
                 "straightness out, or compare runs of simulate"
             )
         self.machine = machine

@@ -47,7 +47,7 @@ def with_visible_vibration(run: Run) -> Run:
     Without instants in between: runs that report given instants, have a fixed step (which would end at each of them),
     go over rails that are not straight, or have moving riders.
     """
-    other = (run.times, run.step, run.feet, run.travel)
+    other = (run.times, run.step, run.straightness_loads, run.travel)
     if any(each is not None for each in other) or run.motion.time.size >= MOST_INSTANTS or _bows_little(run):
         return run
     intervals, fastest, slowest = np.diff(run.motion.time), _fastest(run), slowest_vibration(run.machine)

@@ -11,7 +11,7 @@ from guideload.base.arrays import Array
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.motion.uncertainty import COVER
-from guideload.simulation.point_motion import Row
+from guideload.simulation.point_motion import QuantityRow
 from guideload.simulation.run import AXES, Run
 
 MOST_STEPS = 2_000_000  # of a run that is made again for its extremes: some seconds
@@ -54,7 +54,7 @@ def peaks_of(run: Run) -> Peaks:
     return Peaks.of(run.machine, arrays)
 
 
-def peak_rows(run: Run) -> Iterator[Row]:
+def peak_rows(run: Run) -> Iterator[QuantityRow]:
     """The quantities of the largest loads at any time, if they are known and a second run is short."""
     if run.solution.steps + run.solution.rejected > MOST_STEPS:
         return

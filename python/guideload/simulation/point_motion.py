@@ -18,7 +18,7 @@ from guideload.motion.standstill import MoveSpan, move_spans
 from guideload.simulation.finer_histories import with_instants_for_peaks
 from guideload.simulation.run import Run
 
-Row = tuple[str, tuple[str, ...], Array, str, str]
+QuantityRow = tuple[str, tuple[str, ...], Array, str, str]
 DIMS = {
     "point_displacement": ("time", "point", "axis"),
     "point_velocity": ("time", "point", "axis"),
@@ -38,7 +38,7 @@ def moved(machine: Machine, motion: Array) -> Array:
     return displacement(np.array([point.at for point in machine.points]), motion)
 
 
-def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Row]:
+def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[QuantityRow]:
     """The quantities of the points of a run, from those of L and of the cart by name; none without points."""
     if not machine.points:
         return

@@ -118,7 +118,8 @@ class Result:
     def extremes(self, rules: Sequence[Rule | None]) -> Extremes | None:
         """Smallest and largest loads of the carriages at any time, and their largest equivalent loads by these rules.
 
-        None for a carriage without rule. Runs again. None at given instants, and over rails that are not straight.
+        rules: None where a carriage has no rule. The run is repeated. Returns None if instants were given, or if rails
+        are not straight.
         """
         return None if self.whole_run is None else self.whole_run.extremes(rules=rules)
 
@@ -126,13 +127,13 @@ class Result:
     def whole_run(self) -> Run | None:
         """The run, if it can be computed at other instants too; else None."""
         run = self._run or stored_run(self.machine, self._estimate)
-        return run if run is not None and run.times is None and run.feet is None else None
+        return run if run is not None and run.times is None and run.straightness_loads is None else None
 
     @checked
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 
-        None without uncertainty, and none for a result that was read from a file.
+        Yields nothing without uncertainty, and nothing for a result that was read from a file.
         """
         return iter(()) if self._run is None else drawn_loads(self._run, count)
 
@@ -151,7 +152,7 @@ class Result:
         again = None if self._run is None else self._run.link_loads_again
         return Audit.of(self.machine, self._estimate, self.modes, again)
 
-    def require_no_doubts(self) -> None:
+    def raise_if_doubtful(self) -> None:
         """Raise DoubtfulResult if the result contradicts itself or cannot be predicted; see `Audit.doubts`."""
         if self.audit.doubts:
             raise DoubtfulResult(" ".join(self.audit.doubts))

@@ -15,9 +15,9 @@ from guideload.machine.links import own_axes
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
-from guideload.simulation.feet import Feet
 from guideload.simulation.instants import STEP, excitation_with_enough_instants, fastest_vibration
 from guideload.simulation.start import StartState
+from guideload.simulation.straightness_loads import StraightnessLoads
 
 if TYPE_CHECKING:
     from guideload._core import Rule
@@ -57,7 +57,7 @@ class Run:
     times: Array | None  # s, the instants to report; None: the samples of the motion
     start: StartState | Array  # an array: position and velocity of L in the travelling frame, (2, 6)
     stretches: Stretches | None = None  # between the changes of payload; the motion has two stamps at each
-    feet: Feet | None = None  # None: all rails are straight
+    straightness_loads: StraightnessLoads | None = None  # None: all rails are straight
     travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
     original_times: Array | None = None  # s, the samples, if the motion has more instants; else None
 
@@ -133,12 +133,14 @@ class Run:
         return excitation_with_enough_instants(self.machine, self.motion, self.stretches)
 
     def extremes(self, dynamic: bool = False, rules: Sequence[Rule | None] | None = None) -> Extremes | None:
-        """The extremes of the loads of the carriages. rules: of their equivalent loads, None for a carriage without.
+        """Smallest and largest loads of the carriages at any time.
 
-        dynamic: (2 carriage, 8), then also the largest magnitudes of the loads less the static ones. None where the
-        loads are known at the reported instants alone: at given instants, and over rails that are not straight.
+        dynamic: also the largest magnitudes of the loads less the static ones; the shape is then (2 carriage, 8).
+        rules: those of the equivalent loads, whose largest values are computed too; None where a carriage has no rule.
+        Returns None if instants were given, or if rails are not straight: the loads are then known at the reported
+        instants only.
         """
-        if self.times is not None or self.feet is not None:
+        if self.times is not None or self.straightness_loads is not None:
             return None
         machine, motion, stretches = self.machine, self.motion, self.stretches
         if self.travel is None:
@@ -162,7 +164,7 @@ class Run:
     def link_loads_again(self, method: str, rtol: float, factor: float) -> Array:
         """Link loads (time, link) [N] by a method with step-size control, under the excitation times a factor.
 
-        Without what moving feet add to them.
+        Without what rails that are not straight add to them.
         """
         motion = self.motion
         wrench = None if motion.wrench is None else factor * motion.wrench
@@ -220,15 +222,19 @@ class Run:
     def link_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
         """Loads along the links (time, link) [N]. Arguments as for `carriage_loads`."""
         loads = (solution or self.solution).link_loads(part)
-        return loads if self.feet is None else loads + self.feet.loads(part, self.times)
+        return (
+            loads
+            if self.straightness_loads is None
+            else loads + self.straightness_loads.loads(part, self.times)
+        )
 
     def _group_loads(
         self, groups: Sequence[Integers], places: Array, part: str, solution: Solution | None
     ) -> Array:
         """Loads (time, group, 6) of groups of links about their centres, in their own axes."""
         loads = (solution or self.solution).group_loads(groups, places, part)
-        if self.feet is not None:
-            table, of_feet = self.machine.link_table(), self.feet.loads(part, self.times)
+        if self.straightness_loads is not None:
+            table, of_rails = self.machine.link_table(), self.straightness_loads.loads(part, self.times)
             for i, (links, place, axes) in enumerate(zip(groups, places, own_axes(places), strict=True)):
-                loads[:, i] += of_feet[:, links] @ table.arms(links, place[:3], axes)
+                loads[:, i] += of_rails[:, links] @ table.arms(links, place[:3], axes)
         return loads

@@ -13,7 +13,7 @@ from guideload.base.versions import version
 from guideload.machine.machine import DOFS
 from guideload.motion.consistency import motion_texts
 from guideload.simulation.peaks import peak_rows, resultants
-from guideload.simulation.point_motion import Row, point_rows
+from guideload.simulation.point_motion import QuantityRow, point_rows
 from guideload.simulation.run import AXES, Run
 
 MOST_STORED = 200_000  # samples of the motion beside other instants: 5 MB
@@ -49,7 +49,7 @@ def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
     return Quantities(variables, _attributes(run))
 
 
-def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
+def _loads(run: Run, carriage_loads: Array) -> Iterator[QuantityRow]:
     of_carriages, of_rails = ("time", "carriage", "axis"), ("time", "rail", "axis")
     for part in ("total", "elastic", "damping"):
         loads = carriage_loads if part == "total" else run.carriage_loads(part)
@@ -68,9 +68,9 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
         text = "of the carriage in the axes of the machine"
         yield "force_global", of_carriages, turned[:, :, :3], "N", f"load {text}"
         yield "moment_global", of_carriages, turned[:, :, 3:], "N m", f"moment {text}, about its centre"
-    if run.feet is not None:
+    if run.straightness_loads is not None:
         words = "part of the load along the link that the motion of its foot adds"
-        yield "foot_load", ("time", "link"), run.feet.loads("total", run.times), "N", words
+        yield "foot_load", ("time", "link"), run.straightness_loads.loads("total", run.times), "N", words
     resultant, words = resultants(carriage_loads)[0], "resultant load of the carriage in y and z"
     yield "resultant", ("time", "carriage"), resultant, "N", words
     rails = run.rail_loads()
@@ -78,7 +78,7 @@ def _loads(run: Run, carriage_loads: Array) -> Iterator[Row]:
     yield "rail_moment", of_rails, rails[:, :, 3:], "N m", "moment about the mean of its carriage centres"
 
 
-def _reference_point(run: Run) -> Iterator[Row]:
+def _reference_point(run: Run) -> Iterator[QuantityRow]:
     solution, dims = run.solution, ("time", "dof")
     yield "reaction", dims, solution.reaction(), LOAD_UNITS, "reaction of the held dofs; x: the drive force"
     yield "displacement", dims, solution.position(), POSITION_UNITS, "displacement of L, sag included"
@@ -88,7 +88,7 @@ def _reference_point(run: Run) -> Iterator[Row]:
     yield "acceleration", dims, solution.acceleration(), units, "acceleration of L in the travelling frame"
 
 
-def _static(run: Run) -> Iterator[Row]:
+def _static(run: Run) -> Iterator[QuantityRow]:
     scene, loads = run.machine_at_start.scene, run.machine_at_start.static_carriage_loads
     yield "static_force", ("carriage", "axis"), loads[:, :3], "N", "static load of the carriage"
     yield "static_moment", ("carriage", "axis"), loads[:, 3:], "N m", "static moment of the carriage"
@@ -97,7 +97,7 @@ def _static(run: Run) -> Iterator[Row]:
     yield "static_displacement", ("dof",), scene.static_position(), POSITION_UNITS, "static displacement of L"
 
 
-def _motion(run: Run) -> Iterator[Row]:
+def _motion(run: Run) -> Iterator[QuantityRow]:
     motion, inputs = run.motion, run.solution.inputs()
     yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
     if motion.wrench is not None:
@@ -118,7 +118,7 @@ def _motion(run: Run) -> Iterator[Row]:
             yield "motion_wrench", dims, motion.wrench, LOAD_UNITS, text
 
 
-def _riders(run: Run) -> Iterator[Row]:
+def _riders(run: Run) -> Iterator[QuantityRow]:
     if run.travel is None:
         return
     solution, dims, starts = run.solution, ("time", "rider"), [rider.position for rider in run.machine.riders]

@@ -15,7 +15,6 @@ from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import with_rack_push
-from guideload.simulation.feet import over_rails
 from guideload.simulation.finer_histories import with_visible_vibration
 from guideload.simulation.instants import fastest_vibration
 from guideload.simulation.payload_changes import with_changes
@@ -24,6 +23,7 @@ from guideload.simulation.result import Result
 from guideload.simulation.riders import with_riders
 from guideload.simulation.run import Run
 from guideload.simulation.start import Start, start_of
+from guideload.simulation.straightness_loads import with_straightness_loads
 
 LONGEST_STEP = 2.0  # of exponential, in radians of the fastest vibration
 
@@ -51,9 +51,10 @@ def simulate(
             (Radau IIA of order 9), or auto: the cheapest method that the scene allows; `Result.reason` explains the
             choice
     riders  the motion of each rider that moves, by its name: along x, which is its travel; the methods are then rk45
-            and implicit. Without riders that move, each is a part of the body at its position
-    rtol    1e-13 to 0.1, error tolerance of exponential, rk45 and implicit for link loads, over the load scale: largest
-            link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N` of the result)
+            and implicit. A rider without a motion is fixed to the body at its `position`
+    rtol    1e-13 to 0.1, tolerated error of link loads with exponential, rk45 and implicit, as a share of the load
+            scale: largest link load at rest plus quasi-static link load under the peaks of the motion (`load_scale_N`
+            of the result)
     step    s, fixed step of exponential, rk45 and implicit instead of step-size control; steps end at samples of the
             motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion, and where loads vibrate between
@@ -70,7 +71,7 @@ def simulate(
     run = prepared_run(machine, motion, method, rtol, step, times, start, riders, finer=times is None)
     result = Result.of_run(run)
     if strict:
-        result.require_no_doubts()
+        result.raise_if_doubtful()
     return result
 
 
@@ -114,16 +115,18 @@ def prepared_run(
     (2, 6) of L in the travelling frame, such as `Solution.end` of the run before.
     """
     machine, motion, travel = with_riders(machine, motion, riders)
-    machine, motion, feet = over_rails(machine, motion)
+    machine, motion, straightness_loads = with_straightness_loads(machine, motion)
     chosen, reason = _method_and_reason(machine, motion, method, step, travel is not None)
-    if feet is not None:
+    if straightness_loads is not None:
         machine.require_no_payloads("a run over rails that are not straight")
     motion, stretches = with_changes(machine, motion)
     instants = None if times is None else _instants(times)
     if instants is not None and np.array_equal(instants, motion.time):
         instants = None
     begin = start if isinstance(start, np.ndarray) else start_of(machine, motion, start)
-    run = Run(machine, motion, chosen, reason, rtol, step, instants, begin, stretches, feet, travel)
+    run = Run(
+        machine, motion, chosen, reason, rtol, step, instants, begin, stretches, straightness_loads, travel
+    )
     pushes = machine.drive is not None and machine.drive.push_direction is not None
     return with_rack_push(with_visible_vibration(run) if finer or pushes else run)
 

@@ -11,7 +11,7 @@ from guideload.simulation.start import StartState
 
 
 def stored_run(machine: Machine, data: Quantities) -> Run | None:
-    """The run whose samples the quantities contain; None if they do not: at given instants, and of moving feet."""
+    """The run whose samples the quantities contain; None at given instants, and on rails not straight."""
     histories = Histories(machine, data)
     if not histories.has_motion or "motion_acceleration" in data or histories.foot_load is not None:
         return None

@@ -45,7 +45,7 @@ class Limit:
     margins, motion, machine  at this value, or at the largest tried
     tried     smallest and largest value that was tried
     failing   smaller values that were tried, at which a requirement fails
-    beyond    why moves with a larger value are refused, if that ends the search: a force lacks its phase
+    beyond    why no larger value can be tried, e.g. a process force names a phase that the moves no longer have, or ""
     at        m from L, the place of the payload; None for other quantities
     direction  of the overhang; None for other quantities
     """
@@ -74,18 +74,18 @@ def largest(
 ) -> Limit:
     """The largest pace, payload, overhang or limit of planned moves at which the machine meets its requirements.
 
-    A bracketed root, with a full simulation at each value; a value is doubled until the first failure. Loads need not
-    grow steadily: a ramp may last as long as the period of a mode, and a payload may balance the body. So smaller
-    values are tried too: `Limit.failing`.
+    The value is doubled until a requirement fails, then the limit is found between the last two values, with a full
+    simulation at each. Loads need not grow with the value: a ramp may last as long as the period of a mode, and a
+    payload may balance the body. So smaller values are tried too: `Limit.failing`.
 
     at          m from L, the place of the payload; default: L
     direction   of the overhang; default: x
     conditions  requirements; default: the table [life] of the machine
 
-    Raises ArgumentError for an unknown quantity, `at` or `direction` that are no vectors or belong to another
-    quantity, and a limit that the motion does not have, RunError if the machine does not meet its requirements even
-    without payload or overhang, or at a 64th of the pace or of the limit, or at the least limit that the moves
-    allow. Errors as for `simulate` and `life_of`.
+    Raises ArgumentError for an unknown quantity, for `at` or `direction` that is no vector or belongs to another
+    quantity, and for a limit that no move has. Raises RunError if a requirement is missed even without payload or
+    overhang, at a 64th of the pace or of the limit, or at the least limit that the moves allow. Also raises the errors
+    of `simulate` and `life_of`.
     """
     if quantity not in get_args(Quantity):
         raise ArgumentError(f"quantity: expected one of {', '.join(get_args(Quantity))}, got {quantity!r}")

@@ -13,7 +13,7 @@ from guideload.life.life import Life
 
 @dataclass(frozen=True)
 class Margins:
-    """Figure over requirement of each criterion; at least 1 holds. Criteria without requirement are missing.
+    """Figure over requirement of each criterion: 1 or more meets it. Criteria without requirement are missing.
 
     ratios  by criterion: "life" (of the machine), "static safety" (of the weakest carriage), "speed", "acceleration"
             (limit of the product over the largest of the motion), limits of the drive (`DriveRequirements.margins`)

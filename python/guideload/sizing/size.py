@@ -100,7 +100,7 @@ class Candidate:
 
     @property
     def size(self) -> float:
-        """What candidates are ranked by: the dynamic load rating for 100 km of travel [N]."""
+        """The dynamic load rating for 100 km of travel [N], by which candidates are ranked."""
         return self.product.rating_for_100_km
 
 
@@ -109,7 +109,7 @@ class Sizing:
     """The candidates that were tried, from the smallest to the largest load rating; failed ones last.
 
     conditions  the requirements
-    result      run of `best`; of the others only the figures are kept: all runs would take gigabytes
+    result      run of `best`; other candidates keep figures only, to save memory
     untried     number of larger candidates that were not tried
     """
 
@@ -168,15 +168,15 @@ def size(
 ) -> Sizing:
     """Run the machine with the products and preload classes of a catalogue, from the smallest on, and rank them.
 
-    products    those to try: a name, or words that all must be in maker and name, "HIWIN 25"; default: all
+    products    products to try: a name, or words that each occur in maker or name, "HIWIN 25"; default: all
     conditions  requirements; default: the table [life] of the machine
     riders      the motion of each rider that moves, as for `simulate`
     larger      number of candidates to try after the smallest that holds; default: all
     progress    called with the number of finished candidates and of all; with `larger` it may end before all
 
-    A product gives its ratings and, if its record has them or they can be estimated, stiffness, length and width; else
-    the machine's own stay. Damping is scaled with the square root of the stiffness, so that the damping ratios stay.
-    The mass stays.
+    A product replaces ratings, stiffness, length and width of the carriages; those that its record lacks, and a
+    stiffness that cannot be estimated either, stay those of the machine. Damping grows with the square root of the
+    stiffness, which keeps the damping ratios. The mass stays.
     Raises ArgumentError for an unknown product, a negative `larger`, or a machine without carriages.
     """
     if not machine.carriages:

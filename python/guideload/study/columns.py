@@ -111,6 +111,10 @@ class StudyColumns:
         return runs.reshape(-1, self.metadata.matrices)[:, :2].ravel()
 
     def of_all_runs(self, name: str) -> Array:
+        """Values (runs,) of a column in all runs, of a Saltelli design the mixed ones included; names as in `column`.
+
+        NaN for runs without result. Raises ValueRefused with the nearest names.
+        """
         stem, _, label = name.partition("[")
         if stem in self.quantities:
             owner, worse = label.removesuffix("]"), QUANTITIES[stem].worse

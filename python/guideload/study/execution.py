@@ -23,10 +23,10 @@ from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 from guideload.study.plan import Plan
 from guideload.study.result import StudyResult
-from guideload.study.second_look import second_look
 from guideload.study.storage import Chunk, FolderStore, Range, SampleStore, open_store
 from guideload.study.study import Study, make_plan
 from guideload.study.tasks import Client, connected, run_chunk, write_chunk
+from guideload.study.verification import verify_study
 
 Progress = Callable[[int, int], None]  # takes the number of finished samples and that of all samples
 
@@ -72,7 +72,8 @@ def run_study(
     threads
         Of this process, by default one per core; or of each task of an executor, by default 1.
     chunk
-        Largest number of samples in a file and a task; by default 8192, for an executor fewer in small studies.
+        Largest number of samples in a file and a task; by default 8192, with an executor less if a small study would
+        otherwise give too few tasks.
     executor
         Any concurrent.futures.Executor, such as Dask's `client.get_executor()`; None: this process.
     in_flight
@@ -86,7 +87,7 @@ def run_study(
     progress
         Called repeatedly with the number of finished samples and the number of all samples.
     strict
-        Raise DoubtfulResult if the second look at some samples doubts them: see `StudyResult.doubts`.
+        Raise DoubtfulResult if the verification of some samples doubts them: see `StudyResult.doubts`.
 
     Raises
     ------
@@ -117,8 +118,8 @@ def run_study(
             if plan.histories and (kept is None or tuple(kept["sample"].values.tolist()) != plan.histories):
                 store.add_histories(histories(plan))  # first, so that an interrupted study has them
             _run(plan, store, chunk, threads, executor, client, flying, progress)
-            looks = second_look(plan, StudyResult(store, plan.metadata), threads if here else cores())
-            store.describe(plan.metadata.model_copy(update={"second_look": looks}))
+            verification = verify_study(plan, StudyResult(store, plan.metadata), threads if here else cores())
+            store.describe(plan.metadata.model_copy(update={"verification": verification}))
         except KeyboardInterrupt:
             raise StudyInterrupted(StudyResult(store, store.metadata), _samples_done(store)) from None
         except RunError as error:
@@ -308,7 +309,7 @@ def _executor_error(error: Exception) -> GuideloadError:
 # ---- histories of the requested samples, with the labels of a single run
 
 
-Row = tuple[str, tuple[str, ...], NDArray[Any], str, str]  # name, dimensions, values, unit, meaning
+VariableRow = tuple[str, tuple[str, ...], NDArray[Any], str, str]  # name, dimensions, values, unit, meaning
 TOGETHER = 16  # samples whose loads are computed at a time
 COPIES = 4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs for it
 
@@ -363,7 +364,7 @@ def _room(samples: int, times: int, carriages: int) -> Array:
         ) from None
 
 
-def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[Row]:
+def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[VariableRow]:
     """Rows of `quantities` for loads (..., time, carriage, 6)."""
     resultant = np.hypot(loads[..., 1], loads[..., 2])
     return [

@@ -50,7 +50,7 @@ class ParameterMetadata(BaseModel, frozen=True):
 DRAWN_MOTION = "motion (posterior)"  # the column with the number of the draw of the motion
 
 
-class SecondLooks(BaseModel, frozen=True):
+class StudyVerification(BaseModel, frozen=True):
     """Some samples, solved a second time under a motion times 1 + `perturbation`, in numbers over their largest load.
 
     method, rtol   of the second solution
@@ -131,7 +131,7 @@ class StudyMetadata(BaseModel, frozen=True):
     limits          by quantity, in its unit: {"peak_resultant_N": 7000.0}
     life_notes      on life and static safety, or why they are not computed, in sentences
     motion_warnings of the motion, and of what it may hide from the machine
-    second_look     samples solved again when all were done; text if none had to be; None in an unfinished study
+    verification    samples solved again when all were done; text if none had to be; None in an unfinished study
     """
 
     content: str = CONTENT
@@ -162,7 +162,7 @@ class StudyMetadata(BaseModel, frozen=True):
     limits: dict[str, float]
     life_notes: tuple[str, ...] = ()
     motion_warnings: tuple[str, ...] = ()
-    second_look: SecondLooks | str | None = None
+    verification: StudyVerification | str | None = None
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -26,7 +26,7 @@ from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, refused_at
 from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
-from guideload.base.toml import Place, read_toml
+from guideload.base.toml import TomlPlace, read_toml
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
 from guideload.motion.moves import Moves
@@ -206,7 +206,7 @@ TABLES = {"reading", "forces", "motion", "limits", "vary", "correlation"}
 TOP_KEYS = StudyFile.model_fields.keys() - TABLES  # keys outside all tables
 
 
-def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, Place]]:
+def read_study(file: str | PathLike[str]) -> tuple[dict[str, Any], dict[KeyPath, TomlPlace]]:
     """The values of a study file and their rows. Raises ConfigError if the file cannot be read."""
     return read_toml(file, source="`guideload init --study` writes one")
 

@@ -175,7 +175,7 @@ def with_fingerprint(metadata: StudyMetadata, design: Design | None, *exact: Any
     hypercube only, whose draws depend on it: other studies can be resumed with more samples.
     """
     names = ["motion", "motion_exact", "duration", "instants", "travel", "limits", "life_notes"]
-    names += ["motion_warnings", "second_look"]
+    names += ["motion_warnings", "verification"]
     if design is not None and design.sampling != "latin hypercube":
         names.append("runs")
     free: dict[str, Any] = dict.fromkeys(names, True)

@@ -283,7 +283,7 @@ def exceedance_probability(
     coefficient_of_variation
         Populations are run until it is at most so large.
     most_runs
-        Maximum runs for this limit; the first ten populations may exceed it.
+        Maximum runs for this limit, at least 20 000; the first ten populations may exceed it.
     threads
         By default one per core; the result does not depend on them.
     progress

@@ -25,7 +25,7 @@ from guideload.base.units import quantity as to_unit
 from guideload.life.rating_life import failure_probability
 from guideload.study import statistics
 from guideload.study.columns import StudyColumns, summarised
-from guideload.study.metadata import SecondLooks
+from guideload.study.metadata import StudyVerification
 from guideload.study.quantities import CONTACT, LIFE, QUANTITIES, SAFETY, quantity_unit
 from guideload.study.statistics import Estimate, Exceedance
 from guideload.study.storage import FolderStore
@@ -45,7 +45,7 @@ class StudyResult(StudyColumns):
 
     def __repr__(self) -> str:
         head = f"StudyResult({self.metadata.machine.name!r}, runs={self.runs}, finished={self.finished}"
-        return f"{head}, {' '.join(self.doubts) or self.second_look_text})"
+        return f"{head}, {' '.join(self.doubts) or self.verification_text})"
 
     def _repr_html_(self) -> str:
         return as_html(repr(self), self.summary())
@@ -60,23 +60,23 @@ class StudyResult(StudyColumns):
     # ---- judgement of the samples
 
     @property
-    def second_look(self) -> SecondLooks | str | None:
+    def verification(self) -> StudyVerification | str | None:
         """Samples that were solved again; text if none had to be or could be; None in an unfinished study."""
-        return self.metadata.second_look
+        return self.metadata.verification
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """Warnings that samples are wrong or unpredictable, from those that were solved again."""
-        look = self.second_look
-        return look.doubts(self._sample_word) if isinstance(look, SecondLooks) else ()
+        second = self.verification
+        return second.doubts(self._sample_word) if isinstance(second, StudyVerification) else ()
 
     @property
-    def second_look_text(self) -> str:
-        """The outcome of the second look without doubts, in words."""
-        look, what = self.second_look, self._sample_word
-        if look is None:
+    def verification_text(self) -> str:
+        """The outcome of the verification without doubts, in words."""
+        second, what = self.verification, self._sample_word
+        if second is None:
             return f"not judged: the check of some {what}s by a second method follows when all are done"
-        return f"check by a second method: {look}" if isinstance(look, str) else look.agreement(what)
+        return f"check by a second method: {second}" if isinstance(second, str) else second.agreement(what)
 
     @property
     def _sample_word(self) -> str:
@@ -300,8 +300,11 @@ class StudyResult(StudyColumns):
 
     @checked
     def driving(self, name: str | None = None) -> pd.DataFrame:
-        """Influence of the parameters on a column, strongest first: `sensitivity` if the design allows it, else
-        `rank_correlation`, the one of either kind that is larger, with a column `to_both_sides`."""
+        """Influence of the parameters on a column, strongest first.
+
+        `sensitivity` if the design allows it; else a `rank_correlation`: that with the parameter, or that with its
+        distance from its median if it is larger and its interval excludes 0. Column `to_both_sides` says which.
+        """
         if self.metadata.sensitivity:
             return self.sensitivity(name).sort_values("total", ascending=False, kind="stable")
         one_way, both = (self.rank_correlation(name, to_both_sides=each) for each in (False, True))

@@ -34,8 +34,9 @@ from guideload.study.varied_parameters import SampleSpec
 class Study(StudyOptions):
     """A Monte Carlo study of the loads of a machine whose parameters vary.
 
-    Before anything runs, it raises ConfigError with all problems, TraceError for a trace or a table, and SceneError for
-    a machine that its links do not support.
+    Its creation raises ConfigError with all problems of the description, TraceError for a trace or a table, and
+    SceneError for a machine that its links do not support. An `rtol` outside 1e-13 to 0.1 is refused when the study
+    runs, by ArgumentError.
     """
 
     machine: Machine = Field(description="the nominal machine")
@@ -186,7 +187,7 @@ class Study(StudyOptions):
         metadata = metadata.model_copy(update={"limits": limits})
         posterior = [posterior_digest(motion)] if self.posterior else []
         metadata = with_fingerprint(metadata, design, factors, changes, digest(cases), *posterior)
-        # 0 to 4 are the keys of samples, second look and populations.
+        # 0 to 4 are the keys of samples, verification and populations.
         draws = np.random.SeedSequence(self.seed, spawn_key=(5,)).generate_state(1, np.uint64)
         seed = int(draws[0]) if self.posterior else None
         return Plan(metadata, motion, factors, changes, design, cases, histories, seed)

@@ -62,23 +62,25 @@ def read_channels(
         return scaled_columns(data, scales, "the log", ReadingOptions(time=time, rate=rate))
 
 
-def scaled_columns(table: Table, scales: Mapping[str, float], of: str, given: ReadingOptions) -> Channels:
-    """Columns times their scales, with one clock; `of` says in messages what they are of."""
+def scaled_columns(
+    table: Table, scales: Mapping[str, float], subject: str, given: ReadingOptions
+) -> Channels:
+    """Columns times their scales, with one clock; `subject` names them in messages."""
     column = find_time_column(table, given)
     if column is None and given.get("rate") is None and table.clocks:
         column, *others = sorted({table.clocks[name] for name in scales})
         stamps = table.values(column)
         if not all(np.array_equal(stamps, table.values(other), equal_nan=True) for other in others):
-            raise TraceError(f"expected {of} on one clock, got {listed([column, *others])}")
+            raise TraceError(f"expected {subject} on one clock, got {listed([column, *others])}")
     stamps, note = time_stamps(table, column, given, len(table.numbers))
-    note = f"time of {of}{note.removeprefix('time')}"
+    note = f"time of {subject}{note.removeprefix('time')}"
     if FROM_FIRST not in note and (column is None or given.get("rate") is not None):
         clock, *others = note.split("; ")
         note = "; ".join((f"{clock}, {FROM_FIRST}", *others))
     if column is not None:
         _require_numbers(table, column, stamps)
     if (back := np.flatnonzero(np.diff(stamps) < 0.0) + 1).size:
-        raise TraceError(f"the time of {of} goes back in {table.rows(back)}; sort or cut them")
+        raise TraceError(f"the time of {subject} goes back in {table.rows(back)}; sort or cut them")
     values = []
     for name, scale in scales.items():
         numbers = table.values(name)

@@ -22,13 +22,13 @@ class ReadingOptions(TypedDict, total=False):
     clock: Annotated[str | None, "time stamps are uniform, ticks, jitter or on_change; else detected"]
     quantum: Annotated[Number | None, 'smallest change of the value, e.g. "5e-8 m"; else detected']
     counter_bits: Annotated[int | None, "bits of a counter that wraps around, 0 for none; else detected"]
-    hold: Annotated[float | None, "rows that repeat each value, 1 to use all rows; else detected"]
+    hold: Annotated[float | None, "number of rows with each value, 1 to use all rows; else detected"]
     date_order: Annotated[str | None, "order in dates such as 03/04/2024: dmy or mdy; else by days above 12"]
     max_speed: Annotated[Number | None, 'greatest speed that the axis can have, e.g. "2 m/s"']
     allow_gaps: Annotated[bool | None, "accept steps in time far above the usual one"]
     repair: Annotated[
         str | Iterable[str] | None,
-        "damaged rows to leave out: all, or some of empty,doubled,clock,outliers,stuck; else it is refused",
+        "damaged rows to leave out: all, or some of empty,doubled,clock,outliers,stuck; other damage is refused",
     ]
     cross_check: Annotated[bool | None, "compare position with velocity where the table has both"]
 

@@ -35,7 +35,7 @@ class Input:
         return {}
 
     def find(self, place: dict[str, Any]) -> bool:
-        """Go to a place of the record; False if the input is another one."""
+        """Go to a place of the record; False if this is not the input of the record."""
         return False
 
     def close(self) -> None:

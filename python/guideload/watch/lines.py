@@ -42,7 +42,7 @@ class Lines:
     with # and a heading in the first line are no samples. Any other line is refused and counted.
 
     ticks_per_second  of stamps in seconds; None: stamps are whole numbers, in ticks
-    position, number  bytes and lines of this input that were taken
+    position, number  bytes and lines taken from this input so far
     skip              number of samples to leave out, because the monitor has them already
     """
 

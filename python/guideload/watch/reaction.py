@@ -41,7 +41,7 @@ class Crossing:
 class Command:
     """A command that is started at a crossing, without a shell, unless it was started less than `PAUSE` seconds ago.
 
-    A command that still runs is not started again. say: takes what the user must know.
+    A command that still runs is not started again. say: called with each message for the user.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Command:
             self.say(f"--on-limit: {self.words[0]}: {getattr(error, 'strerror', None) or error}")
 
     def is_running(self) -> bool:
-        """Whether the command runs; a failure is said once."""
+        """Whether the command runs; a failure is reported once."""
         code = None if self._process is None else self._process.poll()
         if code is not None:
             self._process = None

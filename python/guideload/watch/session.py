@@ -13,7 +13,7 @@ from guideload.monitor.monitor import Monitor
 from guideload.watch.inputs import Input
 from guideload.watch.lines import Lines, Refused
 from guideload.watch.reaction import Crossing
-from guideload.watch.status import Curves, WatchState, status
+from guideload.watch.status import LoadCurves, WatchState, status
 from guideload.watch.store import Store
 
 WAIT = 0.2  # s to wait for bytes of the input; after a signal the watch ends within this time
@@ -26,7 +26,7 @@ class Session:
 
     on_crossing: called at each sample at which carriages rise above their limit; True ends the watch after it.
     on_refused: called at each line that is no sample; True ends the watch before it.
-    say: takes what the user must know.
+    say: called with each message for the user.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Session:
     ) -> None:
         self.monitor, self.source, self.lines, self.store = monitor, source, lines, store
         self.on_crossing, self.on_refused, self.say = on_crossing, on_refused, say
-        self.curves = Curves(monitor.settings.period)
+        self.curves = LoadCurves(monitor.settings.period)
         self.period_now, self.loads = -1, np.zeros((len(monitor.carriages), 5))
         self.samples = 0
         self.per_second = 0.0
@@ -154,7 +154,7 @@ class Session:
             state.write(self.store.folder)
 
     def close(self) -> None:
-        """Keep all that came, and end."""
+        """Write all that was received, and end."""
         if self.store is not None:
             self.store.close(self._place())
             self.show(ended=True)

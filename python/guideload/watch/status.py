@@ -31,7 +31,7 @@ class _State(BaseModel):
 
 
 class InputState(_State):
-    """What happened to the samples of a watch, and the number of lines that are none."""
+    """What happened to the samples of a watch, and the number of malformed lines."""
 
     samples: int
     missing: int
@@ -117,7 +117,7 @@ def _known(value: float, extreme: float) -> float | None:
     return float(value) if math.isfinite(extreme) else None
 
 
-class Curves:
+class LoadCurves:
     """The largest resultant of Fy and Fz of each carriage in steps of `BUCKET` over the last `SECONDS`.
 
     Points are (number, [N per carriage]); the number counts the steps since the first sample.
@@ -153,7 +153,7 @@ class WatchState(_State):
     """What `guideload monitor watch -o` showed last: it writes this into its folder twice a second.
 
     written  s since 1970, UTC
-    ended    whether the watch has ended in order; one that is killed only ceases to write
+    ended    whether the watch has ended; a killed watch leaves false, and an old `written`
     status   the state of the monitor, with the keys of `MonitorState`
     points   of the last minute: time [s] since the first sample, and for each carriage the largest resultant of Fy and
              Fz [N] since the point before
@@ -192,6 +192,6 @@ class WatchState(_State):
             raise ReadError(f"{path}: expected the state of a watch ({problem})") from None
 
     def write(self, folder: Path) -> None:
-        """Write the state. That it cannot be written ends no watch: the next one comes soon."""
+        """Write the state. A failed write is ignored; the next follows in half a second."""
         with suppress(WriteError, RunError), atomic_write(folder / self.FILE) as draft:
             draft.write_text(finite_json(self.model_dump()), encoding="utf-8")

@@ -1,8 +1,8 @@
-"""Rails that are not straight, as an excitation: the feet of the links move while the cart passes over them.
+"""Rails that are not straight, as an excitation: while the cart passes, the rail moves the end of each link.
 
-A foot that moves by e(t) along its link changes the load of the link by -(k e + b e'), and so the force on the body.
-For linear links this is exactly an additional force on a body whose feet rest, and a correction of the loads. Both are
-linear between the stamps, of which the motion gets so many that the cart passes no wavelength in few of them.
+A rail offset e(t) along a link changes the load of the link by -(k e + b e'), and so the force on the body. For linear
+links this is exactly an additional force on a body on straight rails, and a correction of the link loads. Both are
+linear between the stamps; the motion gets so many stamps that each wavelength has `STAMPS_PER_WAVE`.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ MOST_STAMPS = 5_000_000  # some seconds of work, and some gigabytes for sixteen 
 
 
 @dataclass(frozen=True, eq=False)
-class Feet:
-    """Loads [N] (n, link) that the feet add to those of links with resting feet, at the stamps (n,) [s] of a motion.
+class StraightnessLoads:
+    """What rails that are not straight add to the link loads, (n, link) [N], at the stamps (n,) [s] of a motion.
 
-    elastic, damping: -k e and -b e', with the displacement e from the place at rest.
+    elastic, damping: -k e and -b e', with the rail offset e less that at the start.
     """
 
     time: Array
@@ -44,8 +44,10 @@ class Feet:
         return sampled(self.time, loads, times, np.ones(times.size, dtype=np.bool_))
 
 
-def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet | None]:
-    """The machine that rests where the motion starts; the motion with the force of the feet; and the feet.
+def with_straightness_loads(
+    machine: Machine, motion: Motion
+) -> tuple[Machine, Motion, StraightnessLoads | None]:
+    """The machine at rest where the motion starts, the motion with the force of the rails, and the link loads to add.
 
     The same machine and motion, and None, if all rails are straight. Raises ArgumentError for links that are not linear
     and for a motion without position, SceneError where a profile is not known.
@@ -55,12 +57,12 @@ def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet 
     rail = next(rail.name for rail in machine.rails if rail.profiles)
     if machine.model_level != "linear":
         raise ArgumentError(
-            f"rail {rail} is not straight, but the machine is {machine.model_level}: moving feet are computed for "
+            f"rail {rail} is not straight, but the machine is {machine.model_level}: rail profiles are computed for "
             "linear links only; give the carriages one stiffness each, or take the largest error as mounting_error"
         )
     if machine.base is not None:
         raise ArgumentError(
-            f"rail {rail} is not straight, and the base is elastic: moving feet are computed on a rigid base only; "
+            f"rail {rail} is not straight, and the base is elastic: rail profiles are computed on a rigid base only; "
             "leave [base] out, or put its compliance into the stiffness of the carriages"
         )
     if motion.position is None or motion.velocity is None:
@@ -71,18 +73,22 @@ def over_rails(machine: Machine, motion: Motion) -> tuple[Machine, Motion, Feet 
     machine = machine.model_copy(update={"rest_at": float(motion.position[0, 0])})
     motion = _with_stamps(machine, motion, rail)
     assert motion.position is not None and motion.velocity is not None
-    displacement, slope = machine.feet_at(motion.position[:, 0])
+    displacement, slope = machine.rail_offsets(motion.position[:, 0])
     table = machine.link_table()
     elastic = -table.stiffness * (displacement - displacement[0])
     damping = -table.damping * slope * motion.velocity[:, :1]
     force = -(elastic + damping) @ table.rows
     wrench = force if motion.wrench is None else motion.wrench + force
     notes = (*motion.notes, f"over rails that are not straight, with {motion.time.size} stamps")
-    return machine, replace(motion, wrench=wrench, notes=notes), Feet(motion.time, elastic, damping)
+    return (
+        machine,
+        replace(motion, wrench=wrench, notes=notes),
+        StraightnessLoads(motion.time, elastic, damping),
+    )
 
 
 def _with_stamps(machine: Machine, motion: Motion, rail: str) -> Motion:
-    """The motion with so many stamps that the feet are linear between them to `STAMPS_PER_WAVE`."""
+    """The motion with so many stamps that each wavelength of the rails has `STAMPS_PER_WAVE`."""
     assert motion.position is not None and motion.velocity is not None
     shortest = min(profile.shortest for rail in machine.rails for profile in rail.profiles)
     speed = np.abs(motion.velocity[:, 0])

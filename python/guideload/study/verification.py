@@ -1,6 +1,6 @@
-"""A second look at a study: some of its samples are solved again, by another method or more tightly.
+"""Verification of a study: some of its samples are solved again, by another method or more tightly.
 
-As in `guideload.audit.second_look`, the second solution is under a slightly changed motion, so that it shows both the
+As in `guideload.audit.verification`, the second solution is under a slightly changed motion, so that it shows both the
 error of a sample and its sensitivity; where it differs, a third one under the motion itself separates them.
 """
 
@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from guideload.audit.second_look import PERTURBATION, SENSITIVE, explained_error, tighter
+from guideload.audit.verification import PERTURBATION, SENSITIVE, explained_error, tighter
 from guideload.base.arrays import Array, Indices
 from guideload.base.errors import GuideloadError
 from guideload.base.methods import METHODS
-from guideload.study.metadata import SecondLooks
+from guideload.study.metadata import StudyVerification
 from guideload.study.plan import Plan
 from guideload.study.quantities import QUANTITIES
 from guideload.study.result import StudyResult
@@ -24,15 +24,15 @@ FEWEST, MOST = 20, 200
 EXACT_IF_LINEAR = ("auto", *(name for name, of in METHODS.items() if of.exact_if_linear))
 
 
-def second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks | str:
-    """The second look at a finished study; text if there is nothing to compare, or if it failed."""
+def verify_study(plan: Plan, result: StudyResult, threads: int) -> StudyVerification | str:
+    """Verify a finished study; text if there is nothing to compare, or if it failed."""
     try:
-        return _second_look(plan, result, threads)
+        return _verify(plan, result, threads)
     except GuideloadError as error:  # the samples are done, and stay
         return f"it failed: {error}"
 
 
-def _second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks | str:
+def _verify(plan: Plan, result: StudyResult, threads: int) -> StudyVerification | str:
     level = plan.metadata.machine.scene.model_level
     method, rtol = plan.metadata.method, plan.metadata.rtol
     linear = level == "linear" and all(
@@ -65,7 +65,7 @@ def _second_look(plan: Plan, result: StudyResult, threads: int) -> SecondLooks |
     unpredictable = sensitivity > SENSITIVE
     doubtful = ~(difference <= explained) & ~unpredictable & ~np.isnan(second).any(axis=1)
     worst, most = int(np.argmax(np.nan_to_num(difference))), int(np.argmax(np.nan_to_num(sensitivity)))
-    return SecondLooks(
+    return StudyVerification(
         method=other,
         rtol=tight,
         perturbation=perturbation,

@@ -1,4 +1,4 @@
-"""The second look at a study: wrong and unpredictable samples are counted and told, right ones are not doubted."""
+"""The verification of a study: wrong and unpredictable samples are counted and told, right ones are not doubted."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -24,9 +24,9 @@ from guideload import (
 )
 from guideload._core import Batch
 from guideload.reports.study import study_report
-from guideload.study.metadata import FILE, SecondLooks
+from guideload.study.metadata import FILE, StudyVerification
 from guideload.study.plan import Plan
-from guideload.study.second_look import samples_solved_again
+from guideload.study.verification import samples_solved_again
 
 PULL = np.random.default_rng(1).normal(size=120)
 PULL[0] = 0.0
@@ -39,9 +39,9 @@ def study(machine: Machine, samples: int = 20, motion: Motion = MOTION, **keys: 
     return Study(machine=machine, motion=motion, samples=samples, seed=1, vary=(MASS,), **keys)
 
 
-def looks_of(result: StudyResult) -> SecondLooks:
-    assert isinstance(result.second_look, SecondLooks)
-    return result.second_look
+def verification_of(result: StudyResult) -> StudyVerification:
+    assert isinstance(result.verification, StudyVerification)
+    return result.verification
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def loose(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("machine", [ref.cart, ref.cart_stiff])
 def test_linear_samples_without_step_error_need_no_second_solution(machine: Any) -> None:
     result = run_study(study(machine()))
-    assert "not needed" in str(result.second_look) and not result.doubts
+    assert "not needed" in str(result.verification) and not result.doubts
     assert "not needed" in study_report(result).text().replace("\n", " ")
 
 
@@ -69,9 +69,9 @@ def test_right_samples_are_not_doubted(machine: Any, method: str) -> None:
     for rtol in (1e-3, 1e-6):
         result = run_study(study(machine(), method=method, rtol=rtol))
         assert not result.doubts
-        if isinstance(look := result.second_look, SecondLooks):
-            assert look.solved >= 20 and look.failed == 0 and look.difference <= look.explained
-            assert f"{look.solved} samples solved again" in repr(result)
+        if isinstance(found := result.verification, StudyVerification):
+            assert found.solved >= 20 and found.failed == 0 and found.difference <= found.explained
+            assert f"{found.solved} samples solved again" in repr(result)
 
 
 @pytest.mark.parametrize("machine", [ref.cart, ref.cart_clear, ref.preloaded])
@@ -79,17 +79,17 @@ def test_wrong_samples_are_doubted_by_the_error_of_their_worst_peak(machine: Any
     """The error is that of a single run with the same loose tolerance, for the sample that is named."""
     of = study(machine(), method="implicit", rtol=1e-8)
     result = run_study(of)
-    look = looks_of(result)
-    named = sample_machine(of, look.difference_in)
+    found = verification_of(result)
+    named = sample_machine(of, found.difference_in)
     wrong, right = (
         simulate(named, MOTION, "implicit", rtol=rtol, times=MOTION.time).data["link_load"].values
         for rtol in (0.1, 1e-11)
     )
     ends = [np.stack([load.min(axis=0), load.max(axis=0)]) for load in (wrong, right)]
     error = np.abs(ends[0] - ends[1]).max() / np.abs(wrong).max()
-    assert look.doubtful > 0 and look.unpredictable == 0
-    assert look.difference == pytest.approx(error, rel=1e-3)
-    assert f"sample {look.difference_in}" in result.doubts[0]
+    assert found.doubtful > 0 and found.unpredictable == 0
+    assert found.difference == pytest.approx(error, rel=1e-3)
+    assert f"sample {found.difference_in}" in result.doubts[0]
 
 
 @pytest.mark.parametrize("method", ["auto", "rk45", "implicit"])
@@ -97,16 +97,16 @@ def test_samples_that_impacts_make_unpredictable_are_told_on_every_method(method
     """The figure is what a motion larger by 1e-9 really changes."""
     of = study(ref.rattling(), 20, SHAKEN, method=method, rtol=1e-8)
     result = run_study(of)
-    look = looks_of(result)
-    assert look.unpredictable > 10 and look.doubtful == 0
+    found = verification_of(result)
+    assert found.unpredictable > 10 and found.doubtful == 0
     assert "impacts amplify small differences" in result.doubts[0]
-    named, larger = sample_machine(of, look.sensitivity_in), (1.0 + look.perturbation) * SHAKEN.acceleration
+    named, larger = sample_machine(of, found.sensitivity_in), (1.0 + found.perturbation) * SHAKEN.acceleration
     one, other = (
         simulate(named, motion, times=motion.time).data["link_load"].values
         for motion in (SHAKEN, replace(SHAKEN, acceleration=larger))
     )
     change = max(np.abs(end(one, 0) - end(other, 0)).max() for end in (np.min, np.max)) / np.abs(one).max()
-    assert look.sensitivity == pytest.approx(change, rel=0.1)
+    assert found.sensitivity == pytest.approx(change, rel=0.1)
 
 
 def test_doubts_stand_first_and_strict_makes_them_an_error(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ def test_the_same_samples_are_judged_however_the_study_runs(tmp_path: Path) -> N
     with pytest.raises(StudyInterrupted) as stopped:
         run_study(whole, tmp_path / "resumed", chunk=20, progress=stops_at(40))
     unfinished = stopped.value.result
-    assert unfinished.second_look is None and "not judged" in repr(unfinished)
+    assert unfinished.verification is None and "not judged" in repr(unfinished)
     assert "not judged" in study_report(unfinished).text().replace("\n", " ")
     run_study(whole, tmp_path / "resumed", resume=True)
     with ThreadPoolExecutor(2) as executor:

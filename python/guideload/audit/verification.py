@@ -1,4 +1,4 @@
-"""A second look at a result: the run is solved again by another method or more tightly, and the loads are compared.
+"""Verification of a result: the run is solved again by another method or more tightly, and the loads are compared.
 
 Link loads of the result are compared with those of a second solution, under the motion times 1 + `perturbation` if
 links are not linear. Where both agree within what the tolerance explains, the result is accurate and predictable at the
@@ -44,7 +44,7 @@ NO_MOTION = (
 
 
 @dataclass(frozen=True)
-class SecondLook:
+class Verification:
     """The difference of a result from a second solution, and its sensitivity to the motion.
 
     method, rtol  of the second solution
@@ -83,8 +83,8 @@ class SecondLook:
         return self.sensitivity is None or self.sensitivity <= SENSITIVE
 
 
-def second_look(histories: Histories, energy: Energy | None, solve: Solve | None) -> SecondLook | str | None:
-    """The second look at a result; text if it failed, or if the run cannot be solved again.
+def verify(histories: Histories, energy: Energy | None, solve: Solve | None) -> Verification | str | None:
+    """Verify a result by a second solution; text if that failed, or if the run cannot be solved again.
 
     None if none is needed: a linear run by exact has no step error, and its energy balances.
     """
@@ -108,8 +108,8 @@ def second_look(histories: Histories, energy: Energy | None, solve: Solve | None
 
 def _compare(
     histories: Histories, solve: Solve, method: str, *, perturbed: bool, known: float | None = None
-) -> SecondLook:
-    """The second look by a method. known: the sensitivity, if the motion is not perturbed."""
+) -> Verification:
+    """Verification by a method. known: the sensitivity, if the motion is not perturbed."""
     attributes, load = histories.data.attrs, histories.load
     scale = float(attributes["load_scale_N"]) or 1.0
     without_rtol = attributes["method"] == "exact" or "step_s" in attributes
@@ -129,7 +129,7 @@ def _compare(
         sensitivity = float(changed.max()) / largest
     at, link = divmod(int(change.argmax()), change.shape[1])  # of nan the first
     newtons = float(change[at, link])
-    return SecondLook(
+    return Verification(
         method=method,
         rtol=rtol,
         difference=newtons / scale,
