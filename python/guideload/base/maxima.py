@@ -27,12 +27,12 @@ def maxima_between(time: Array, values: Array, threshold: Array, evaluate: Calla
         return np.empty(0)
     places, found = time[at[:, None] + np.arange(3)], values[at[:, None] + np.arange(3), column[:, None]]
     # First not at an outer one of the three: the maximum may be beside the beginning or the end of a smooth stretch.
-    inside = [(1.0 - MARGIN) * time[at + end] + MARGIN * time[at + 1] for end in (0, 2)]
+    first, last = ((1.0 - MARGIN) * time[at + end] + MARGIN * time[at + 1] for end in (0, 2))
     without_gain = 0
     for _ in range(PASSES):
         best = found.max(axis=1)
-        new = np.clip(places[:, 1] + _parabolas(places, found)[0], *inside)
-        inside = time[at], time[at + 2]
+        new = np.clip(places[:, 1] + _parabolas(places, found)[0], first, last)
+        first, last = time[at], time[at + 2]
         times, of_each = np.unique(new, return_inverse=True)
         index = np.arange(at.size), np.abs(places - new[:, None]).argmax(axis=1)
         places[index], found[index] = new, evaluate(times)[of_each, column]

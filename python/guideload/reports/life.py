@@ -190,7 +190,10 @@ def _life_table(life: Life, band: LifeBand | None) -> Table:
     bands: list[Column] = []
     if band is not None:
         ends = [*zip(band.lower, band.upper, strict=True), *([None] * len(rails)), band.machine]
-        texts = [None if pair is None else _ends(*pair, one) for pair, one in zip(ends, lives, strict=True)]
+        texts = [
+            None if pair is None else _ends(pair[0], pair[1], one)
+            for pair, one in zip(ends, lives, strict=True)
+        ]
         bands = [Column("band", texts, "km", "life")]
     return Table(
         Column("", [*(one.name for one in carriages), *(f"rail {rail}" for rail in rails), "machine"]),
