@@ -23,7 +23,7 @@ def payload(**values: Any) -> Payload:
     return Payload(**(given | values))
 
 
-def carrying(machine: Machine, *payloads: Payload) -> Machine:
+def add_payloads(machine: Machine, *payloads: Payload) -> Machine:
     return machine.model_copy(update={"payloads": payloads})
 
 
@@ -31,7 +31,7 @@ def test_a_payload_picked_up_at_rest_gives_the_step_response_of_the_textbook():
     part = payload(mass=5.0, center_of_mass=(0.0, 0.0, 0.0), times=[(0.1, 9.0)])
     spring = ref.translating(20.0, [("y", (0.0, 1.0, 0.0), 8e4, 200.0)])
     still = Motion.along_x(np.arange(1001) / 1000.0, np.zeros(1001))
-    result = simulate(carrying(spring, part), still)
+    result = simulate(add_payloads(spring, part), still)
     time, load = result.quantities["time"], result.quantities["link_load"][:, 0]
     elastic = result.quantities["link_load_elastic"][:, 0]
     after = np.flatnonzero(time == 0.1)[1]
@@ -48,7 +48,7 @@ def test_a_payload_picked_up_at_rest_gives_the_step_response_of_the_textbook():
 def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
     motion = ref.piece(ref.cycle(), 500, 1200)
     part = payload(times=[(0.75, 1.0)])
-    result = simulate(carrying(machine, part), motion, rtol=1e-10)
+    result = simulate(add_payloads(machine, part), motion, rtol=1e-10)
     data, time = result.quantities, result.quantities["time"]
     grip, release = (int(np.flatnonzero(time == at)[1]) for at in (0.75, 1.0))
     alone = simulate(machine, motion, rtol=1e-10, times=time).quantities
@@ -69,8 +69,8 @@ def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(er
     """Whether a carriage has a mounting error or not; the weight of a payload is a change of the quasi-static load."""
     machine = with_carriages(ref.cart(), "1a", mounting_error=(error, 0.0))
     part, time = payload(times=[(0.5, 1.5)]), np.arange(2001) / 1000.0
-    result = simulate(carrying(machine, part), Motion.along_x(time, np.zeros(2001)))
-    scenes = [one.scene for one in (carrying(machine, part).with_payloads(["part"]), machine)]
+    result = simulate(add_payloads(machine, part), Motion.along_x(time, np.zeros(2001)))
+    scenes = [one.scene for one in (add_payloads(machine, part).with_payloads(["part"]), machine)]
     groups = machine.links_of_carriages, machine.carriage_places
     laden, bare = (np.linalg.norm(one.static_group_loads(*groups)[:, 1:3], axis=1) for one in scenes)
     models = result.audit.simpler_models
@@ -80,7 +80,7 @@ def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(er
 
 
 def test_the_verification_solves_all_stretches_again():
-    machine = carrying(ref.preloaded(), payload(times=[(0.7, 1.1)]))
+    machine = add_payloads(ref.preloaded(), payload(times=[(0.7, 1.1)]))
     result = simulate(machine, ref.piece(ref.cycle(), 500, 1400))
     look = result.audit.verification
     assert look is not None and not isinstance(look, str) and look.agrees
@@ -88,7 +88,7 @@ def test_the_verification_solves_all_stretches_again():
 
 def test_payloads_that_stay_all_the_time_are_part_of_the_body():
     machine, motion = ref.cart(), ref.cycle()
-    always = carrying(machine, payload(times=[(-1.0, 1e3)]))
+    always = add_payloads(machine, payload(times=[(-1.0, 1e3)]))
     fixed = always.with_payloads(["part"])
     one, other = simulate(always, motion).quantities, simulate(fixed, motion).quantities
     for name in ("force", "moment", "reaction", "static_force", "displacement"):
@@ -101,15 +101,15 @@ def test_places_of_the_cart_give_the_times():
     acceleration = 0.5 * (np.pi / 2.0) ** 2 * np.cos(np.pi * time / 2.0)
     motion = Motion.along_x(time, acceleration, position=place)
     by_place = payload(picked_at={"x": 0.5, "travel": "+x"}, released_at={"x": 0.5, "travel": "-x"})
-    result = simulate(carrying(ref.cart(), by_place), motion)
+    result = simulate(add_payloads(ref.cart(), by_place), motion)
     changes = json.loads(str(result.quantities.attrs["payload_changes"]))
     assert [names for _, names in changes] == [[], ["part"], []]
     np.testing.assert_allclose([at for at, _ in changes], [0.0, 1.0, 3.0], atol=1e-9)
     never = payload(picked_at={"x": 2.0})
     with pytest.raises(ArgumentError, match=r"picked_at: the cart never reaches x = 2 m.*from 0 to 1 m"):
-        simulate(carrying(ref.cart(), never), motion)
+        simulate(add_payloads(ref.cart(), never), motion)
     with pytest.raises(ArgumentError, match="no position of the cart; give times instead"):
-        simulate(carrying(ref.cart(), by_place), ref.cycle())
+        simulate(add_payloads(ref.cart(), by_place), ref.cycle())
 
 
 @pytest.mark.parametrize(
@@ -123,20 +123,20 @@ def test_a_place_where_the_motion_starts_is_reached_at_the_start(travel: str, be
     motion = Motion.along_x(time, -((np.pi / 2.0) ** 2) * 0.5 * np.sin(angle), **there)
     place = {"x": 0.5, "travel": travel}
     part = payload(picked_at=place, released_at={"x": 1e-6, "travel": "-x"})
-    got = simulate(carrying(ref.cart(), part), motion).quantities
+    got = simulate(add_payloads(ref.cart(), part), motion).quantities
     changes = json.loads(str(got.attrs["payload_changes"]))
     np.testing.assert_allclose([at for at, _ in changes], begins, atol=2e-3)
     assert changes[-2][1] == ["part"]
     timed = payload(times=[(-1.0 if len(begins) == 2 else changes[1][0], changes[-1][0])])
-    same = simulate(carrying(ref.cart(), timed), motion).quantities
+    same = simulate(add_payloads(ref.cart(), timed), motion).quantities
     np.testing.assert_array_equal(got["force"], same["force"])
     still = Motion.along_x([0.0, 1.0], [0.0, 0.0], position=[0.5, 0.5])
-    stays = simulate(carrying(ref.cart(), payload(picked_at=place)), still).quantities
+    stays = simulate(add_payloads(ref.cart(), payload(picked_at=place)), still).quantities
     assert json.loads(str(stays.attrs["payload_changes"])) == [[0.0, ["part"]]]
 
 
 def test_a_payload_that_the_machine_does_not_have_is_refused():
-    machine = carrying(ref.cart(), payload(name="Workpiece", times=[(0.0, 1.0)]))
+    machine = add_payloads(ref.cart(), payload(name="Workpiece", times=[(0.0, 1.0)]))
     with pytest.raises(ArgumentError, match='got "workpiece"; it has Workpiece'):
         machine.with_payloads(["workpiece"])
     with pytest.raises(ArgumentError, match=r'got "part"; it has no \[\[payloads\]\]'):
@@ -146,7 +146,7 @@ def test_a_payload_that_the_machine_does_not_have_is_refused():
 
 def test_simultaneous_changes_keep_what_stays():
     first, second = payload(name="a", times=[(-1.0, 0.8)]), payload(name="b", mass=50.0, times=[(0.8, 9.0)])
-    machine = carrying(ref.cart(), first, second)
+    machine = add_payloads(ref.cart(), first, second)
     data = simulate(machine, ref.piece(ref.cycle(), 500, 1200)).quantities
     after = int(np.flatnonzero(data["time"] == 0.8)[1])
     (kept, *_), _ = ref.cart().scene.matrices()
@@ -173,7 +173,7 @@ def test_impossible_payloads_are_refused(values: dict[str, Any], words: str):
 
 
 def test_times_outside_the_motion_are_refused():
-    machine = carrying(ref.cart(), payload(times=[(20.0, 30.0)]))
+    machine = add_payloads(ref.cart(), payload(times=[(20.0, 30.0)]))
     with pytest.raises(
         ArgumentError, match=r"payloads.part.times: expected times within the motion, 0 to 7.061 s"
     ):

@@ -24,7 +24,7 @@ class NuisanceParameter:
     unit: str  # SI
     expected: float  # most likely value before the data, where the search starts
     spread: float  # standard deviation before the data; inf if nothing is known
-    scale: float  # a change of it that matters, in `unit`: the search takes steps of this order
+    scale: float  # in `unit`: the search takes steps of this size
     bounds: tuple[float, float] = (-float("inf"), float("inf"))  # smallest and largest value
     # of the machine file, such as "friction.coefficient", if it is a number of the machine; otherwise empty
     key: str = ""
