@@ -189,11 +189,9 @@ def _life_table(life: Life, band: LifeBand | None) -> Table:
     blank = [None] * (len(rails) + 1)
     bands: list[Column] = []
     if band is not None:
-        ends = [*zip(band.lower, band.upper, strict=True), *([None] * len(rails)), band.machine]
-        texts = [
-            None if pair is None else _ends(pair[0], pair[1], one)
-            for pair, one in zip(ends, lives, strict=True)
-        ]
+        lower = [*band.lower, *([None] * len(rails)), band.machine[0]]
+        upper = [*band.upper, *([None] * len(rails)), band.machine[1]]
+        texts = [low and _ends(low, high, one) for low, high, one in zip(lower, upper, lives, strict=True)]
         bands = [Column("band", texts, "km", "life")]
     return Table(
         Column("", [*(one.name for one in carriages), *(f"rail {rail}" for rail in rails), "machine"]),
