@@ -59,8 +59,10 @@ def test_numbers_of_numpy_are_numbers_and_a_number_fits_a_double() -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [[1j], ["1"], [None], np.ones(2) * 1j, np.array(["2024"], "M8[s]"), [True], [{}]]
-)
+    "values",
+    [[1j], ["1"], [None], np.ones(2) * 1j, np.array(["2024"], "M8[s]"), [True], [{}],
+     np.array(["1", 2.0], object), np.array([True, 2.0], object)],
+)  # fmt: skip
 def test_what_is_no_real_number_is_no_array(values: Any) -> None:
     with pytest.raises(ArgumentTypeError, match="^x: expected an array of real numbers, got"):
         real_array("x", values)

@@ -8,10 +8,19 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    ValidationError,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from guideload.base.arguments import checked
 from guideload.base.errors import ABSENT, MOST_PROBLEMS, ConfigError, KeyPath, Problem, ValueRefused, shown
 from guideload.base.ranges import Range
 from guideload.base.units import quantity
@@ -37,10 +46,23 @@ class ConfigModel(BaseModel):
             problems = [_problem(item, type(self)) for item in items[:MOST_PROBLEMS]]
             raise ConfigError(problems, others=len(items) - len(problems)) from None
 
+    @checked
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with the values of `update`; it is checked, and its cached properties are computed anew."""
         values = {key: getattr(self, key) for key in type(self).model_fields}
         return type(self)(**{**values, **(update or {})})
+
+    def copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # type: ignore[override]
+        """As `model_copy`: pydantic's own, which is deprecated, does not check the values."""
+        return self.model_copy(update=update, deep=deep)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_this_class(cls, values: Any) -> Any:
+        """Refuse a model of a class below this one, as a payload for a body: its other fields would not count."""
+        if isinstance(values, cls) and type(values) is not cls:
+            raise ValueRefused(f"a {cls.__name__}", f"a {type(values).__name__}")
+        return values
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared: some are arrays."""

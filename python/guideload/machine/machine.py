@@ -19,7 +19,7 @@ from pydantic_core import InitErrorDetails
 
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array, Flags, Indices, Integers
+from guideload.base.arrays import Array, Flags, Indices, Integers, read_only
 from guideload.base.atomic import atomic_write
 from guideload.base.config import optional
 from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
@@ -33,7 +33,7 @@ from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_type
 from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition, united
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import LinkTable, feet_on, own_axes, read_only, table_of
+from guideload.machine.links import LinkTable, feet_on, own_axes, table_of
 from guideload.machine.names import name_conflicts
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest

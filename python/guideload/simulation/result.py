@@ -60,6 +60,9 @@ class Result:
     If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,
     link_load_sd and cart_acceleration_sd, and the 95 % credible band of the peaks, peak_resultant_lower to
     peak_resultant_upper; `data.attrs["band_method"]` describes their computation.
+
+    A result from a file, a pickle, a deepcopy or another process has all quantities, but not its run: `drawn_loads`
+    then gives none, and `Life.band` is None. A shallow copy keeps the run.
     """
 
     _run: Run | None = None  # None: the result was read from a file
@@ -78,6 +81,12 @@ class Result:
         result._run = run
         result.__dict__["carriage_loads"] = run.carriage_loads()
         return result
+
+    def __copy__(self) -> Result:
+        """A copy with the same run: it knows whatever the result knows."""
+        copied = type(self).__new__(type(self))
+        copied.__dict__ |= self.__dict__
+        return copied
 
     def __reduce__(self) -> tuple[type[Result], tuple[Machine, xr.Dataset]]:
         return Result, (self.machine, self.data)
@@ -103,7 +112,9 @@ class Result:
     @cached_property
     def carriage_loads(self) -> Array:
         """(time, carriage, 6) force [N] and moment about the carriage centre [N m]."""
-        return np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
+        loads = np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
+        loads.setflags(write=False)
+        return loads
 
     def history(self, name: str) -> Array | None:
         """A history of the cart, its drive or of L, without computing the other quantities; None if it is unknown.
@@ -132,7 +143,7 @@ class Result:
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 
-        None without uncertainty, and none for a result that was read from a file.
+        None without uncertainty, and none for a result without its run: from a file, a pickle or a deepcopy.
         """
         return iter(()) if self._run is None else drawn_loads(self._run, count)
 
