@@ -15,7 +15,6 @@ from pydantic import (
     Field,
     PlainValidator,
     ValidationError,
-    model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
@@ -55,14 +54,6 @@ class ConfigModel(BaseModel):
     def copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # type: ignore[override]
         """As `model_copy`: pydantic's own, which is deprecated, does not check the values."""
         return self.model_copy(update=update, deep=deep)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_this_class(cls, values: Any) -> Any:
-        """Refuse a model of a class below this one, as a payload for a body: its other fields would not count."""
-        if isinstance(values, cls) and type(values) is not cls:
-            raise ValueRefused(f"a {cls.__name__}", f"a {type(values).__name__}")
-        return values
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared: some are arrays."""
@@ -140,6 +131,17 @@ def entries(value: object, names: tuple[str, ...]) -> object:
 def listed(*names: str) -> BeforeValidator:
     """The validator of a list that has one entry per name."""
     return BeforeValidator(partial(entries, names=names))
+
+
+def exactly(kind: type[ConfigModel]) -> BeforeValidator:
+    """The validator of a model of this class, not of one below it: a payload as a body would not count as one."""
+
+    def of_this_class(value: object) -> object:
+        if isinstance(value, kind) and type(value) is not kind:
+            raise ValueRefused(f"a {kind.__name__}, not a {type(value).__name__}", value)
+        return value
+
+    return BeforeValidator(of_this_class)
 
 
 def interval(value: object) -> object:

@@ -64,7 +64,9 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
 
 
 def require_carriages(results: Mapping[str, Result]) -> None:
-    """Raise ArgumentError if a machine has no carriages, whose loads are compared."""
+    """Raise ArgumentError without results, or if a machine has no carriages, whose loads are compared."""
+    if not results:
+        raise ArgumentError("results: expected at least one result by its title, got none")
     for title, result in results.items():
         if not result.machine.carriages:
             raise ArgumentError(

@@ -12,7 +12,7 @@ import numpy as np
 from guideload.audit.audit import Audit
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
+from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError, ValueRefused, shown
 from guideload.base.finite import require_finite
 from guideload.base.notebook import as_html
 from guideload.base.number_text import counted, digits
@@ -24,7 +24,7 @@ from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, drawn_loads, with_bands
 from guideload.simulation.peaks import peak_columns
 from guideload.simulation.point_motion import Settling, point_columns, settling_of
-from guideload.simulation.run import Extremes, Run
+from guideload.simulation.run import HISTORIES, Extremes, Run
 from guideload.simulation.run_quantities import quantities_of
 from guideload.simulation.stored_run import stored_run
 
@@ -116,15 +116,18 @@ class Result:
         loads.setflags(write=False)
         return loads
 
+    @checked
     def history(self, name: str) -> Array | None:
         """A history of the cart, its drive or of L, without computing the other quantities; None if it is unknown.
 
         Names: time, cart_position, cart_velocity, cart_acceleration, reaction, link_load, displacement, velocity,
-        acceleration, as in `quantities`.
+        acceleration, as in `quantities`. Raises ArgumentError for others.
         """
-        if self._run is not None:
-            return self._run.history(name)
-        return self._estimate[name] if name in self._estimate else None
+        if name not in HISTORIES:
+            raise ArgumentError(
+                f"name: expected one of {', '.join(HISTORIES)}, got {shown(name)}; `quantities` has all others"
+            )
+        return self._estimate.get(name) if self._run is None else self._run.history(name)
 
     def extremes(self, rules: Sequence[Rule | None]) -> Extremes | None:
         """Smallest and largest loads of the carriages at any time, and their largest equivalent loads by these rules.
@@ -158,7 +161,7 @@ class Result:
 
         Raises ArgumentError if the result reports no instant.
         """
-        self._require_instants()
+        self.require_instants()
         again = None if self._run is None else self._run.link_loads_again
         return Audit.of(self.machine, self._estimate, self.modes, again)
 
@@ -203,7 +206,7 @@ class Result:
     @cached_property
     def peak_columns(self) -> dict[str, Array]:
         """The columns of `peaks` as plain arrays (carriage,)."""
-        self._require_instants()
+        self.require_instants()
         return peak_columns(self.quantities)
 
     def points(self) -> pd.DataFrame:
@@ -222,7 +225,7 @@ class Result:
     @cached_property
     def point_columns(self) -> dict[str, Array]:
         """The columns of `points` as plain arrays (point,); none without points."""
-        self._require_instants()
+        self.require_instants()
         return point_columns(self._estimate, self.whole_run) if self.machine.points else {}
 
     @checked
@@ -234,11 +237,15 @@ class Result:
         around its place at rest, with the payloads and riders of the instant; process forces shift this place. Raises
         ArgumentError for an impossible window.
         """
-        self._require_instants()
-        size = None if window is None else quantity(window, "m")
+        self.require_instants()
+        try:
+            size = None if window is None else quantity(window, "m")
+        except ValueRefused as refused:
+            raise ArgumentError(f"window: {refused}") from None
         return settling_of(self.machine, self._estimate, size)
 
-    def _require_instants(self) -> None:
+    def require_instants(self) -> None:
+        """Raise ArgumentError if the result reports no instant."""
         if not self._estimate["time"].size:
             raise ArgumentError("times: the result reports no instant, so it has no peaks and no audit")
 
