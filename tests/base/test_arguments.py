@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,23 @@ import pytest
 from hostile_calls import outcomes
 
 import guideload
-from guideload import GuideloadError, Machine, Motion, Moves, Result, StudyResult, read_trace
+from guideload import (
+    GuideloadError,
+    Machine,
+    Motion,
+    Moves,
+    Result,
+    StudyResult,
+    html_report,
+    read_trace,
+    reports,
+)
 from guideload.base.arguments import checked, real_array
 from guideload.base.errors import ArgumentError, ArgumentTypeError, ConfigError, ReadError, TraceError
 from guideload.cli.inputs import EXAMPLES
 from guideload.parameters.parameters import Parameters
+from guideload.reports.life import life_report
+from guideload.reports.machine import machine_report
 from guideload.sensitivity import VariedMachine
 from guideload.simulation.simulation import simulate
 from guideload.smoothing.smoothing import smooth
@@ -59,8 +72,10 @@ def test_numbers_of_numpy_are_numbers_and_a_number_fits_a_double() -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [[1j], ["1"], [None], np.ones(2) * 1j, np.array(["2024"], "M8[s]"), [True], [{}]]
-)
+    "values",
+    [[1j], ["1"], [None], np.ones(2) * 1j, np.array(["2024"], "M8[s]"), [True], [{}],
+     np.array(["1", 2.0], object), np.array([True, 2.0], object)],
+)  # fmt: skip
 def test_what_is_no_real_number_is_no_array(values: Any) -> None:
     with pytest.raises(ArgumentTypeError, match="^x: expected an array of real numbers, got"):
         real_array("x", values)
@@ -147,3 +162,13 @@ def test_hostile_values_of_every_argument_are_answered_or_refused(tmp_path: Path
     )  # the calls themselves are valid
     counts = Counter(outcome for *_, outcome in found)
     assert counts["refused"] > 5000 and counts["answered"] > 200
+
+
+REPORTS = (reports.result_report, reports.comparison_report, life_report, machine_report)
+PAGES = (html_report.run_page, html_report.comparison_page)
+
+
+@pytest.mark.parametrize("function", [*REPORTS, *PAGES])
+def test_reports_and_pages_check_their_arguments(function: Callable[[Any], Any]) -> None:
+    with pytest.raises(ArgumentTypeError, match="expected a.*, got 3"):
+        function(3)

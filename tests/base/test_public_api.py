@@ -6,7 +6,9 @@ import pytest
 from command_line import EXAMPLES
 
 import guideload
-from guideload import ArgumentError, ConfigError, Machine, Moves
+from guideload import ArgumentError, ConfigError, Machine, Moves, Study
+from guideload.base.atomic import atomic_folder, atomic_write
+from guideload.base.errors import ArgumentTypeError, WriteError
 from guideload.base.methods import CHOICES, METHODS
 
 
@@ -45,3 +47,19 @@ def test_names_of_files_in_a_text_are_relative_to_its_folder(tmp_path: Path) -> 
 def test_an_unknown_template_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ArgumentError, match="kind: expected one of two-rails, one-rail, .* got 'sun'"):
         guideload.file_template("sun")
+
+
+def test_an_unknown_kind_of_file_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ArgumentError, match='kind: expected one of machine, .* got "sun"'):
+        guideload.file_schema("sun")  # type: ignore[arg-type]
+
+
+def test_a_path_with_a_null_character_is_named() -> None:
+    for read in (Machine.from_toml, Moves.from_toml):
+        with pytest.raises(ConfigError, match="a name with a NUL character"):
+            read("a\0b.toml")
+    for write in (atomic_write(Path("a\0b")), atomic_folder(Path("a\0b"), list, lambda *_: None)):
+        with pytest.raises(WriteError, match=r"^a\\x00b: cannot be written: .* no NUL character"), write:
+            pass
+    with pytest.raises(ArgumentTypeError, match="^file: expected text or a path, got 3"):
+        Study.from_toml(3)  # type: ignore[arg-type]

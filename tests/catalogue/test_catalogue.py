@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from machines import machine
 
-from guideload.base.errors import ConfigError
+from guideload import packaged_catalogue
+from guideload.base.errors import ArgumentError, ArgumentTypeError, ConfigError
 from guideload.catalogue.catalogue import Catalogue
 from guideload.catalogue.product import Product
 from guideload.machine.machine import Machine
@@ -171,3 +172,15 @@ def test_a_machine_file_with_a_catalogue(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match=words) as caught:
             read(named.replace(old, new))
         assert len(caught.value.problems) <= 4  # one for each carriage: nothing follows from the first error
+
+
+def test_a_selection_that_can_find_nothing_is_refused() -> None:
+    catalogue = packaged_catalogue()
+    assert catalogue.selected(kind="Ball") == catalogue.selected(kind="ball")
+    with pytest.raises(ArgumentError, match='kind: expected one of ball, roller, got "balls"'):
+        catalogue.selected(kind="balls")
+    for wrong in ({"least": np.nan}, {"longest": -1.0}):
+        with pytest.raises(ArgumentError, match="expected >= 0"):
+            catalogue.selected(**wrong)
+    with pytest.raises(ArgumentTypeError, match="size: expected text or None, got 25"):
+        catalogue.selected(size=25)  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ import pytest
 from hammer_tests import deflections, unknown, with_corners
 from reference import cart
 
-from guideload import Machine, Modes
+from guideload import ArgumentError, Machine, Modes
 from guideload.identification import Deflections, UnknownTable, compare, identify, rank_measurements
 from guideload.identification.description import identify_file
 from guideload.identification.fit import fit
@@ -140,3 +140,18 @@ def test_the_packaged_hammer_test_gives_the_gantry_that_made_it() -> None:
         "stiffness_z of carriages 1 and 2: only their sum",
         "stiffness of links joint 1 and joint 2: only their sum",
     ]
+
+
+def test_deflections_that_say_nothing_are_refused() -> None:
+    test = still(TRUTH, 0.01)
+    for level in (0.0, -1e-8, np.nan):
+        with pytest.raises(ArgumentError, match="^level: expected a finite standard deviation > 0, got"):
+            replace(test, level=level)
+    with pytest.raises(ArgumentError, match="^values: expected at least one deflection"):
+        replace(test, values=())
+    for name in ("force", "moved"):
+        with pytest.raises(ArgumentError, match=f"^{name}: expected a finite number, got nan"):
+            replace(test.values[0], **{name: np.nan})
+    for starts in (0, -1):
+        with pytest.raises(ArgumentError, match="^starts: expected a whole number from 1"):
+            identify(MACHINE, TABLES, [test], starts=starts)

@@ -10,6 +10,7 @@ from machines import table
 
 from guideload._core import Law
 from guideload.base.arrays import Array
+from guideload.base.errors import ArgumentError, ArgumentTypeError
 from guideload.catalogue.conditions import RULES, LifeConditions, RuleName
 from guideload.catalogue.product import Moments, Product
 from guideload.catalogue.rating import Rating
@@ -257,3 +258,18 @@ def test_effective_loads_of_preloaded_carriages() -> None:
         assert dynamic_load(rule, part, Arrangement(2, 1), 1000.0)(load) == pytest.approx(500.0, rel=1e-14)
     for rule in RULES:
         assert static_load(rule, part, FOUR, 1000.0)(load) == pytest.approx(500.0, rel=1e-14)
+
+
+def test_a_rating_refuses_loads_and_bases_that_are_none() -> None:
+    rating = Rating(value=30e3, base=50e3, exponent=3.0)
+    assert rating.life(0.0) == np.inf and rating.life([30e3, 15e3]).tolist() == [50e3, 400e3]
+    for load in (-5.0, np.nan, [1.0, -1.0]):
+        with pytest.raises(ArgumentError, match="^mean_load: expected loads >= 0 N, got"):
+            rating.life(load)
+    for base in (0.0, -1.0, np.nan):
+        with pytest.raises(ArgumentError, match="^base: expected > 0 m, got"):
+            rating.with_base(base)
+    with pytest.raises(ArgumentTypeError, match="^mean_load"):
+        rating.life("5 kN")
+    with pytest.raises(ArgumentTypeError, match="^base"):
+        rating.with_base("100 km")  # type: ignore[arg-type]

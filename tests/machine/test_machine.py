@@ -12,12 +12,15 @@ from machines import CENTER, INERTIA, body, carriage, machine
 from rider_reference import cross
 
 import guideload
-from guideload.base.errors import ConfigError
+from guideload.base.errors import ArgumentTypeError, ConfigError
 from guideload.base.toml import tomllib
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import Sides
 from guideload.machine.machine import DOFS, Body, Carriage, Link, Machine, Rail
 from guideload.machine.modes import Modes
+from guideload.machine.payloads import Payload
+from guideload.machine.points import PointOfInterest
+from guideload.machine.riders import Rider
 
 EXAMPLES = Path(guideload.__file__).parent / "examples"
 CART = Path(__file__).resolve().parents[1] / "data" / "cart.toml"
@@ -164,9 +167,32 @@ def test_a_machine_never_changes() -> None:
     for array in (*arrays, built.carriage_centers, built.rail_of_carriage):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
+    modes = Modes.of(Machine.from_toml(CART))
+    for array in (*vars(modes).values(), *vars(pickle.loads(pickle.dumps(modes))).values()):
+        assert not array.flags.writeable
+    assert not PointOfInterest(name="tool", at=(0, 0, 0)).rotation.flags.writeable
     with pytest.raises(ValueError, match="frozen"):
         built.name = "other"
     assert built.with_free(["rx"]).free == ("rx",)  # also once the cached arrays exist
+
+
+def test_every_copy_with_changes_is_checked_and_computed_anew() -> None:
+    built = Machine.from_toml(CART)
+    assert built.scene is built.scene
+    for copied in (built.copy, built.model_copy):
+        with pytest.raises(ConfigError, match="gravity"):
+            copied(update={"gravity": "x"})
+        assert np.all(copied(update={"gravity": (0, 0, 0)}).static_carriage_loads == 0.0)
+    with pytest.raises(ArgumentTypeError, match="update: expected a mapping or None"):
+        built.model_copy(update=3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", [Payload, Rider])
+def test_a_payload_or_a_rider_is_no_main_body(kind: type[Body]) -> None:
+    own = {"name": "p"} | ({"direction": (1, 0, 0)} if kind is Rider else {"times": [(0.1, 0.2)]})
+    part = kind(**{**dict(body()), **own})
+    with pytest.raises(ConfigError, match=f"body: expected a Body, not a {kind.__name__}, got"):
+        machine(body=part)
 
 
 def test_problems_in_code_have_their_key_and_no_file() -> None:

@@ -1,11 +1,15 @@
 """Laws of Motion: refusals, and forces that are added exactly."""
 
+import copy
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
 from trace_files import refuses
 
+from guideload.base.errors import ArgumentTypeError
+from guideload.motion.forces import Forces
 from guideload.motion.motion import Motion, velocity_at, with_instants
 
 TIME = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
@@ -130,3 +134,43 @@ def test_a_force_is_cut_to_the_time_of_the_motion(when):
 )
 def test_refusals_of_a_force(arguments, time, message):
     refuses(message, Motion.along_x(TIME, ALONG).with_force, *arguments, time=time)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_arrays_of_copies_are_read_only(copied):
+    motion = copied(Motion.along_x(TIME, ALONG, velocity=ALONG))
+    forces = copied(Forces([0.0, 1.0], np.ones((2, 3)), np.zeros((2, 3))))
+    for array in (motion.time, motion.acceleration, motion.velocity, forces.time, forces.force):
+        assert not array.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("bandwidth", "x"), ("bandwidth", None), ("acceleration", None), ("uncertainty", "x"), ("notes", 3),
+     ("notes", "abc"), ("warnings", [1]), ("source", None), ("exact", "no"), ("recorded", 2)],
+)  # fmt: skip
+def test_a_field_of_another_type_is_refused(field, value):
+    with pytest.raises(ArgumentTypeError, match=f"^{field}: expected"):
+        dataclasses.replace(Motion.along_x(TIME, ALONG), **{field: value})
+
+
+@pytest.mark.parametrize("bandwidth", [0.0, -1.0, np.nan])
+def test_a_bandwidth_is_positive(bandwidth):
+    refuses("bandwidth: expected > 0 Hz", Motion.along_x, TIME, ALONG, bandwidth=bandwidth)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        (([], np.zeros((0, 3)), np.zeros((0, 3))), "time: expected at least 2 stamps, got 0"),
+        (([1.0, 0.0], np.ones((2, 3)), np.ones((2, 3))), r"time\[1\]: expected at least 1.0 s"),
+        (([0.0, 1.0], np.ones((2, 2)), np.ones((2, 3))), r"force: expected shape \(2, 3\), got \(2, 2\)"),
+        (([0.0, 1.0], np.ones((2, 3)), np.full((2, 3), np.nan)), r"moment\[0, 0\]: expected a finite number"),
+    ],
+)
+def test_forces_that_cannot_act_are_refused(fields, message):
+    refuses(message, Forces, *fields)
+    for wrong in (None, "a"):
+        with pytest.raises(ArgumentTypeError, match="^time: expected"):
+            Forces(wrong, wrong, wrong)
+    assert Forces([0, 1], [[1, 0, 0]] * 2, [[0, 0, 0]] * 2, notes=["a"]).notes == ("a",)

@@ -414,3 +414,13 @@ def test_every_list_of_moves_is_a_motion(
     assert motion.position[-1, 0] == pytest.approx(total, rel=1e-12) and motion.velocity[-1, 0] == 0.0
     for before, after in pairwise(np.flatnonzero(np.diff(motion.time) == 0.0)):
         assert after > before + 1
+
+
+def test_a_move_is_no_limits_and_a_count_of_numpy_is_a_count() -> None:
+    move = Move(distance=1.0, **LIMITS)
+    with pytest.raises(ConfigError, match="limits: expected a MoveLimits, not a Move, got"):
+        Moves(moves=[{"distance": 1.0}], limits=move)
+    twice = Moves(moves=[move], repeat=np.int64(2))
+    assert twice == Moves(moves=[move], repeat=2) and type(twice.repeat) is int
+    with pytest.raises(ConfigError, match="repeat: expected a whole number, at least 1"):
+        Moves(moves=[move], repeat=np.bool_(True))

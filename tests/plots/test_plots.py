@@ -16,6 +16,7 @@ from moves import GENTLE
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from guideload import plots
+from guideload.base.errors import ArgumentError, WriteError
 from guideload.base.number_text import load_with_unit
 from guideload.base.quantities import Quantities, Quantity
 from guideload.cli.inputs import EXAMPLES
@@ -27,6 +28,7 @@ from guideload.motion.motion import Motion
 from guideload.plots.saving import DOTS_PER_INCH
 from guideload.plots.spectra import octave_bands
 from guideload.plots.style import LOOK, carriage_look
+from guideload.reports.compare import comparison_report
 from guideload.simulation.result import Result
 from guideload.simulation.simulation import simulate
 
@@ -426,3 +428,25 @@ def test_a_picture_that_is_laid_out_first_is_the_same_to_the_pixel(result: Resul
             matplotlib.image.imread(tmp_path / "saved.png"), matplotlib.image.imread(tmp_path / "plain.png")
         )
         assert ax.figure.get_layout_engine() is not None and ax.figure.dpi == figure.dpi
+
+
+def test_what_cannot_be_drawn_or_saved_is_refused(machine: Machine, result: Result, tmp_path: Path) -> None:
+    motion = Motion.along_x(TIME, MOVE)
+    for times in ([], [0.5]):
+        few = simulate(machine, motion, times=times)
+        with pytest.raises(ArgumentError, match="times: expected at least 2 instants"):
+            plots.load_density(few)
+        if not times:
+            with pytest.raises(ArgumentError, match="times: the result reports no instant"):
+                plots.scene(machine, few)
+    for compared in (plots.comparison, comparison_report):
+        with pytest.raises(ArgumentError, match="results: expected at least one result"):
+            compared({})
+    axes = plots.load_y(result, "1a")
+    for name in ("x.docx", "x"):
+        with pytest.raises(ArgumentError, match=f"path: expected a name that ends in .*{name}"):
+            plots.save(axes, tmp_path / name)
+    for name in ("none/x.png", "\0.png"):
+        with pytest.raises(WriteError, match="cannot be written"):
+            plots.save(axes, tmp_path / name)
+    assert not list(tmp_path.iterdir())

@@ -1,5 +1,7 @@
 """Laws of the credible bands: the uncertainty of the acceleration, carried to loads and peaks."""
 
+import copy
+import pickle
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -431,3 +433,11 @@ def test_refusals_tell_what_does_not_agree() -> None:
         )
     with pytest.raises(ValueError, match="unit: expected 12 numbers, got 3"):
         _core.load_spread(ref.cart().scene, uncertainty.model, 1, np.ones(3), time, time, *nothing)
+
+
+def test_a_copy_keeps_the_run_and_a_pickle_does_not() -> None:
+    result = simulate(ref.cart(), short(uncertain(2)[0]))
+    shallow = copy.copy(result)
+    assert np.array_equal(next(shallow.drawn_loads(1)), next(result.drawn_loads(1)))
+    assert shallow.machine is result.machine and shallow.whole_run is not None
+    assert not list(pickle.loads(pickle.dumps(result)).drawn_loads(1))

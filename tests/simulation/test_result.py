@@ -26,6 +26,7 @@ from xarray.backends import H5NetCDFStore
 
 import guideload
 from guideload import (
+    ArgumentError,
     Carriage,
     GuideloadError,
     Link,
@@ -480,6 +481,10 @@ def test_loads_cannot_be_changed_behind_their_labels() -> None:
     result = simulate(ref.cart(), ref.piece(ref.cycle(), 550, 600))
     with pytest.raises(ValueError, match="read-only"):
         result.carriage_loads[:] = 0.0
+    for each in (result, pickle.loads(pickle.dumps(result))):
+        arrays = [each.carriage_loads, *each.peak_columns.values()]
+        arrays += [one.values for one in each.quantities.variables.values()]
+        assert not any(array.flags.writeable for array in arrays)
     assert isinstance(result.machine.links_of_carriages, tuple)
 
 
@@ -512,3 +517,36 @@ def test_changes_of_the_data_are_written_and_their_order_of_dimensions_does_not_
     pd.testing.assert_frame_equal(turned.peaks(), result.peaks(), check_exact=True)
     assert turned.audit.lines == result.audit.lines
     np.testing.assert_array_equal(turned.carriage_loads, result.carriage_loads)
+
+
+@pytest.mark.parametrize("times", [[], [0.01]])
+def test_a_result_of_few_instants_is_written_and_read(times: list[float], tmp_path: Path) -> None:
+    motion = ref.piece(ref.cycle(), 550, 600)
+    result = simulate(ref.cart(), motion, times=motion.time[0] + np.array(times))
+    for ending, write in WRITERS.items():
+        write(result, tmp_path / f"few.{ending}")
+        again = Result.load(tmp_path / f"few.{ending}")
+        assert again.carriage_loads.shape == result.carriage_loads.shape
+    result.to_csv(tmp_path / "few.csv")
+    assert len(pd.read_csv(tmp_path / "few.csv")) == len(times)
+
+
+def test_a_history_by_an_unknown_name_is_refused_whether_computed_or_loaded() -> None:
+    result = simulate(ref.cart(), Motion.along_x([0.0, 1.0], [0.0, 1.0]))
+    for each in (result, pickle.loads(pickle.dumps(result))):
+        assert each.history("cart_velocity") is None and each.history("link_load") is not None
+        for name in ("xx", "force"):
+            with pytest.raises(ArgumentError, match="name: expected one of time, cart_position, .* got"):
+                each.history(name)
+
+
+@pytest.mark.parametrize("window", ["abc", np.nan, -1.0, "10 N"])
+def test_a_window_that_is_none_is_named(window: float | str) -> None:
+    with pytest.raises(ArgumentError, match="^window: expected a length"):
+        cart_result().settling(window)
+
+
+@pytest.mark.parametrize("step", [np.inf, np.nan])
+def test_a_step_is_finite(step: float) -> None:
+    with pytest.raises(ArgumentError, match="^step: expected a finite time > 0 s, got"):
+        simulate(ref.cart(), Motion.along_x([0.0, 1.0], [0.0, 1.0]), "rk45", step=step)

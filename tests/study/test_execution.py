@@ -3,6 +3,7 @@
 import errno
 import multiprocessing
 import os
+import pickle
 import random
 import signal
 import sys
@@ -215,6 +216,11 @@ def test_bad_numbers_are_refused(name: str, value: Any) -> None:
         run_study(plan(10), **{name: value})
 
 
+def test_chunks_in_flight_need_an_executor() -> None:
+    with pytest.raises(ArgumentError, match="in_flight: expected an executor or a cluster"):
+        run_study(plan(10), in_flight=7)
+
+
 # ---- histories
 
 
@@ -268,6 +274,9 @@ def test_ctrl_c_leaves_a_result(
     assert isinstance(left, StudyResult)
     assert 200 <= left.store.done < RUNS
     assert f"{left.store.done} of 1000 samples are done" in str(stopped.value)
+    if output and not on_pool:
+        again = pickle.loads(pickle.dumps(stopped.value))
+        assert str(again) == str(stopped.value) and again.result.finished == left.finished
     for start, stop in left.store.ranges():
         got = left.store.column("body.mass")[start:stop]
         np.testing.assert_array_equal(got, plan(RUNS).values(start, stop)[:, 0])

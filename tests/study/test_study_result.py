@@ -11,7 +11,7 @@ from command_line import EXAMPLES
 from texts import one_line, row
 
 from guideload import Machine, Motion, Study, run_study
-from guideload.base.errors import ArgumentError, ValueRefused
+from guideload.base.errors import ArgumentError, ArgumentTypeError, ValueRefused
 from guideload.reports.study import study_report
 from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import QUANTITIES
@@ -71,6 +71,13 @@ def test_columns_as_stored_are_there_and_others_are_refused_with_the_nearest(res
         result.column("peak_drive_N[1a]")
     with pytest.raises(ValueRefused):
         result.column("peak_resultant_N[nobody]")
+    for lookup in (result.owners, result.of_carriages):
+        with pytest.raises(
+            ValueRefused, match='expected a quantity, got "x"; this study has peak_resultant_N'
+        ):
+            lookup("x")
+    with pytest.raises(ArgumentTypeError, match="^name: expected text, got None"):
+        result.column(None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("sensitivity", [False, True])
@@ -356,3 +363,11 @@ def test_limits_take_text_with_a_unit_and_levels_are_refused_with_the_way_out() 
     for levels in (95, [95], [0.5, 1.0], 0.95, [0.0], [-0.1], []):
         with pytest.raises(ArgumentError, match=r"between 0 and 1, got .*\[0\.95\] is for the 95 % quantile"):
             result.quantiles("peak_resultant_N", levels)
+
+
+@pytest.mark.parametrize("limit", [float("nan"), np.float64("nan")])
+def test_a_limit_is_a_number(limit: float) -> None:
+    result = studies.study(300)
+    for probability in (result.probability_above, result.probability_below):
+        with pytest.raises(ValueRefused, match="expected a number as the limit"):
+            probability("peak_resultant_N", limit)

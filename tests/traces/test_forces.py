@@ -143,3 +143,8 @@ def test_points_are_named_and_square() -> None:
         PointOfInterest(name="tool", at=(0, 0, 0), axes=((1, 0, 0), (1, 1, 0)))
     with pytest.raises(ArgumentError, match=r"got 'tol'; it has tool"):
         machine(points=[TOOL]).point("tol")
+
+
+@pytest.mark.parametrize("values", [[], [1.0]])
+def test_forces_of_too_few_rows_are_refused(values: list[float]) -> None:
+    refuses("table: time: expected at least 2 stamps", read_forces, {"t [s]": values, "Fx [N]": values})

@@ -1,5 +1,7 @@
 """Reading of traces: what is understood, what is refused with its rows, and the motion that comes out."""
 
+import copy
+import dataclasses
 import inspect
 from pathlib import Path
 
@@ -10,7 +12,7 @@ from make_example_trace import FILE
 from moves import BRISK, GENTLE
 from trace_files import has_note, refuses, same, write_trace
 
-from guideload.base.errors import TraceError
+from guideload.base.errors import ArgumentTypeError, TraceError
 from guideload.machine.machine import Drive
 from guideload.traces.options import ReadingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
@@ -323,3 +325,40 @@ def test_the_example_gives_the_true_acceleration():
     assert motion.acceleration[:, 0].max() == pytest.approx(4.0, rel=0.005)
     assert motion.position is not None
     assert np.abs(motion.position[:, 0] - position).max() < 2e-5
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("kind", "positon", 'kind: expected one of position, velocity, motor_speed, got "positon"'),
+        ("clock", "sundial", "clock: expected one of uniform, ticks, jitter, on_change"),
+        ("quantum", np.nan, "quantum: expected a finite number >= 0, 0 if it is unknown, got nan"),
+        ("quantum", -1.0, "quantum: expected a finite number >= 0"),
+        ("value", PLACE[:9], r"value: expected shape \(200,\), got \(9,\)"),
+        ("value", PLACE * np.nan, r"value\[0\]: expected a finite number"),
+        ("time", TIME[::-1], r"time\[1\]: expected more than the stamp before it"),
+        ("time", TIME * 0.0, r"time\[1\]: expected more than the stamp before it"),
+    ],
+)
+def test_a_trace_made_by_hand_is_checked(field, value, message):
+    refuses(message, dataclasses.replace, read_trace(TABLE), **{field: value})
+
+
+def test_the_arrays_of_a_trace_are_read_only_copies():
+    place = PLACE.copy()
+    trace = dataclasses.replace(read_trace(TABLE), value=place)
+    place[0] = 9.0
+    assert trace.value[0] == PLACE[0]
+    for one in (trace, copy.deepcopy(trace)):
+        assert not one.time.flags.writeable and not one.value.flags.writeable
+    uncertainty = copy.deepcopy(motion_from_trace(read_trace(TABLE)).uncertainty)
+    assert uncertainty is not None and not uncertainty.step.flags.writeable
+    few = {name: values[:7] for name, values in TABLE.items()}
+    refuses("at least 8", lambda: dataclasses.replace(trace, time=few["t_s"], value=few["x_m"]))
+    with pytest.raises(ArgumentTypeError, match="^tick: expected a number, got None"):
+        dataclasses.replace(trace, tick=None)
+
+
+@pytest.mark.parametrize("cells", [PLACE > 0.05, (PLACE > 0.05).astype(object)])
+def test_flags_are_no_numbers(cells):
+    refuses("expected finite numbers, got none in", read_trace, {"t_s": TIME, "x_m": cells})

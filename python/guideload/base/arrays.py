@@ -1,7 +1,8 @@
-"""Functions of arrays: check for finite numbers, median time step, runs of flags."""
+"""Functions of arrays: check for finite numbers, read-only copies, median time step, runs of flags."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 Integers = NDArray[np.int64]
 Complex = NDArray[np.complex128]
+AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
 @contextmanager
@@ -36,6 +38,23 @@ def check_finite(name: str, values: Array) -> None:
     if bad.size:
         place, value = ", ".join(map(str, bad[0])), values[tuple(bad[0])]
         raise TraceError(f"{name}[{place}]: expected a finite number, got {value} ({len(bad)} not finite)")
+
+
+def read_only(array: AnyArray) -> AnyArray:
+    """A contiguous, read-only copy."""
+    array = array.copy()
+    array.setflags(write=False)
+    return array
+
+
+class ReadOnlyArrays:
+    """Base of classes whose arrays are read-only: those of their copies are as well, by pickle and deepcopy too."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        self.__dict__.update(state)
 
 
 def median_step(time: Array) -> float:

@@ -37,6 +37,12 @@ def with_ending(path: str | os.PathLike[str], ending: str) -> Path:
     return path
 
 
+def require_no_null(path: Path) -> None:
+    """Raise WriteError for a path with a NUL character, which Python refuses without the name."""
+    if "\0" in str(path):
+        raise WriteError(errno.EINVAL, "a name of a file has no NUL character", str(path))
+
+
 @contextmanager
 def atomic_write(path: Path, *, durable: bool = False, replace: bool = True) -> Iterator[Path]:
     """Yield a draft of the same name that replaces `path` when the block ends without an error.
@@ -47,6 +53,7 @@ def atomic_write(path: Path, *, durable: bool = False, replace: bool = True) -> 
     replace: whether a file that exists is replaced; if not, that is an error.
     Raises WriteError for every OSError, RunError if another writer has the same path.
     """
+    require_no_null(path)
     try:
         if not path.parent.is_dir():
             raise WriteError(errno.ENOENT, f"there is no folder {path.parent}", str(path))
@@ -79,6 +86,7 @@ def atomic_folder(
     check: raises if `folder` cannot take the files; called under the lock, before the block and again after it.
     On an error the draft and the parent folders that were created for it are removed.
     """
+    require_no_null(folder)
     folder = folder.absolute()
     missing = [parent for parent in folder.parents if not parent.exists()]
     outer_draft, inner_draft = draft_path(folder), folder / DRAFT

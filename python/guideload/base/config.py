@@ -8,10 +8,18 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    ValidationError,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from guideload.base.arguments import checked
 from guideload.base.errors import (
     ABSENT,
     MOST_PROBLEMS,
@@ -50,10 +58,15 @@ class ConfigModel(BaseModel):
             problems = [_problem(item, type(self)) for item in items[:MOST_PROBLEMS]]
             raise ConfigError(problems, others=len(items) - len(problems)) from None
 
+    @checked
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with the values of `update`; it is checked, and its cached properties are computed anew."""
         values = {key: getattr(self, key) for key in type(self).model_fields}
         return type(self)(**{**values, **(update or {})})
+
+    def copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:  # type: ignore[override]
+        """As `model_copy`: pydantic's own, which is deprecated, does not check the values."""
+        return self.model_copy(update=update, deep=deep)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are equal; cached properties are not compared: some are arrays."""
@@ -131,6 +144,17 @@ def entries(value: object, names: tuple[str, ...]) -> object:
 def listed(*names: str) -> BeforeValidator:
     """The validator of a list that has one entry per name."""
     return BeforeValidator(partial(entries, names=names))
+
+
+def exactly(kind: type[ConfigModel]) -> BeforeValidator:
+    """The validator of a model of this class, not of one below it: a payload as a body would not count as one."""
+
+    def of_this_class(value: object) -> object:
+        if isinstance(value, kind) and type(value) is not kind:
+            raise ValueRefused(f"a {kind.__name__}, not a {type(value).__name__}", value)
+        return value
+
+    return BeforeValidator(of_this_class)
 
 
 def interval(value: object) -> object:

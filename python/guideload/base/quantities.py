@@ -30,10 +30,19 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Quantities by name, and attributes of the whole. A coordinate is a quantity with the name of its dimension."""
+    """Quantities by name, and attributes of the whole. A coordinate is a quantity with the name of its dimension.
+
+    The arrays are read-only views.
+    """
 
     variables: dict[str, Quantity]
     attrs: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        for name, each in self.variables.items():
+            values = each.values.view()
+            values.setflags(write=False)
+            self.variables[name] = each._replace(values=values)
 
     def __contains__(self, name: str) -> bool:
         return name in self.variables

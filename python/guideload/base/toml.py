@@ -80,6 +80,8 @@ def read_toml(
     except OSError as error:
         expected = f"a readable file, {source} ({error.strerror})"
         raise _unreadable(file, expected, "", None, "no file") from None
+    except ValueError:  # of Python, without the name
+        raise _unreadable(file, "the name of a file", "", None, "a name with a NUL character") from None
     return parse_toml(content, file)
 
 

@@ -10,10 +10,12 @@ from typing import Any, ClassVar
 
 from pydantic import Field, field_validator
 
-from guideload.base.errors import ValueRefused, did_you_mean, shown
+from guideload.base.arguments import checked
+from guideload.base.errors import ArgumentError, ValueRefused, did_you_mean, shown
 from guideload.base.file_model import FileModel, require_key
 from guideload.base.number_text import first_names
 from guideload.catalogue.product import Product
+from guideload.catalogue.rating import LIFE_EXPONENT
 
 
 def has_words(text: str, maker: str, name: str) -> bool:
@@ -63,6 +65,7 @@ class Catalogue(FileModel):
             raise ValueRefused("a product of the catalogue", name, hint)
         return products[name]
 
+    @checked
     def selected(
         self,
         maker: str | None = None,
@@ -77,7 +80,14 @@ class Catalogue(FileModel):
         kind     "ball" or "roller"
         least    N, dynamic load rating for 100 km
         longest  m, body; a product whose body length is not known is left out
+
+        Raises ArgumentError for another kind, and for nan or a negative number.
         """
+        if kind is not None and kind.casefold() not in LIFE_EXPONENT:
+            raise ArgumentError(f"kind: expected one of {', '.join(LIFE_EXPONENT)}, got {shown(kind)}")
+        for name, value, unit in (("least", least, "N"), ("longest", longest, "m")):
+            if value is not None and not value >= 0.0:
+                raise ArgumentError(f"{name}: expected >= 0 {unit}, got {value:g}")
         wanted = {"maker": maker, "series": series, "size": size, "type": kind}
         words = {key: text.casefold() for key, text in wanted.items() if text is not None}
         found = [

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, PlainValidator
 
+from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, in_range, not_required, number
-from guideload.base.errors import ValueRefused
+from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.ranges import EXPONENT, RATED_TRAVEL, RATING
 
 LIFE_EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}  # ISO 14728-1
@@ -47,15 +48,28 @@ class Rating(ConfigModel):
         description='exponent of the life, 3 for balls, "10/3" for rollers; by default from the type'
     )
 
+    @checked
     def life(self, mean_load: ArrayLike) -> Array:
-        """Travel [m] that 90 % of the carriages reach under a mean load [N]; infinite without load."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(self.base * (self.value / np.asarray(mean_load)) ** self.exponent)
+        """Travel [m] that 90 % of the carriages reach under a mean load [N], >= 0; infinite without load."""
+        loads = real_array("mean_load", mean_load)
+        if not np.all(loads >= 0.0):
+            wrong = loads[~(loads >= 0.0)][0]
+            raise ArgumentError(f"mean_load: expected loads >= 0 N, got {wrong:g}; a load is a magnitude")
+        return travel_under(self, loads)
 
+    @checked
     def with_base(self, base: float) -> Rating:
-        """The same rating for another base [m]: the life is the same."""
+        """The same rating for another base [m], > 0: the life is the same."""
+        if not base > 0.0:
+            raise ArgumentError(f"base: expected > 0 m, got {base:g}; makers use 50 km and 100 km")
         value = self.value * (self.base / base) ** (1.0 / self.exponent)
         return Rating(value=value, base=base, exponent=self.exponent)
+
+
+def travel_under(rating: Rating, mean_load: Array) -> Array:
+    """Travel [m] that 90 % of the carriages reach under a mean load [N] >= 0; nan where the load is unknown."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(rating.base * (rating.value / mean_load) ** rating.exponent)
 
 
 def reliability_factor(reliability: float) -> float:

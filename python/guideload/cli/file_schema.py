@@ -10,6 +10,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from guideload.base.arguments import checked
 from guideload.base.config import interval
+from guideload.base.errors import ArgumentError, shown
 from guideload.base.ranges import STIFFNESS, Range
 from guideload.catalogue.preload_class import stiffness_or
 from guideload.cli.options import FileKind
@@ -90,6 +91,8 @@ def file_schema(kind: FileKind) -> dict[str, Any]:
     dict
         JSON schema, draft 2020-12. A description ends with the SI unit of the value, as [N/m].
     """
+    if kind not in MODELS:
+        raise ArgumentError(f"kind: expected one of {', '.join(MODELS)}, got {shown(kind)}")
     model: type[BaseModel] = resolve_name(f"guideload.{MODELS[kind]}")
     schema = model.model_json_schema(schema_generator=FileSchema)
     _add_units(schema)

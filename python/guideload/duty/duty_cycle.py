@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.base.arguments import checked, require_type
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, read_only
 from guideload.base.errors import ArgumentError, LifeError
 from guideload.base.number_text import digits
 from guideload.catalogue.conditions import LifeConditions
@@ -93,21 +93,21 @@ class DutyCycle:
     @cached_property
     def distances(self) -> Array:
         """Travel of each case in a period (case,) [m]."""
-        return np.array(
-            [case.cycles * life.distance for case, life in zip(self.cases, self.lives, strict=True)]
+        return read_only(
+            np.array([case.cycles * life.distance for case, life in zip(self.cases, self.lives, strict=True)])
         )
 
     @cached_property
     def damage(self) -> Array:
         """Share of the life of each carriage that each case uses in a period (case, carriage)."""
         lives = np.array([[one.life for one in life.carriages] for life in self.lives])
-        return np.asarray(self.distances[:, None] / lives)
+        return read_only(self.distances[:, None] / lives)
 
     @cached_property
     def carriage_lives(self) -> Array:
         """Life of each carriage under all cases together (carriage,) [m]."""
         with np.errstate(divide="ignore"):
-            return np.asarray(self.distances.sum() / self.damage.sum(axis=0))
+            return read_only(self.distances.sum() / self.damage.sum(axis=0))
 
     @cached_property
     def mean_loads(self) -> Array:
@@ -115,7 +115,7 @@ class DutyCycle:
         exponents = np.array([one.rating.exponent for one in self.carriages])
         loads = np.array([[one.mean_load for one in life.carriages] for life in self.lives])
         shares = self.distances / self.distances.sum()
-        return np.asarray((shares @ loads**exponents) ** (1.0 / exponents))
+        return read_only((shares @ loads**exponents) ** (1.0 / exponents))
 
     @property
     def machine_life(self) -> float:

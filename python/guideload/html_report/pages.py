@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
 from guideload.base.versions import version
@@ -40,6 +41,7 @@ HINT = "Drag to zoom, double click for the whole history, click on a name to hid
 SCENE = "The machine, with the force of the body on each carriage at the instant of the largest resultant."
 
 
+@checked
 def save(
     result: Result, path: str | PathLike[str], *, replace: bool = True, pictures: Pictures | None = None
 ) -> Path:
@@ -51,6 +53,7 @@ def save(
     return save_page(run_page(result, pictures), path, replace=replace)
 
 
+@checked
 def run_page(result: Result, pictures: Pictures | None = None) -> str:
     """The report of a run as HTML.
 
@@ -82,6 +85,7 @@ def run_page(result: Result, pictures: Pictures | None = None) -> str:
     return report_page(page, figures, key_figures(result))
 
 
+@checked
 def comparison_page(results: Mapping[str, Result]) -> str:
     """Several runs side by side, by title; their most loaded carriages as charts that can be zoomed."""
     from guideload.plots.compare import comparison
@@ -92,6 +96,7 @@ def comparison_page(results: Mapping[str, Result]) -> str:
     return report_page(comparison_report(results), {PICTURES: figures})
 
 
+@checked
 def sizing_page(machine: Machine, sizing: Sizing) -> str:
     """The ranked candidates, and the history of the smallest that holds."""
     from guideload.reports.sizing import sizing_report
@@ -101,6 +106,7 @@ def sizing_page(machine: Machine, sizing: Sizing) -> str:
     return report_page(sizing_report(machine, sizing), {PICTURES: charts})
 
 
+@checked
 def duty_page(duty: DutyCycle) -> str:
     """The report of a duty cycle, and the history of the most loaded carriage in each case."""
     from guideload.reports.duty import duty_report
@@ -109,6 +115,7 @@ def duty_page(duty: DutyCycle) -> str:
     return report_page(duty_report(duty), {PICTURES: _worst_charts(results)})
 
 
+@checked
 def study_page(result: StudyResult, pictures: Pictures | None = None) -> str:
     """The report of a study with its pictures: those of `plots.study.study_drawings`, if they have been drawn."""
     from guideload.plots.study import study_drawings  # other pages do not need pandas

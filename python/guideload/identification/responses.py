@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from guideload.base.arguments import require_type
 from guideload.base.arrays import Array, Complex
+from guideload.base.errors import ArgumentError
 from guideload.identification.measured import Measured, Noise, NuisanceParameter, Residuals
 from guideload.identification.model import ModelAt, SensorPlace
 
@@ -16,6 +18,13 @@ NEAR = 0.3  # relative distance of computed and measured curves within which the
 SAME = 0.02  # rms relative change of the standard deviations that ends the rounds
 TINY = float(np.finfo(np.float64).tiny)
 RATIOS = np.geomspace(1e-6, 10.0, 29)  # floor over level, around which the most likely one is sought
+
+
+def _require_level(level: float) -> None:
+    """Raise ArgumentError unless a standard deviation is finite and > 0."""
+    require_type("level", level, float)
+    if not 0.0 < level < np.inf:
+        raise ArgumentError(f"level: expected a finite standard deviation > 0, got {level:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +78,9 @@ class FrequencyResponses(Measured):
     calibration: float = 0.0
     sizes: tuple[Array, ...] = ()
     ratio: float | None = None
+
+    def __post_init__(self) -> None:
+        _require_level(self.level)
 
     @property
     def nuisance(self) -> tuple[NuisanceParameter, ...]:
@@ -164,6 +176,14 @@ class Deflection:
     at: SensorPlace
     moved: float
 
+    def __post_init__(self) -> None:
+        for name in ("force", "moved"):
+            require_type(name, value := getattr(self, name), float)
+            if not -np.inf < value < np.inf:
+                raise ArgumentError(
+                    f"{name}: expected a finite number, got {value:g}; leave the deflection out"
+                )
+
 
 @dataclass(frozen=True, eq=False)
 class Deflections(Measured):
@@ -177,6 +197,11 @@ class Deflections(Measured):
     values: tuple[Deflection, ...]
     level: float
     known: bool
+
+    def __post_init__(self) -> None:
+        _require_level(self.level)
+        if not len(self.values):
+            raise ArgumentError("values: expected at least one deflection, got none")
 
     @property
     def noise(self) -> tuple[Noise, ...]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import chi2, norm
 
-from guideload.base.arguments import checked
+from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array
 from guideload.base.finite import finite_json
 from guideload.base.notebook import as_html
@@ -303,12 +303,12 @@ def identify(
     ConfigError
         For unknowns that the machine does not have.
     ArgumentError
-        Without data, and where no possible machine is found near the expected values.
+        Without data, with less than one start, and where no possible machine is found near the expected values.
     SceneError
         For a machine that its links do not support.
     """
     unknowns = resolve_unknowns(unknown, machine)
-    found = fit(Model(machine, unknowns), data, starts)
+    found = fit(Model(machine, unknowns), data, whole_number("starts", starts))
     spread = covariance(found)
     ends, groups = intervals(found, spread), undetermined(found, spread)
     return Identification(machine, unknowns, found, spread, ends, groups, residual_tests(found))

@@ -33,7 +33,7 @@ class LifeBand:
 
 
 def life_bands(record: Record, carriages: Sequence[CarriageLife]) -> LifeBand | None:
-    """The bands of a run that was just simulated; None without uncertainty, or for a result read from a file."""
+    """The bands; None without uncertainty, or for a result without its run: from a file, a pickle or a deepcopy."""
     lives = [
         [_life(record.travel, loads[:, one.index], one) for one in carriages]
         for loads in record.result.drawn_loads(SAMPLES)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, read_only
 from guideload.base.number_text import digits
 from guideload.life.causes import PHASES, WorstInstant
 from guideload.life.criteria import Criteria
@@ -38,7 +38,7 @@ class CarriageLife(Criteria):
     def damage(self) -> Array:
         """Share of the life that each interval of the record costs (n - 1,)."""
         total = float(self.power.sum())
-        return self.power * (self.distance / self.life / total if total else 0.0)
+        return read_only(self.power * (self.distance / self.life / total if total else 0.0))
 
     @cached_property
     def factor_life(self) -> float:
@@ -115,7 +115,7 @@ def carriage_life(record: Record, criteria: Criteria, largest: LargestLoads) -> 
     mean = mean_load(power, path, exponent)
     return CarriageLife(
         **vars(criteria),
-        power=power,
+        power=read_only(power),
         distance=float(path.sum()),
         mean_load=mean,
         life=float(criteria.life_under(mean)),

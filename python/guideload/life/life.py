@@ -150,7 +150,8 @@ class Life:
     def band(self) -> LifeBand | None:
         """95 % credible band of the lives from the uncertainty of the trace; None if it has none.
 
-        It simulates drawn motions, so it takes longer than everything else.
+        None as well for a result without its run: from a file, a pickle or a deepcopy. It simulates drawn motions, so
+        it takes longer than everything else.
         """
         return life_bands(self.record, self.carriages)
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.catalogue.conditions import LifeConditions
-from guideload.catalogue.rating import WEIBULL_SLOPE, Rating, reliability_factor
+from guideload.catalogue.rating import WEIBULL_SLOPE, Rating, reliability_factor, travel_under
 
 
 def rating_life(
@@ -19,7 +19,7 @@ def rating_life(
     """The life [m] under a mean load [N]: a1 base (f_H f_T f_C C / (f_W P_m))^p; infinite without load."""
     factors = conditions.hardness_factor * conditions.temperature_factor * contact_factor
     rated = rating.model_copy(update={"value": factors * rating.value / conditions.load_factor})
-    return np.asarray(reliability_factor(conditions.reliability) * rated.life(mean_load))
+    return np.asarray(reliability_factor(conditions.reliability) * travel_under(rated, np.asarray(mean_load)))
 
 
 def failure_probability(travel: ArrayLike, life: ArrayLike, reliability: float) -> Array:

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from guideload._core import Law
-from guideload.base.arrays import Array, Flags, Indices, Integers
+from guideload.base.arrays import Array, Flags, Indices, Integers, read_only
 from guideload.base.errors import SceneError
 from guideload.machine.components import Carriage, Distances, Link, Rail
 from guideload.machine.straightness import Profile
@@ -187,13 +187,3 @@ def own_axes(places: Array) -> Array:
     axes[:, 1, 1] = axes[:, 2, 2] = np.cos(rolls)
     axes[:, 1, 2], axes[:, 2, 1] = np.sin(rolls), 0.0 - np.sin(rolls)
     return axes
-
-
-_Numbers = TypeVar("_Numbers", Array, Indices, Integers, Flags)
-
-
-def read_only(array: _Numbers) -> _Numbers:
-    """A contiguous, read-only copy."""
-    array = array.copy()
-    array.setflags(write=False)
-    return array

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar, Literal, cast, get_args
+from typing import Annotated, Any, ClassVar, Literal, cast, get_args
 
 import numpy as np
 from pydantic import Field, ValidationError, field_validator, model_validator
@@ -19,9 +19,9 @@ from pydantic_core import InitErrorDetails
 
 from guideload._core import Law, Scene
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array, Flags, Indices, Integers
+from guideload.base.arrays import Array, Flags, Indices, Integers, read_only
 from guideload.base.atomic import atomic_write
-from guideload.base.config import optional
+from guideload.base.config import exactly, optional
 from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
 from guideload.base.file_model import FileModel
 from guideload.base.notebook import as_html
@@ -42,7 +42,7 @@ from guideload.machine.components import (
 )
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
-from guideload.machine.links import LinkTable, offsets_of_rails, own_axes, read_only, table_of
+from guideload.machine.links import LinkTable, offsets_of_rails, own_axes, table_of
 from guideload.machine.names import name_conflicts
 from guideload.machine.payloads import Payload
 from guideload.machine.points import PointOfInterest
@@ -69,7 +69,9 @@ class Machine(FileModel):
         min_length=1,
     )
     gravity: Gravity = optional("acceleration of gravity, points down, in m/s^2", (0.0, -9.80665, 0.0))
-    body: Body = Field(description="the table [body]: mass, center_of_mass, inertia")
+    body: Annotated[Body, exactly(Body)] = Field(
+        description="the table [body]: mass, center_of_mass, inertia"
+    )
     riders: tuple[Rider, ...] = optional(
         "one [[riders]] table for each body that moves along the main body, such as a cross slide",
         (),

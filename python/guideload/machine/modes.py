@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array, Complex, Indices
+from guideload.base.arrays import Array, Complex, Indices, ReadOnlyArrays, read_only
 from guideload.machine.machine import DOFS, Machine
 
 ROUNDING = 1e-12  # of an eigenvalue
@@ -16,7 +16,7 @@ Vectors = TypeVar("Vectors", Array, Complex)
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(ReadOnlyArrays):
     """The n natural modes by ascending frequency; nonlinear links are in contact, with their nominal stiffness.
 
     frequency     (n,) Hz, natural frequencies of the undamped machine
@@ -44,7 +44,13 @@ class Modes:
         points = _guided_points(machine)
         largest = [np.linalg.norm(displacement(points, shape), axis=1).max() for shape in shapes]
         shapes = shapes / np.array(largest)[:, None]
-        return cls(frequency / (2.0 * np.pi), damping_ratio, damped_frequency, shapes, eigenvalues)
+        return cls(
+            read_only(frequency / (2.0 * np.pi)),
+            read_only(damping_ratio),
+            read_only(damped_frequency),
+            read_only(shapes),
+            read_only(eigenvalues),
+        )
 
 
 def _damped(alone: Array, eigenvalues: Complex) -> tuple[Array, Array]:

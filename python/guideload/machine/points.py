@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, field_validator
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, read_only
 from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import LENGTH
@@ -51,4 +51,4 @@ class PointOfInterest(ConfigModel):
         x, y = np.array(self.axes)
         y = y - (x @ y) * x  # exactly at right angles
         y /= np.linalg.norm(y)
-        return np.array([x, y, np.cross(x, y)])
+        return read_only(np.array([x, y, np.cross(x, y)]))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from guideload.base.arrays import Array
+from guideload.base.arguments import require_type
+from guideload.base.arrays import Array, ReadOnlyArrays
+from guideload.motion.histories import checked_history, checked_stamps
 
 
 @dataclass(frozen=True, eq=False)
-class Forces:
+class Forces(ReadOnlyArrays):
     """Force and moment that act on the body at a point; linear between their stamps, zero before and after them.
 
     time        (n,) s, not decreasing; two equal stamps are a jump
@@ -17,6 +20,8 @@ class Forces:
     source      name of the file or data they come from, for reports
     notes       what was detected when they were read
     from_first  whether the stamps count from the first one, so that their place in a motion is not known
+
+    The arrays are read-only copies in float64. Raises TraceError with the history and the index.
     """
 
     time: Array
@@ -25,6 +30,15 @@ class Forces:
     source: str = "forces"
     notes: tuple[str, ...] = ()
     from_first: bool = False
+
+    def __post_init__(self) -> None:
+        time = checked_stamps(self.time)
+        object.__setattr__(self, "time", time)
+        for name in ("force", "moment"):
+            object.__setattr__(self, name, checked_history(name, getattr(self, name), (time.size, 3)))
+        for name, kind in (("source", str), ("notes", Sequence[str]), ("from_first", bool)):
+            require_type(name, getattr(self, name), kind)
+        object.__setattr__(self, "notes", tuple(self.notes))
 
     def __repr__(self) -> str:
         return (

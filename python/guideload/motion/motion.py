@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from guideload.base.arguments import checked, real_array
-from guideload.base.arrays import Array, Indices, Integers, check_finite
+from guideload.base.arguments import checked, require_type
+from guideload.base.arrays import Array, Indices, Integers, ReadOnlyArrays
 from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
-from guideload.base.ranges import ACCELERATION, ANGULAR_SPEED, FORCE, MOMENT, POSITION, SPEED, TIME, TRAVEL
 from guideload.machine.points import PointOfInterest
 from guideload.motion.forces import Forces
+from guideload.motion.histories import checked_history, checked_stamps
 from guideload.motion.stamps import is_late, sampled, usable_bandwidth
 from guideload.motion.uncertainty import Uncertainty
 
@@ -27,21 +28,11 @@ HISTORIES: dict[str, tuple[int, ...]] = {
     "wrench": (6,),
     "motor_speed": (),
 }
-RANGES = {
-    "time": TIME,
-    "acceleration": ACCELERATION,
-    "velocity": SPEED,
-    "position": TRAVEL,
-    "wrench": MOMENT,
-    "motor_speed": ANGULAR_SPEED,
-    "force": FORCE,
-    "moment": MOMENT,
-    "point": POSITION,
-}
+OTHERS = {"source": str, "bandwidth": float, "exact": bool, "recorded": bool}
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(ReadOnlyArrays):
     """The excitation of a scene at n time stamps; linear between them (first-order hold).
 
     time          (n,) s, not decreasing; two equal stamps are a jump: the values before it, and those after it
@@ -81,28 +72,22 @@ class Motion:
         return f"<Motion{source}: {self.time.size} stamps from {self.time[0]:g} to {self.time[-1]:g} s>"
 
     def __post_init__(self) -> None:
-        time = _history("time", self.time, (np.size(self.time),))
-        if time.size < 2:
-            raise TraceError(f"time: expected at least 2 stamps, got {time.size}")
-        steps = np.diff(time)
-        back = np.flatnonzero(steps < 0.0)
-        if back.size:
-            at = int(back[0]) + 1
-            raise TraceError(
-                f"time[{at}]: expected at least {float(time[at - 1])!r} s, the stamp before it, "
-                f"got {float(time[at])!r} ({back.size} such places)"
-            )
-        triple = np.flatnonzero((steps[1:] == 0.0) & (steps[:-1] == 0.0))
-        if triple.size:
-            at = int(triple[0])
-            raise TraceError(f"time[{at}] to time[{at + 2}]: at most two equal stamps (a jump), got three")
+        time = checked_stamps(self.time)
         object.__setattr__(self, "time", time)
         for name, sample in HISTORIES.items():
             values = getattr(self, name)
-            if values is not None:
-                object.__setattr__(self, name, _history(name, values, (time.size, *sample)))
-        object.__setattr__(self, "notes", tuple(self.notes))
+            if values is not None or name == "acceleration":
+                object.__setattr__(self, name, checked_history(name, values, (time.size, *sample)))
+        for name, kind in OTHERS.items():
+            require_type(name, getattr(self, name), kind)
+        for name in ("notes", "warnings"):
+            if (texts := getattr(self, name)) != ():
+                require_type(name, texts, Sequence[str])
+                object.__setattr__(self, name, tuple(texts))
+        if not self.bandwidth > 0.0:
+            raise TraceError(f"bandwidth: expected > 0 Hz, inf if it is unknown, got {self.bandwidth:g}")
         if self.uncertainty is not None:
+            require_type("uncertainty", self.uncertainty, Uncertainty)
             stamps = time if self.uncertainty.time is None else self.uncertainty.time
             if self.uncertainty.variance.size != stamps.size:
                 got = self.uncertainty.variance.size
@@ -137,17 +122,17 @@ class Motion:
         warnings: tuple[str, ...] = (),
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
-        stamps = _history("time", time, (np.size(time),))
+        shape = (np.size(time),)
 
         def axis_x(name: str, values: ArrayLike) -> Array:
-            return np.pad(_history(name, values, (stamps.size,))[:, None], ((0, 0), (0, 2)))
+            return np.pad(checked_history(name, values, shape)[:, None], ((0, 0), (0, 2)))
 
         return cls(
-            time=stamps,
+            time=checked_history("time", time, shape),
             acceleration=axis_x("acceleration", acceleration),
             velocity=None if velocity is None else axis_x("velocity", velocity),
             position=None if position is None else axis_x("position", position),
-            motor_speed=None if motor_speed is None else _history("motor_speed", motor_speed, (stamps.size,)),
+            motor_speed=None if motor_speed is None else checked_history("motor_speed", motor_speed, shape),
             source=source,
             notes=notes,
             bandwidth=bandwidth,
@@ -176,10 +161,10 @@ class Motion:
         The result has the stamps of motion and force: this is exact, as all histories are linear between stamps. Force
         and moment outside the time of the motion are cut off. Raises TraceError.
         """
-        stamps = self.time if time is None else _history("time", time, (np.size(time),))
+        stamps = self.time if time is None else checked_stamps(time)
         if force is None and moment is None:
             raise TraceError("with_force: expected force, moment or both, got neither")
-        arm = _history("point", point, (3,))
+        arm = checked_history("point", point, (3,))
         load = np.zeros((stamps.size, 6))
         if force is not None:
             load[:, :3] = _samples("force", force, stamps.size)
@@ -189,7 +174,6 @@ class Motion:
         notes = (*self.notes, f"process force at ({arm[0]:g}, {arm[1]:g}, {arm[2]:g}) m from L")
         if time is None:
             return replace(self, wrench=load if self.wrench is None else self.wrench + load, notes=notes)
-        Motion(stamps, np.zeros((stamps.size, 3)))  # checks the stamps
         return replace(self._with_wrench(stamps, load), notes=notes)
 
     @checked
@@ -208,9 +192,7 @@ class Motion:
                 "as in start=0.0 (--forces-start 0)"
             )
         start = start or 0.0
-        stamps = _history("time", forces.time, (np.size(forces.time),)) + start
-        shape = (stamps.size, 3)
-        vectors = [_history(name, getattr(forces, name), shape) for name in ("force", "moment")]
+        stamps, vectors = forces.time + start, [forces.force, forces.moment]
         outside = (stamps < self.time[0]) | (stamps > self.time[-1])
         lost = np.flatnonzero(outside & np.any(np.hstack(vectors) != 0.0, axis=1))
         if lost.size:
@@ -367,29 +349,7 @@ def _own_uncertainty(motion: Motion) -> Uncertainty | None:
     return replace(uncertainty, time=motion.time)
 
 
-def _history(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """A read-only float64 copy. Raises TraceError for another shape or numbers that are not finite or out of range."""
-    history = real_array(name, values)
-    if history.shape != shape:
-        raise TraceError(f"{name}: expected shape {shape}, got {history.shape}")
-    check_finite(name, history)
-    _require_in_range(name, history)
-    history.setflags(write=False)
-    return history
-
-
-def _require_in_range(name: str, history: Array) -> None:
-    """Raise TraceError if a history that has a range has a value outside it."""
-    within = RANGES.get(name)
-    if within is None or not np.any(outside := np.abs(history) > within.most):
-        return
-    at = np.argwhere(outside)[0].tolist()
-    hint = "no machine has this value: is the unit right?"
-    found = f"expected {within.words} {within.unit}, got {history[outside][0]:g}"
-    raise TraceError(f"{name}[{', '.join(map(str, at))}]: {found}; {hint}")
-
-
 def _samples(name: str, values: ArrayLike, count: int) -> Array:
     """(count, 3) from a constant vector or a history."""
     shape = (3,) if np.ndim(values) == 1 else (count, 3)
-    return np.broadcast_to(_history(name, values, shape), (count, 3))
+    return np.broadcast_to(checked_history(name, values, shape), (count, 3))

@@ -10,10 +10,11 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
+import numpy as np
 from pydantic import Field, PlainValidator, PrivateAttr, model_validator
 
 from guideload.base.arguments import checked
-from guideload.base.config import ConfigModel, in_range, optional
+from guideload.base.config import ConfigModel, exactly, in_range, optional
 from guideload.base.errors import (
     ArgumentError,
     ConfigError,
@@ -52,9 +53,9 @@ FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is t
 
 
 def _whole_number(value: object, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= 2**53:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= 2**53:
         raise ValueRefused(f"a whole number, at least {least}", value)
-    return value
+    return int(value)
 
 
 class MoveLimits(ConfigModel):
@@ -111,7 +112,9 @@ class Moves(FileModel):
     FILE: ClassVar = "moves.toml"
     WRITTEN_BY: ClassVar = "`guideload init --moves` writes one"
 
-    limits: MoveLimits = optional("of all moves that do not give their own", MoveLimits())
+    limits: Annotated[MoveLimits, exactly(MoveLimits)] = optional(
+        "of all moves that do not give their own", MoveLimits()
+    )
     start: Annotated[float, in_range(POSITION)] = optional("position of the cart before the first move", 0.0)
     repeat: Annotated[int, PlainValidator(partial(_whole_number, least=1))] = optional(
         "how often the list of moves is run", 1

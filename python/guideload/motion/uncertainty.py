@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from guideload._core import draw_motion
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, ReadOnlyArrays, read_only
 
 Segments = NDArray[np.uint32]
 
@@ -21,7 +21,7 @@ StateSpaceModel: TypeAlias = tuple[Array, Array, Array, Segments, Array, Oscilla
 
 
 @dataclass(frozen=True, eq=False)
-class Uncertainty:
+class Uncertainty(ReadOnlyArrays):
     """Posterior deviation of the acceleration from its estimate at n time stamps, given the samples.
 
     The state has N numbers: the position and its first N - 1 derivatives (for samples of velocity: the velocity and its
@@ -40,6 +40,11 @@ class Uncertainty:
     time: Array | None = None
     # frequency in radians per scaled unit of time, damping ratio, index of the acceleration; None without
     oscillator: OscillatorOfModel | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, name, read_only(value))
 
     @property
     def model(self) -> StateSpaceModel:

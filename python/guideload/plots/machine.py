@@ -60,6 +60,8 @@ def scene(machine: Machine, result: Result | None = None, ax: Axes3D | None = No
     With a result, arrows show the force of the body on each carriage at the instant of the largest resultant; the
     legend gives their scale and the instant.
     """
+    if result is not None:
+        result.require_instants()
     box = equivalent_box(machine)
     size = _diagonal(machine, box)
     with look():

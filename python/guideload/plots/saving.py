@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from guideload.base.arguments import checked
-from guideload.base.errors import PictureError
+from guideload.base.atomic import require_no_null
+from guideload.base.errors import ArgumentError, PictureError, WriteError, shown
 
 DOTS_PER_INCH = 130
 QUICK = {"compress_level": 1}  # of PNG: two thirds of the time for a sixth more bytes
@@ -20,10 +21,22 @@ QUICK = {"compress_level": 1}  # of PNG: two thirds of the time for a sixth more
 
 @checked
 def save(ax: Axes, path: str | Path) -> Path:
-    """Save the figure of the axes, in the format of the path's ending; returns the path."""
+    """Save the figure of the axes, in the format of the path's ending; returns the path.
+
+    Raises ArgumentError for another ending, WriteError if the file cannot be written.
+    """
+    known = figure_of(ax).canvas.get_supported_filetypes()
+    if Path(path).suffix.removeprefix(".").lower() not in known:
+        raise ArgumentError(
+            f"path: expected a name that ends in .{', .'.join(known)}, got {shown(Path(path).name)}"
+        )
+    require_no_null(Path(path))
     with quiet_glyphs(), laid_out(figure_of(ax), DOTS_PER_INCH) as figure:
         quick: dict[str, Any] = {"pil_kwargs": QUICK} if Path(path).suffix == ".png" else {}
-        figure.savefig(path, dpi=DOTS_PER_INCH, **quick)
+        try:
+            figure.savefig(path, dpi=DOTS_PER_INCH, **quick)
+        except OSError as error:
+            raise WriteError(error.errno, error.strerror, str(path)) from error
     return Path(path)
 
 

@@ -11,6 +11,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 from guideload.audit.figures import uniform
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array, Indices, median_step
+from guideload.base.errors import ArgumentError
 from guideload.base.number_text import digits
 from guideload.base.quantities import Quantities
 from guideload.plots.style import (
@@ -75,6 +76,8 @@ def load_density(result: Result) -> tuple[Array, Array]:
     density : ndarray, shape (frequency, carriage) [N²/Hz]; its sum times the line spacing is the variance
     """
     data = result.quantities
+    if (count := data["time"].size) < 2:
+        raise ArgumentError(f"times: expected at least 2 instants for a spectrum, got {count}")
     dynamic = data["force"] - data["static_force"]
     step, force = uniform(data["time"], dynamic[:, :, 1:], even_step(data))
     frequency, density = power_density(step, force)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
 from guideload.base.number_text import KINDS, load_in_table, number, signed
 from guideload.catalogue.life_target import life_target
@@ -30,6 +31,7 @@ DEFINITIONS = (
 )
 
 
+@checked
 def comparison_report(results: Mapping[str, Result]) -> Report:
     """Differences of the machines, a row of figures per run, and the peaks of each carriage, by title of the run.
 
@@ -62,7 +64,9 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
 
 
 def require_carriages(results: Mapping[str, Result]) -> None:
-    """Raise ArgumentError if a machine has no carriages, whose loads are compared."""
+    """Raise ArgumentError without results, or if a machine has no carriages, whose loads are compared."""
+    if not results:
+        raise ArgumentError("results: expected at least one result by its title, got none")
     for title, result in results.items():
         if not result.machine.carriages:
             raise ArgumentError(

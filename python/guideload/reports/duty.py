@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from guideload.audit.motion_plausibility import life_warnings
+from guideload.base.arguments import checked
 from guideload.base.number_text import fixed, number, seconds
 from guideload.duty.duty_cycle import DutyCycle
 from guideload.reports.life import life_risk, life_verdict, life_words, rating_formulas
@@ -15,6 +16,7 @@ DEFINITION = (
 )
 
 
+@checked
 def duty_report(duty: DutyCycle) -> Report:
     """The whole report."""
     cases = zip(duty.cases, duty.lives, strict=True)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from guideload.audit.motion_plausibility import life_warnings
+from guideload.base.arguments import checked
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
     between,
@@ -44,6 +45,7 @@ LIFE_DEFINITION = (
 )
 
 
+@checked
 def life_report(life: Life, band: bool = True) -> Report:
     """The whole report. band: whether to compute the credible bands, which takes longer than the run."""
     found, time = life.band if band else None, life.record.travel.time

@@ -9,6 +9,7 @@ import numpy as np
 from guideload._core import Law
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import free_at_rest, machine_warnings, open_row_warnings
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.number_text import between, counted, digits, joined, load_in_table, number, vector
 from guideload.machine.components import Carriage, Link
@@ -32,6 +33,7 @@ STATIC_DEFINITIONS = (
 NOMINAL = "* Not linear. The table has the nominal stiffness, which determines modes and longest stable step. The law:"
 
 
+@checked
 def machine_report(machine: Machine, motion: Motion | None = None) -> Report:
     """The report of a machine: state at rest, warnings, body, carriages and links, static loads.
 
@@ -97,6 +99,7 @@ def _body_lines(machine: Machine) -> list[str]:
     return lines
 
 
+@checked
 def modes_report(machine: Machine, modes: Modes) -> Report:
     """The report of the natural modes: range of frequencies and damping, warnings, a row per mode."""
     return Report.of(

@@ -8,6 +8,7 @@ import numpy as np
 
 from guideload.audit.audit import LABEL
 from guideload.audit.histories import payload_changes
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.methods import METHODS
 from guideload.base.number_text import between, digits, fixed, joined, load_in_table, scientific, seconds
@@ -33,6 +34,7 @@ DEFINITIONS = (
 )
 
 
+@checked
 def result_report(result: Result) -> Report:
     """The report of a run: largest load, warnings, life, peaks, reactions, modes, motion, method, audit."""
     machine, life, needed = result.machine, run_life(result), drive_requirements(result)

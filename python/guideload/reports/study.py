@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from guideload.base.arguments import checked
 from guideload.base.number_text import (
     capitalised,
     counted,
@@ -49,6 +50,7 @@ FAILURE = (
 )
 
 
+@checked
 def study_report(result: StudyResult) -> Report:
     """The report of a study: answer, warnings, parameters, statistics or cases, definitions."""
     metadata, summary = result.metadata, result.summary()

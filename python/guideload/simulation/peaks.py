@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, read_only
 from guideload.base.quantities import Quantities
 from guideload.machine.machine import Machine
 from guideload.motion.uncertainty import COVER
@@ -101,4 +101,4 @@ def peak_columns(data: Quantities) -> dict[str, Array]:
         columns["peak_lower_N"] = data["peak_resultant_lower"] + rise
         columns["peak_upper_N"] = data["peak_resultant_upper"] + rise
         columns["noise_share_percent"] = np.divide(noise, peak, out=np.zeros_like(peak), where=peak > 0.0)
-    return columns
+    return {name: read_only(column) for name, column in columns.items()}

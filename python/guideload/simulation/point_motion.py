@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from guideload.audit.histories import Histories
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, read_only
 from guideload.base.errors import ArgumentError
 from guideload.base.maxima import maxima_between
 from guideload.base.quantities import Quantities
@@ -110,7 +110,8 @@ def point_columns(data: Quantities, run: Run | None) -> dict[str, Array]:
     peak, *others = magnitudes.max(axis=0).reshape(len(SIZES), -1)
     at = magnitudes[:, : len(static)].argmax(axis=0)
     columns = {"sag_m": np.linalg.norm(static, axis=1), SIZES[0]: peak, "time_of_peak_s": time[at]}
-    return columns | dict(zip(SIZES[1:], others, strict=True))
+    columns |= dict(zip(SIZES[1:], others, strict=True))
+    return {name: read_only(column) for name, column in columns.items()}
 
 
 def _rates(run: Run) -> dict[str, Array]:

@@ -12,7 +12,7 @@ import numpy as np
 from guideload.audit.audit import Audit
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError
+from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError, ValueRefused, shown
 from guideload.base.finite import require_finite
 from guideload.base.notebook import as_html
 from guideload.base.number_text import counted, digits
@@ -24,7 +24,7 @@ from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, drawn_loads, with_bands
 from guideload.simulation.peaks import peak_columns
 from guideload.simulation.point_motion import Settling, point_columns, settling_of
-from guideload.simulation.run import Extremes, Run
+from guideload.simulation.run import HISTORIES, Extremes, Run
 from guideload.simulation.run_quantities import quantities_of
 from guideload.simulation.stored_run import stored_run
 
@@ -60,6 +60,9 @@ class Result:
     If the motion has an uncertainty: standard deviations force_sd, moment_sd, resultant_sd, moment_magnitude_sd,
     link_load_sd and cart_acceleration_sd, and the 95 % credible band of the peaks, peak_resultant_lower to
     peak_resultant_upper; `data.attrs["band_method"]` describes their computation.
+
+    A result from a file, a pickle, a deepcopy or another process has all quantities, but not its run: `drawn_loads`
+    then gives none, and `Life.band` is None. A shallow copy keeps the run.
     """
 
     _run: Run | None = None  # None: the result was read from a file
@@ -78,6 +81,12 @@ class Result:
         result._run = run
         result.__dict__["carriage_loads"] = run.carriage_loads()
         return result
+
+    def __copy__(self) -> Result:
+        """A copy with the same run: it knows whatever the result knows."""
+        copied = type(self).__new__(type(self))
+        copied.__dict__ |= self.__dict__
+        return copied
 
     def __reduce__(self) -> tuple[type[Result], tuple[Machine, xr.Dataset]]:
         return Result, (self.machine, self.data)
@@ -103,17 +112,22 @@ class Result:
     @cached_property
     def carriage_loads(self) -> Array:
         """(time, carriage, 6) force [N] and moment about the carriage centre [N m]."""
-        return np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
+        loads = np.concatenate([self._estimate["force"], self._estimate["moment"]], axis=2)
+        loads.setflags(write=False)
+        return loads
 
+    @checked
     def history(self, name: str) -> Array | None:
         """A history of the cart, its drive or of L, without computing the other quantities; None if it is unknown.
 
         Names: time, cart_position, cart_velocity, cart_acceleration, reaction, link_load, displacement, velocity,
-        acceleration, as in `quantities`.
+        acceleration, as in `quantities`. Raises ArgumentError for others.
         """
-        if self._run is not None:
-            return self._run.history(name)
-        return self._estimate[name] if name in self._estimate else None
+        if name not in HISTORIES:
+            raise ArgumentError(
+                f"name: expected one of {', '.join(HISTORIES)}, got {shown(name)}; `quantities` has all others"
+            )
+        return self._estimate.get(name) if self._run is None else self._run.history(name)
 
     def extremes(self, rules: Sequence[Rule | None]) -> Extremes | None:
         """Smallest and largest loads of the carriages at any time, and their largest equivalent loads by these rules.
@@ -133,7 +147,7 @@ class Result:
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 
-        Yields nothing without uncertainty, and nothing for a result that was read from a file.
+        Yields nothing without uncertainty, and nothing for a result without its run: from a file, a pickle or a deepcopy.
         """
         return iter(()) if self._run is None else drawn_loads(self._run, count)
 
@@ -148,7 +162,7 @@ class Result:
 
         Raises ArgumentError if the result reports no instant.
         """
-        self._require_instants()
+        self.require_instants()
         again = None if self._run is None else self._run.link_loads_again
         return Audit.of(self.machine, self._estimate, self.modes, again)
 
@@ -193,7 +207,7 @@ class Result:
     @cached_property
     def peak_columns(self) -> dict[str, Array]:
         """The columns of `peaks` as plain arrays (carriage,)."""
-        self._require_instants()
+        self.require_instants()
         return peak_columns(self.quantities)
 
     def points(self) -> pd.DataFrame:
@@ -212,7 +226,7 @@ class Result:
     @cached_property
     def point_columns(self) -> dict[str, Array]:
         """The columns of `points` as plain arrays (point,); none without points."""
-        self._require_instants()
+        self.require_instants()
         return point_columns(self._estimate, self.whole_run) if self.machine.points else {}
 
     @checked
@@ -224,11 +238,15 @@ class Result:
         around its place at rest, with the payloads and riders of the instant; process forces shift this place. Raises
         ArgumentError for an impossible window.
         """
-        self._require_instants()
-        size = None if window is None else quantity(window, "m")
+        self.require_instants()
+        try:
+            size = None if window is None else quantity(window, "m")
+        except ValueRefused as refused:
+            raise ArgumentError(f"window: {refused}") from None
         return settling_of(self.machine, self._estimate, size)
 
-    def _require_instants(self) -> None:
+    def require_instants(self) -> None:
+        """Raise ArgumentError if the result reports no instant."""
         if not self._estimate["time"].size:
             raise ArgumentError("times: the result reports no instant, so it has no peaks and no audit")
 

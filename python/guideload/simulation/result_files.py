@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable
 from itertools import product
 from os import PathLike
@@ -132,7 +133,7 @@ def _columns(data: Quantities) -> pa.Table:
     columns = {"time": data["time"]}
     for name, (dims, values, _) in data.variables.items():
         if "time" in dims and not data.is_coordinate(name):
-            flat = values.reshape(values.shape[0], -1)
+            flat = values.reshape(values.shape[0], math.prod(values.shape[1:]))
             labels = _labels(*[data[dim] for dim in dims[1:]])
             columns |= {f"{name}{label}": flat[:, i] for i, label in enumerate(labels)}
     return pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})

@@ -30,6 +30,7 @@ OF_SOLUTION = {
     "velocity": Solution.velocity,
     "acceleration": Solution.acceleration,
 }
+HISTORIES = ("time", "cart_position", "cart_velocity", "cart_acceleration", "link_load", *OF_SOLUTION)
 
 
 class Extremes(NamedTuple):
@@ -181,7 +182,7 @@ class Run:
         return solution.link_loads("total")
 
     def history(self, name: str) -> Array | None:
-        """A history of the cart, its drive or of L, by its name among the quantities; None if it is unknown."""
+        """A history of the cart, its drive or of L, one of HISTORIES; None if it is unknown."""
         if method := OF_SOLUTION.get(name):
             return method(self.solution)
         if name == "link_load":

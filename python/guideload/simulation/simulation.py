@@ -145,6 +145,8 @@ def _method_and_reason(
     """The integration method and the reason for it. riding: whether a rider moves."""
     if method not in CHOICES:
         raise ArgumentError(f"method: expected one of {', '.join(CHOICES)}, got {method!r}")
+    if step is not None and not step < np.inf:
+        raise ArgumentError(f"step: expected a finite time > 0 s, got {step:g} s")
     if method in ("auto", "exact") and step is not None:
         others = "rk45 or implicit, or exponential for preloaded contacts"
         raise ArgumentError(f'step: method "{method}" has none; leave step out, or use {others}')

@@ -9,6 +9,7 @@ from functools import cached_property, reduce
 import numpy as np
 import xarray as xr
 
+from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ValueRefused
 from guideload.life.criteria import Criteria
@@ -99,6 +100,7 @@ class StudyColumns:
             return PEAK if names else self.metadata.columns[0]
         return names[0] if QUANTITIES[names[0]].worse else f"{names[0]}[{self.metadata.carriages[0]}]"
 
+    @checked
     def column(self, name: str) -> Array:
         """The column of a parameter, a measure or a quantity, by name; NaN for samples without result.
 
@@ -110,6 +112,7 @@ class StudyColumns:
         """The samples among all runs: for a Saltelli design the rows of A and B."""
         return runs.reshape(-1, self.metadata.matrices)[:, :2].ravel()
 
+    @checked
     def of_all_runs(self, name: str) -> Array:
         """Values (runs,) of a column in all runs, of a Saltelli design the mixed ones included; names as in `column`.
 
@@ -138,12 +141,19 @@ class StudyColumns:
             return 1e-3 * self.rated[owner].life_under(first)
         return self.rated[owner].safety_under(first) if name == SAFETY else first
 
+    @checked
     def of_carriages(self, name: str) -> list[str]:
         """Columns of a quantity: one per carriage, or one for the machine."""
         return [f"{name}[{owner}]" if owner else name for owner in self.owners(name)]
 
+    @checked
     def owners(self, name: str) -> tuple[str, ...]:
-        """Names of the carriages that have the quantity; ("",) for a quantity of the machine."""
+        """Names of the carriages that have the quantity; ("",) for a quantity of the machine.
+
+        Raises ValueRefused for an unknown quantity.
+        """
+        if name not in QUANTITIES:
+            raise ValueRefused("a quantity", name, f"this study has {', '.join(self.quantities)}")
         if QUANTITIES[name].is_rated:
             return tuple(self.rated)
         return ("",) if QUANTITIES[name].of_machine else self.metadata.carriages

@@ -46,6 +46,9 @@ class StudyInterrupted(KeyboardInterrupt):
         super().__init__(text)
         self.result = result
 
+    def __reduce__(self) -> tuple[type[StudyInterrupted], tuple[StudyResult, str]]:
+        return StudyInterrupted, (self.result, str(self))
+
 
 @checked
 def run_study(
@@ -110,6 +113,10 @@ def run_study(
     by_default = CHUNK if here else executor_chunk(plan.runs, cluster is not None)
     chunk = whole_number("chunk", by_default if chunk is None else chunk)
     flying = None if in_flight is None else whole_number("in_flight", in_flight)
+    if here and in_flight is not None:
+        raise ArgumentError(
+            "in_flight: expected an executor or a cluster, which has chunks in flight, got neither"
+        )
     plan.batch()  # an impossible machine is refused before anything is written
     place = None if output is None else Path(output)
     with connected(cluster) as client, open_store(plan.metadata, place, resume) as store:

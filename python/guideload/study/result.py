@@ -18,7 +18,7 @@ from pyarrow.parquet import ParquetWriter
 from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array, Flags
 from guideload.base.atomic import atomic_write, with_ending
-from guideload.base.errors import ArgumentError, DoubtfulResult, shown
+from guideload.base.errors import ArgumentError, DoubtfulResult, ValueRefused, shown
 from guideload.base.finite import finite_json
 from guideload.base.notebook import as_html
 from guideload.base.units import quantity as to_unit
@@ -162,7 +162,9 @@ class StudyResult(StudyColumns):
     def _probability(self, name: str, limit: float | str, compare: Any, confidence: float) -> Estimate:
         units = {parameter.name: parameter.unit for parameter in self.metadata.parameters}
         unit = units.get(name) or quantity_unit(name.partition("[")[0]) or "1"
-        bound = to_unit(limit, unit) if isinstance(limit, str) else limit
+        bound = to_unit(limit, unit) if isinstance(limit, str) else float(limit)
+        if np.isnan(bound):
+            raise ValueRefused("a number as the limit", bound, 'such as "7 kN"')
         values = self.column(name)
         return self._event_probability(compare(values, bound), values, confidence)
 

@@ -13,6 +13,7 @@ from pydantic import Field, InstanceOf, StrictBool, model_validator
 from scipy.stats import qmc
 
 from guideload.audit.motion_plausibility import motion_warnings
+from guideload.base.arguments import checked
 from guideload.base.config import optional
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
 from guideload.base.toml import located, require_files
@@ -48,6 +49,7 @@ class Study(StudyOptions):
     sources: tuple[Path, ...] = optional("files of study, machine and motion", ())
 
     @classmethod
+    @checked
     def from_toml(
         cls, file: str | PathLike[str], *, samples: int | None = None, seed: int | None = None
     ) -> Study:

@@ -119,10 +119,10 @@ def read_forces(
         scales = {name: scale for name, (_, scale) in columns.items()}
         given = ReadingOptions(time=time, rate=rate, date_order=date_order)
         read = scaled_columns(data, scales, "the forces", given)
-    load = np.zeros((read.time.size, 6))
-    load[:, [component for component, _ in columns.values()]] = read.values
-    notes = f"forces from the columns {', '.join(columns)}", read.note
-    return Forces(read.time, load[:, :3], load[:, 3:], data.source, notes, FROM_FIRST in read.note)
+        load = np.zeros((read.time.size, 6))
+        load[:, [component for component, _ in columns.values()]] = read.values
+        notes = f"forces from the columns {', '.join(columns)}", read.note
+        return Forces(read.time, load[:, :3], load[:, 3:], data.source, notes, FROM_FIRST in read.note)
 
 
 def _force_columns(table: Table) -> dict[str, tuple[int, float]]:

@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from guideload.base.arguments import checked
-from guideload.base.arrays import Array, errors_name
-from guideload.base.errors import TraceError
+from guideload.base.arguments import checked, require_type
+from guideload.base.arrays import Array, ReadOnlyArrays, errors_name
+from guideload.base.errors import TraceError, shown
+from guideload.motion.histories import checked_history
 from guideload.motion.motion import Motion
 from guideload.smoothing.estimation import MotionEstimate, noise_warnings
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import find_columns, option_in_si
-from guideload.traces.content.samples import quantum_note, read_samples
+from guideload.traces.content.samples import FEWEST_SAMPLES, quantum_note, read_samples
 from guideload.traces.content.stamps import DATE_ORDERS
 from guideload.traces.format.headers import KINDS
 from guideload.traces.format.sources import load_table
@@ -36,15 +37,16 @@ if TYPE_CHECKING:
     from guideload.traces.format.table import Table
 
 # Allowed words of options.
+KINDS_OF_TRACE = tuple(kind for kind in KINDS if kind != "counts")  # counts become positions
 WORDS = {"kind": tuple(KINDS), "clock": CLOCKS, "date_order": DATE_ORDERS}
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class Trace(ReadOnlyArrays):
     """A checked trace in SI units.
 
     time     (n,) s, strictly increasing, n >= 8
-    value    (n,) m, m/s or rad/s according to kind; read-only like time
+    value    (n,) m, m/s or rad/s according to kind
     kind     "position" or "velocity" of the cart, or "motor_speed"
     quantum  smallest change of the value in its unit, 0 if unknown
     source   name of the file or table; column: name of the measured column
@@ -53,6 +55,8 @@ class Trace:
     clock    kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `quality.clocks`)
     tick     resolution of the clock, s, 0 if unknown
     jitter   rms deviation of the steps of time from the median, s; missing rows do not count
+
+    The arrays are read-only copies in float64. Raises TraceError with the field and the way out.
     """
 
     time: Array
@@ -66,6 +70,24 @@ class Trace:
     tick: float = 0.0
     jitter: float = 0.0
     warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, known in (("kind", KINDS_OF_TRACE), ("clock", CLOCKS)):
+            if (word := getattr(self, name)) not in known:
+                raise TraceError(f"{name}: expected one of {', '.join(known)}, got {shown(word)}")
+        for name in ("quantum", "tick", "jitter"):
+            require_type(name, size := getattr(self, name), float)
+            if not 0.0 <= size < np.inf:
+                raise TraceError(f"{name}: expected a finite number >= 0, 0 if it is unknown, got {size:g}")
+        for name in ("time", "value"):
+            values = checked_history(name, getattr(self, name), (np.size(self.time),))
+            object.__setattr__(self, name, values)
+        if self.time.size < FEWEST_SAMPLES:
+            raise TraceError(f"time: expected at least {FEWEST_SAMPLES} stamps, got {self.time.size}")
+        if (back := np.flatnonzero(np.diff(self.time) <= 0.0) + 1).size:
+            raise TraceError(
+                f"time[{back[0]}]: expected more than the stamp before it, got {self.time[back[0]]:g}"
+            )
 
     def samples(self, drive: Drive | None = None) -> tuple[Kind, Array, float]:
         """Kind, values (n,) and quantum for the smoothing; with a drive, a motor speed becomes the cart's."""
@@ -147,8 +169,6 @@ def _read(data: Table, options: ReadingOptions) -> Trace:
         draft.notes.append("the value never changes: " + ("constant speed" if moves else "no motion"))
     apply_clock(draft, clock, clock_kind, options.get("clock"))
     draft.notes.append(quantum_note(draft, is_given=options.get("quantum") is not None))
-    for array in (draft.time, draft.value):
-        array.setflags(write=False)
     return Trace(
         time=draft.time,
         value=draft.value,

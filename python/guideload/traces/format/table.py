@@ -110,13 +110,15 @@ class Table:
             # Long doubles that become infinite are refused like other infinite cells.
             with np.errstate(over="ignore"):
                 return column.astype(float, copy=False)
-        if column.dtype.kind in "cmMV":  # complex numbers, times and records are no numbers
+        if column.dtype.kind in "bcmMV":  # flags, complex numbers, times and records are no numbers
             return np.full(column.shape[0], np.nan)
         import pandas
 
         series = pandas.Series(self.columns[name], dtype=object)  # arrow refuses what is no text
-        # Lists and complex numbers are no cells.
-        is_cell = series.map(lambda cell: isinstance(cell, str | Real | Decimal))
+        # Lists, flags and complex numbers are no cells.
+        is_cell = series.map(
+            lambda cell: isinstance(cell, str | Real | Decimal) and not isinstance(cell, bool)
+        )
         plain = _plain(series.where(is_cell, None), self.decimal)
         return np.asarray(pandas.to_numeric(plain, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
 
