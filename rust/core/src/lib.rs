@@ -78,6 +78,8 @@
 //!
 //! # Units and source
 //!
+//! Vectors and matrices are those of [`nalgebra`], which is exported here in the version that the functions take.
+//!
 //! All quantities are SI. Equation numbers are those of the paper "Dynamical load of linear rolling guides".
 //!
 //! The folders of the source are layers in the order of the data; each imports only from those above it, which `tests/layers.rs` checks.
@@ -125,6 +127,8 @@ mod system;
 mod variation;
 #[cfg(test)]
 mod yardstick;
+
+pub use nalgebra;
 
 // The short way: a machine by named values, and the method chosen for it.
 pub use live::{Error, Live, Number};

@@ -25,6 +25,10 @@ impl Number for f32 {
     }
 }
 
+fn is_finite<T: Number>(number: &T) -> bool {
+    (*number).into().is_finite()
+}
+
 /// Why the short way is refused: all errors that it can give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -37,7 +41,7 @@ pub enum Error {
     Run(RunError),
     /// A step of fixed work needs linear carriages.
     NotLinear,
-    /// A period of a step that is not positive.
+    /// A period that is not positive, or with which numbers of a step are beyond the range of f64 or f32.
     Period {
         /// s.
         got: f64,
@@ -55,7 +59,9 @@ impl fmt::Display for Error {
             Self::NotLinear => f.write_str(
                 "a live step needs linear carriages, as the work of a contact change has no bound: leave out law_y and law_z",
             ),
-            Self::Period { got } => write!(f, "period: expected a finite number > 0 s, got {got}"),
+            Self::Period { got } => {
+                write!(f, "period: expected > 0 s and a step within the range of numbers, got {got} s")
+            }
         }
     }
 }
@@ -85,17 +91,24 @@ impl<T: Number> Live<T> {
         }
         let step =
             SampledSystem::new(simulation.system(), period).ok_or(Error::NotLinear)?.rounded(T::nearest);
+        if !step.entries().all(is_finite) {
+            return Err(Error::Period { got: period });
+        }
         let (count, recoveries) = (simulation.count(), simulation.recoveries());
         let linear = |k: usize| &recoveries.as_slice()[k].linear;
         let components = |load: [f64; 6]| [1, 2, 3, 4, 5].map(|component| T::nearest(load[component]));
         let at_rest = PerCarriage::new(count, |k| components(linear(k).constant));
         let loads = PerCarriage::new(count, |k| Load::of(at_rest.as_slice()[k]));
         let by_state = PerCarriage::new(count, |k| linear(k).by_state.map(components));
+        let mut effects = by_state.iter().flat_map(|columns| columns.as_flattened());
+        if !loads.iter().all(Load::is_finite) || !effects.all(is_finite) {
+            return Err(Error::Run(RunError::OutOfRange));
+        }
         Ok(Self { step, at_rest, by_state, state: [T::default(); 12], acceleration: None, loads })
     }
 
     /// Goes on by one period to the instant at which L has this `acceleration` along x, m/s², and gives the loads then. The first call is the
-    /// first instant, at rest.
+    /// first instant, at rest. After one that is not finite, all loads are NaN until [`Live::reset`]; see [`Live::is_finite`].
     pub fn step(&mut self, acceleration: T) -> &PerCarriage<Load<T>> {
         if let Some(before) = self.acceleration.replace(acceleration) {
             self.state = self.step.after(&self.state, [before, acceleration]);
@@ -116,6 +129,11 @@ impl<T: Number> Live<T> {
         &self.loads
     }
 
+    /// Whether all accelerations so far, and their effects, were finite.
+    pub fn is_finite(&self) -> bool {
+        self.state.iter().chain(&self.acceleration).all(is_finite)
+    }
+
     /// Begins again at rest.
     pub fn reset(&mut self) {
         (self.state, self.acceleration) = ([T::default(); 12], None);
@@ -130,7 +148,8 @@ impl Simulation {
     /// drive reacts to them.
     ///
     /// # Errors
-    /// [`Error::NotLinear`] for carriages with other laws than a stiffness; [`Error::Period`].
+    /// [`Error::NotLinear`] for carriages with other laws than a stiffness; [`Error::Period`]; [`RunError::OutOfRange`] for a machine whose
+    /// loads are beyond the range of f64 or f32.
     pub fn live<T: Number>(&self, period: f64) -> Result<Live<T>, Error> {
         Live::new(self, period)
     }

@@ -129,6 +129,10 @@ impl<T: Copy + Into<f64>> Load<T> {
         Self { fy, fz, mx, my, mz }
     }
 
+    pub(crate) fn is_finite(&self) -> bool {
+        [self.fy, self.fz, self.mx, self.my, self.mz].into_iter().all(|entry| entry.into().is_finite())
+    }
+
     /// Magnitude of the force, N.
     pub fn resultant(&self) -> f64 {
         let (y, z) = (self.fy.into(), self.fz.into());
@@ -201,7 +205,7 @@ impl Machine {
     /// As [`Body::new`].
     pub fn new(body: MassProperties) -> Result<Self, SceneError> {
         let MassProperties { mass, center_of_mass, inertia } = body;
-        // The rows of the tensor; as a matrix that is not symmetric is refused, columns would do as well.
+        // Rows or columns: an asymmetric tensor is refused.
         let inertia = Matrix3::from_fn(|row, column| inertia[row][column]);
         let body = Body::new(mass, center_of_mass.into(), inertia)?;
         let gravity = Vector3::new(0.0, -9.80665, 0.0);
@@ -224,7 +228,8 @@ impl Machine {
     /// Adds a carriage.
     ///
     /// # Errors
-    /// As [`Link::with_law`] and [`Law::linear`]; without `std` [`SceneError::TooManyLinks`] for the ninth carriage.
+    /// [`SceneError::Carriage`] for a negative or non-finite number; as [`Link::with_law`]; without `std` [`SceneError::TooManyLinks`] for
+    /// the ninth carriage.
     pub fn add(&mut self, carriage: Carriage) -> Result<CarriageId, SceneError> {
         let index = self.centers.as_slice().len();
         if !cfg!(feature = "std") && index == MAX_CARRIAGES {
@@ -232,8 +237,16 @@ impl Machine {
         }
         let Carriage { center, length, stiffness_y, stiffness_z, damping_y, damping_z, law_y, law_z } =
             carriage;
-        if !length.is_finite() {
-            return Err(SceneError::NotFinite { field: "length" });
+        for (field, unit, got) in [
+            ("length", "m", length),
+            ("stiffness_y", "N/m", stiffness_y),
+            ("stiffness_z", "N/m", stiffness_z),
+            ("damping_y", "N s/m", damping_y),
+            ("damping_z", "N s/m", damping_z),
+        ] {
+            if !(got >= 0.0 && got.is_finite()) {
+                return Err(SceneError::Carriage { index, field, unit, got });
+            }
         }
         let half = |law: Option<Law>, stiffness| {
             law.map_or_else(|| Law::linear(stiffness / 2.0), |law| law.scaled(0.5))
@@ -294,6 +307,9 @@ impl Simulation {
         let mut extremes = PerCarriage::new(self.count(), |_| Extremes::NONE);
         let mut peaks = Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes.as_mut_slice());
         self.run(excitation, &mut peaks)?;
+        if !extremes.iter().all(Extremes::is_finite) {
+            return Err(RunError::OutOfRange);
+        }
         Ok(PerCarriage::new(self.count(), |k| (&extremes.as_slice()[k]).into()))
     }
 
@@ -306,7 +322,10 @@ impl Simulation {
         excitation: &Excitation,
         receive: impl FnMut(f64, &PerCarriage<Load>),
     ) -> Result<(), RunError> {
-        self.run(excitation, &mut Samples { simulation: self, recoveries: self.recoveries(), receive })
+        let mut samples =
+            Samples { simulation: self, recoveries: self.recoveries(), receive, out_of_range: false };
+        self.run(excitation, &mut samples)?;
+        if samples.out_of_range { Err(RunError::OutOfRange) } else { Ok(()) }
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -352,11 +371,12 @@ impl Simulation {
     }
 }
 
-/// Hands the loads of each sample to a function.
+/// Hands the loads of each sample to a function, up to the first that are not finite.
 struct Samples<'a, F> {
     simulation: &'a Simulation,
     recoveries: PerCarriage<Wrench<'a>>,
     receive: F,
+    out_of_range: bool,
 }
 
 impl<F: FnMut(f64, &PerCarriage<Load>)> Record for Samples<'_, F> {
@@ -365,6 +385,10 @@ impl<F: FnMut(f64, &PerCarriage<Load>)> Record for Samples<'_, F> {
     }
 
     fn instant(&mut self, time: f64, state: &State, input: &Input) {
-        (self.receive)(time, &self.simulation.loads_at(&self.recoveries, state, input));
+        let loads = self.simulation.loads_at(&self.recoveries, state, input);
+        self.out_of_range |= !loads.iter().all(Load::is_finite);
+        if !self.out_of_range {
+            (self.receive)(time, &loads);
+        }
     }
 }

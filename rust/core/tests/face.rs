@@ -2,8 +2,8 @@
 
 use guideload::{
     Body, Carriage, Control, Error, Exact, Excitation, Exponential, Extremes, Free, Law, Link, Load, Machine,
-    MassProperties, Method, Output, Part, Peaks, Radau, Scene, SceneError, Simulation, System, carriage_ends,
-    carriage_links, group_load, run,
+    MassProperties, Method, Output, Part, Peaks, Radau, RunError, SampledSystem, Scene, SceneError,
+    Simulation, System, carriage_ends, carriage_links, group_load, run,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -180,13 +180,90 @@ fn a_live_step_gives_the_loads_of_a_run_in_f64_and_f32() {
 }
 
 #[test]
+fn a_number_of_a_carriage_out_of_its_range_is_named_as_it_was_given() {
+    let mut machine = Machine::new(BODY).expect("a body");
+    machine.add(CARRIAGE).expect("a carriage");
+    let stiff = machine.add(Carriage { stiffness_y: -1.0, ..CARRIAGE }).expect_err("negative");
+    assert_eq!(stiff.to_string(), "carriages[1].stiffness_y: expected a finite number >= 0 N/m, got -1");
+    let law_y = Law::linear(1e8).ok();
+    for (field, carriage) in [
+        ("length", Carriage { length: f64::NAN, ..CARRIAGE }),
+        ("length", Carriage { length: -0.6, ..CARRIAGE }),
+        ("stiffness_y", Carriage { stiffness_y: f64::NAN, law_y, ..CARRIAGE }),
+        ("stiffness_z", Carriage { stiffness_z: f64::INFINITY, ..CARRIAGE }),
+        ("damping_y", Carriage { damping_y: -2.0, ..CARRIAGE }),
+        ("damping_z", Carriage { damping_z: f64::NAN, ..CARRIAGE }),
+    ] {
+        let refused = machine.add(carriage);
+        let Err(SceneError::Carriage { index: 1, field: named, .. }) = refused else {
+            panic!("{field}: {refused:?}");
+        };
+        assert_eq!(named, field);
+    }
+    machine.add(CARRIAGE.at([0.0, 0.05, 0.35])).expect("a carriage");
+    assert_eq!(machine.assemble().expect("supported").loads_at_rest().as_slice().len(), 2);
+}
+
+#[test]
+fn what_leaves_the_range_of_numbers_is_an_error() {
+    let simulation = simulation(CARRIAGE);
+    let out_of_range = Some(RunError::OutOfRange);
+    for acceleration in [1e154, 1e306] {
+        let samples = [[0.0; 3], [acceleration, 0.0, 0.0], [0.0; 3]];
+        let excitation = Excitation::uniform(0.0, PERIOD, &samples).expect("finite");
+        assert_eq!(simulation.extremes(&excitation).err(), out_of_range);
+    }
+    // The state at the end of an interval is not finite, and is not handed on.
+    let samples = [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]];
+    let excitation = Excitation::uniform(0.0, 1e306, &samples).expect("finite");
+    assert_eq!(simulation.extremes(&excitation).err(), out_of_range);
+    let finite = |load: &Load| [load.fy, load.fz, load.mx, load.my, load.mz].iter().all(|x| x.is_finite());
+    let outcome = simulation.at_samples(&excitation, |_, loads| assert!(loads.iter().all(finite)));
+    assert_eq!(outcome.err(), out_of_range);
+    let simulation = simulation.with_tolerance(f64::NAN);
+    let excitation = Excitation::uniform(0.0, PERIOD, &samples).expect("finite");
+    assert!(matches!(simulation.extremes(&excitation), Err(RunError::Tolerance { .. })));
+}
+
+#[test]
+fn a_live_step_has_finite_numbers_until_it_is_given_others() {
+    let simulation = simulation(CARRIAGE);
+    for period in [1e-308, 1e300] {
+        assert!(matches!(simulation.live::<f64>(period), Err(Error::Period { .. })), "{period}");
+    }
+    let inertia = BODY.inertia.map(|row| row.map(|entry| 1e36 * entry));
+    let mut machine = Machine::new(MassProperties { mass: 1e39, inertia, ..BODY }).expect("a body");
+    for z in [-0.35, 0.35] {
+        let stiff = Carriage { stiffness_y: 1e45, stiffness_z: 1e45, ..CARRIAGE };
+        machine.add(stiff.at([0.0, 0.05, z])).expect("a carriage");
+    }
+    let heavy = machine.assemble().expect("supported");
+    heavy.live::<f64>(PERIOD).expect("within f64");
+    assert!(matches!(
+        heavy.live::<f32>(PERIOD),
+        Err(Error::Period { .. } | Error::Run(RunError::OutOfRange))
+    ));
+    let mut live = simulation.live::<f64>(PERIOD).expect("linear");
+    live.step(1.0);
+    assert!(live.is_finite());
+    live.step(f64::NAN);
+    live.step(0.0);
+    live.step(0.0);
+    assert!(!live.is_finite());
+    live.reset();
+    live.step(1.0);
+    assert!(live.is_finite());
+    for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(SampledSystem::new(simulation.system(), period).is_none());
+    }
+}
+
+#[test]
 fn what_cannot_be_is_told() {
     let mut machine = Machine::new(BODY).expect("a body");
     assert_eq!(machine.assemble().err(), Some(SceneError::NoLinks));
     let nothing = machine.add(Carriage::default());
     assert_eq!(nothing, Err(SceneError::IdleLink));
-    let endless = machine.add(Carriage { length: f64::NAN, ..CARRIAGE });
-    assert!(matches!(endless, Err(SceneError::NotFinite { field: "length" })));
     let no_body = Machine::new(MassProperties::default()).err();
     assert_eq!(no_body, Some(SceneError::Mass { got: 0.0 }));
     let loose = Law::sided(120e6, 120e6, 2e-6).expect("a law");

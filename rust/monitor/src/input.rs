@@ -9,6 +9,9 @@ use guideload_life::Real;
 /// Periods by which a stamp may lie before the last one and be called early; farther back, the clock was set back.
 const EARLIEST: u32 = 16;
 
+/// Most ticks per period: a sample of the next period, late by up to half of it, must not look early, as stamps have 32 bits.
+pub(crate) const MOST_TICKS: u32 = u32::MAX / (EARLIEST + 2);
+
 /// The grid follows the stamps by 1/2^6 of their deviation.
 const FOLLOWED: u32 = 6;
 

@@ -4,6 +4,7 @@ use core::fmt;
 
 use guideload::{EquivalentLoad, SampledSystem, System, Wrench, eigenvalues};
 
+use crate::input::MOST_TICKS;
 use crate::prepared::{Carriage, FRACTION, InputSettings, Prepared};
 use crate::record::crc32;
 use guideload_life::Exponent;
@@ -59,6 +60,11 @@ pub enum PrepareError {
         /// There are.
         places: usize,
     },
+    /// Ticks per period of which stamps of 32 bits hold too few periods, or none.
+    Ticks {
+        /// As given.
+        got: u32,
+    },
     /// A setting that is not a number in its range.
     Setting {
         /// Its name.
@@ -85,6 +91,10 @@ impl fmt::Display for PrepareError {
             Self::Places { what, needed, places } => {
                 write!(f, "{what}: {needed} are needed, and the monitor has places for {places}")
             }
+            Self::Ticks { got } => write!(
+                f,
+                "ticks: expected 1 to {MOST_TICKS} per period, with which stamps of 32 bits tell early samples from late ones, got {got}"
+            ),
             Self::Setting { name, got } => write!(f, "{name}: expected a finite number above 0, got {got:e}"),
             Self::OutOfRange => {
                 f.write_str("a constant of the monitor is out of the range of its numbers: check the units of the machine")
@@ -107,6 +117,10 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
         if !(got > 0.0 && got.is_finite()) {
             return Err(PrepareError::Setting { name, got });
         }
+    }
+    let got = settings.input.ticks;
+    if !(1..=MOST_TICKS).contains(&got) {
+        return Err(PrepareError::Ticks { got });
     }
     let modes = system.mode_count();
     let differences = settings.taps.len() + settings.input.most_missing as usize + 1;

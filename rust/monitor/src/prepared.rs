@@ -1,5 +1,6 @@
 //! The constants of a monitor, computed on a PC and kept in flash.
 
+use crate::input::MOST_TICKS;
 use guideload_life::Real;
 use guideload_life::{COMPONENTS, Exponent, Rule};
 
@@ -47,7 +48,7 @@ pub struct Prepared<T, const S: usize, const C: usize, const N: usize> {
 #[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 #[repr(C)]
 pub struct InputSettings {
-    /// Time stamps per period; 1 if the stamp is a number of the sample.
+    /// Time stamps per period, up to 2^32/18; 1 if the stamp is a number of the sample.
     pub ticks: u32,
     /// Deviation of a stamp from its period above which it is counted, in ticks.
     pub tolerance: u32,
@@ -94,7 +95,7 @@ impl<T, const S: usize, const C: usize, const N: usize> Prepared<T, S, C, N> {
         let counts = *carriage_count as usize <= C
             && *tap_count > 0
             && differences <= N as u64
-            && input.ticks > 0
+            && (1..=MOST_TICKS).contains(&input.ticks)
             && (1..=32).contains(&input.counter_bits)
             && input.most_change >= 0
             && input.slack >= 0

@@ -103,23 +103,30 @@ pub fn equivalent_load_integrals<'py>(
     let course = Course::new([&time, &velocity, &acceleration], &loads, bows.as_ref())?;
     let rule = equivalent_load(&rule)?;
     let count = course.intervals();
+    let power_of = load_power(exponent)?;
     let (powers, paths) = (zeros(py, &[count])?, zeros(py, &[count])?);
     {
         let (mut powers, mut paths) = (powers.readwrite(), paths.readwrite());
         let (powers, paths) = (powers.as_slice_mut()?, paths.as_slice_mut()?);
-        let (rule, exponent) = (rule.rule(), LoadPower(exponent));
+        let rule = rule.rule();
         compute(py, |watch| {
             for (k, (power, path)) in powers.iter_mut().zip(paths).enumerate() {
                 if k % INTERVALS == 0 && watch.stops() {
                     return;
                 }
                 let (travel, [first, last]) = course.interval(k);
-                let found = rule.integrals(&exponent, &travel, [&first, &last]);
+                let found = rule.integrals(&power_of, &travel, [&first, &last]);
                 (*power, *path) = (found.power, found.path);
             }
         })?;
     }
     Ok((powers, paths))
+}
+
+/// The powers of an exponent.
+fn load_power(exponent: f64) -> PyResult<LoadPower> {
+    LoadPower::new(exponent)
+        .ok_or_else(|| PyValueError::new_err(format!("exponent: expected 1 to 100, got {exponent}")))
 }
 
 /// Derivatives of the sum of the integrals of `P^p |v|` by the loads at each instant (n, 6).
@@ -135,6 +142,7 @@ pub fn equivalent_load_weights<'py>(
 ) -> PyResult<Array2<'py>> {
     let (rule, course) =
         (equivalent_load(&rule)?, Course::new([&time, &velocity, &acceleration], &loads, None)?);
+    load_power(exponent)?;
     let weights = zeros(py, &[course.loads.len(), 6])?;
     {
         let mut weights = weights.readwrite();

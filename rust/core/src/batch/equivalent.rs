@@ -64,7 +64,7 @@ impl EquivalentRows {
         ends: [&[f64; COMPONENTS]; 2],
     ) -> f64 {
         let interval = sample.checked_sub(1).and_then(|interval| travel.intervals.get(interval));
-        let power = LoadPower(travel.exponent);
+        let power = LoadPower::of_checked(travel.exponent);
         interval.map_or(0.0, |interval| rule.integrals(&power, interval, ends).power)
     }
 }

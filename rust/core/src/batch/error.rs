@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::measure::Measure;
 use crate::error::{RunError, SceneError, Stopped, from_variants};
+use crate::life::MAX_EXPONENT;
 use crate::variation::ChangeError;
 
 /// Why a batch is refused.
@@ -34,7 +35,7 @@ pub enum BatchError {
         /// Number of samples.
         count: usize,
     },
-    /// An exponent of the mean load below 1 or not finite.
+    /// An exponent of the mean load that is not 1 to 100.
     Exponent {
         /// As given.
         got: f64,
@@ -84,7 +85,7 @@ impl fmt::Display for BatchError {
                  samples {from} to {to}"
             ),
             Self::Exponent { got } => {
-                write!(f, "exponent: expected >= 1, got {got}; balls have 3, rollers 10/3")
+                write!(f, "exponent: expected 1 to {MAX_EXPONENT}, got {got}; balls have 3, rollers 10/3")
             }
             Self::Length { field, expected, got } => {
                 write!(f, "{field}: expected {expected} numbers, got {got}")

@@ -2,7 +2,7 @@
 
 use super::equivalent::EquivalentRows;
 use super::load_rows::{BLOCK, Values};
-use super::travel::{NEARLY_CONSTANT, Travel};
+use super::travel::{LARGEST_CHANGE_OF_SERIES, Travel};
 use crate::life::Rule;
 use crate::numeric::float::fma;
 use crate::numeric::simd::LANES;
@@ -59,7 +59,7 @@ pub(super) fn power_integral(
         let (now, then) = (combined(now, minor), combined(then, minor));
         (sums[i], changes[i]) = (now + then, now - then);
         bends[i] |= now < rule.opening || then < rule.opening;
-        bends[i] |= !travel.whole && changes[i].abs() > NEARLY_CONSTANT * sums[i];
+        bends[i] |= !travel.whole && changes[i].abs() > LARGEST_CHANGE_OF_SERIES * sums[i];
     }
     let mut powers = series(travel, before, &sums, &changes);
     for i in 0..BLOCK {

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use super::error::BatchError;
 use crate::excitation::Excitation;
-use crate::life::Interval;
+use crate::life::{Interval, MAX_EXPONENT};
 use crate::numeric::float::{floor, pow};
 use crate::numeric::power::Power;
 use crate::numeric::watch::check_memory;
@@ -20,7 +20,7 @@ const TERMS: usize = 9;
 
 /// Most terms of a whole exponent, which has one more than its value; larger ones count as not whole.
 pub(super) const MOST_TERMS: usize = 17;
-pub(super) const NEARLY_CONSTANT: f64 = 0.05;
+pub(super) const LARGEST_CHANGE_OF_SERIES: f64 = 0.05;
 
 /// The same for the series on a piece, and the size of its terms that are left out.
 const LARGEST_RATIO: f64 = 1.0 / 3.0;
@@ -33,7 +33,7 @@ pub struct Motion<'a> {
     pub excitation: Excitation<'a>,
     /// Velocity of the cart along x at its samples, m/s, for mean loads.
     pub speed: Option<&'a [f64]>,
-    /// Exponent p of the mean load: 3 for balls, 10/3 for rollers.
+    /// Exponent p of the mean load, 1 to 100: 3 for balls, 10/3 for rollers.
     pub exponent: f64,
 }
 
@@ -47,7 +47,7 @@ impl Motion<'_> {
     /// Checks speed and exponent, and whether there is memory for a batch of it.
     pub(super) fn check(&self) -> Result<(), BatchError> {
         let excitation = &self.excitation;
-        if !(self.exponent >= 1.0 && self.exponent.is_finite()) {
+        if !(1.0..=MAX_EXPONENT).contains(&self.exponent) {
             return Err(BatchError::Exponent { got: self.exponent });
         }
         if let Some(speed) = self.speed {

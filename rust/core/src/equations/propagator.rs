@@ -107,7 +107,8 @@ pub(super) fn integrals<E: Equations, const N: usize>(
         scale *= 0.5;
         halvings += 1;
     }
-    let mut tau = h * scale;
+    // Beyond the range of numbers nothing is left of a step; NaN tells the run.
+    let mut tau = if norm < f64::INFINITY { h * scale } else { f64::NAN };
 
     let mut integrals = [identity::<6>(6); N];
     let mut phi = integrals[0];

@@ -18,9 +18,9 @@ pub struct SampledSystem<T = f64> {
 }
 
 impl SampledSystem {
-    /// The step over `period` > 0 s; none if the scene is not linear.
+    /// The step over `period` s; none if that is not positive and finite, or the scene is not linear.
     pub fn new(system: &System, period: f64) -> Option<Self> {
-        if system.model_level() != ModelLevel::Linear {
+        if !(period > 0.0 && period.is_finite()) || system.model_level() != ModelLevel::Linear {
             return None;
         }
         let propagator = Propagator::new(system, &system.influence()[..1], period);
@@ -35,6 +35,13 @@ impl SampledSystem {
             from_start: self.from_start.map(number),
             from_end: self.from_end.map(number),
         }
+    }
+}
+
+impl<T> SampledSystem<T> {
+    /// All numbers.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = &T> {
+        self.change.as_flattened().iter().chain(&self.from_start).chain(&self.from_end)
     }
 }
 

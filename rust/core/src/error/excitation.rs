@@ -32,6 +32,11 @@ pub enum ExcitationError {
         /// Its own time, s.
         got: f64,
     },
+    /// A duration beyond the range of numbers.
+    Duration {
+        /// s.
+        got: f64,
+    },
     /// More riders than a body may carry.
     TooManyRiders {
         /// Most.
@@ -57,6 +62,9 @@ impl fmt::Display for ExcitationError {
             }
             Self::NotFinite { field, index } => {
                 write!(f, "{field}[{index}]: expected a finite number; repair or cut the trace first")
+            }
+            Self::Duration { got } => {
+                write!(f, "time: expected a duration within the range of numbers, got {got} s: is time in s?")
             }
             Self::TooManyRiders { max, got } => write!(f, "riders: expected at most {max}, got {got}"),
             Self::Order { index, before, got } => write!(

@@ -17,6 +17,11 @@ pub enum SceneError {
         /// Its path.
         field: &'static str,
     },
+    /// A number that is too large or too small to compute with.
+    OutOfRange {
+        /// Which one, or of what.
+        what: &'static str,
+    },
     /// Inertia tensor that is not symmetric.
     InertiaAsymmetric {
         /// Largest difference of mirrored entries, kg m².
@@ -36,6 +41,17 @@ pub enum SceneError {
     Direction {
         /// As given.
         got: [f64; 3],
+    },
+    /// Negative or non-finite number of a carriage.
+    Carriage {
+        /// Index of the carriage, in the order in which they are added.
+        index: usize,
+        /// Its field.
+        field: &'static str,
+        /// Unit of the field.
+        unit: &'static str,
+        /// As given.
+        got: f64,
     },
     /// Negative or non-finite stiffness.
     Stiffness {
@@ -170,6 +186,7 @@ impl fmt::Display for SceneError {
         match self {
             Self::Mass { got } => write!(f, "body.mass: expected > 0 kg, got {got}"),
             Self::NotFinite { field } => write!(f, "{field}: expected finite numbers"),
+            Self::OutOfRange { what } => write!(f, "{what} is too large or too small: check the units"),
             Self::InertiaAsymmetric { by } => {
                 write!(f, "body.inertia: expected a symmetric tensor, mirrored entries differ by {by} kg m2")
             }
@@ -187,6 +204,9 @@ impl fmt::Display for SceneError {
             ),
             Self::Direction { got: [x, y, z] } => {
                 write!(f, "direction: expected a vector with a length, got ({x}, {y}, {z})")
+            }
+            Self::Carriage { index, field, unit, got } => {
+                write!(f, "carriages[{index}].{field}: expected a finite number >= 0 {unit}, got {got}")
             }
             Self::Stiffness { got } => write!(f, "stiffness: expected >= 0 N/m, got {got}"),
             Self::Sides { positive, negative } => write!(

@@ -79,12 +79,13 @@ impl<'a> Excitation<'a> {
         Self { knots: knots(time), acceleration, wrench, riders: &[] }.checked()
     }
 
-    /// If the times are uneven, with the lengths of the intervals, from [`repeated_lengths`]; as it is if that gives none.
+    /// If the times are uneven, with the lengths of the intervals, from [`repeated_lengths`] of these times or of more; as it is if that gives
+    /// none, or if they are not the lengths of its intervals.
     #[cfg(feature = "std")]
     pub fn with_repeated_lengths(self, lengths: impl FnOnce() -> &'a [f64]) -> Self {
         let Knots::At(time, Spacing::Any) = self.knots else { return self };
         let lengths = lengths();
-        if lengths.len() + 1 != time.len() {
+        if !repeated::are_lengths_of(lengths, time) {
             return self;
         }
         Self { knots: Knots::At(time, Spacing::Repeated(lengths)), ..self }
@@ -108,6 +109,10 @@ impl<'a> Excitation<'a> {
     fn checked(self) -> Result<Self, ExcitationError> {
         if self.acceleration.is_empty() {
             return Err(ExcitationError::Empty);
+        }
+        let duration = self.duration();
+        if !duration.is_finite() {
+            return Err(ExcitationError::Duration { got: duration });
         }
         if let Some(entry) = first_not_finite(self.acceleration.as_flattened()) {
             return Err(ExcitationError::NotFinite { field: "acceleration", index: entry / 3 });
@@ -154,6 +159,9 @@ impl<'a> Excitation<'a> {
     }
 
     /// Time of sample `k`, s.
+    ///
+    /// # Panics
+    /// Where times are given, if there is no sample `k`.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn time(&self, k: usize) -> f64 {
         match self.knots {
@@ -163,6 +171,9 @@ impl<'a> Excitation<'a> {
     }
 
     /// Time from sample `k` to the next, s.
+    ///
+    /// # Panics
+    /// Where uneven times are given, if there is no next sample.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn interval(&self, k: usize) -> f64 {
         match self.knots {
@@ -173,6 +184,9 @@ impl<'a> Excitation<'a> {
     }
 
     /// Excitation at sample `k`.
+    ///
+    /// # Panics
+    /// If there is no sample `k`.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn input(&self, k: usize) -> Input {
         input_from(self.acceleration[k], self.wrench.map_or([0.0; 6], |wrench| wrench[k]))
@@ -199,6 +213,9 @@ impl<'a> Excitation<'a> {
     }
 
     /// Excitation at the fraction `theta` of the way from sample `k` to the next.
+    ///
+    /// # Panics
+    /// If there is no next sample.
     pub fn input_between(&self, k: usize, theta: f64) -> Input {
         let (mut from, to) = (self.input(k), self.input(k + 1));
         for (from, to) in from.iter_mut().zip(to) {

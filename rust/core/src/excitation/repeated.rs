@@ -16,7 +16,8 @@ struct Length {
     count: f64,
 }
 
-/// The lengths of the intervals between uneven times (s), of which all that are equal but for the rounding of the times are the same number.
+/// The lengths of the intervals between ascending, uneven times (s), of which all that are equal but for the rounding of the times are the
+/// same number.
 ///
 /// So a record with gaps, or one whose intervals are divided, takes as long as a uniform one: what is prepared for a length serves for all
 /// intervals that have it. None where there are more than 64 lengths,
@@ -61,9 +62,23 @@ pub fn repeated_lengths(time: &[f64]) -> Option<Vec<f64>> {
     Some(result)
 }
 
+/// Whether these are the lengths of the intervals between times, which no time moves by as much as the shortest of them. (Those of
+/// [`repeated_lengths`] move the times of a part by 16 roundings at most, and are longer.)
+pub(super) fn are_lengths_of(lengths: &[f64], time: &[f64]) -> bool {
+    let shortest =
+        lengths.iter().filter(|&&length| length != 0.0).fold(f64::INFINITY, |a, &b| f64::min(a, b));
+    let mut moved = 0.0_f64;
+    let agrees = |(pair, &length): (&[f64], &f64)| {
+        let exact = pair[1] - pair[0];
+        moved += length - exact;
+        (length == 0.0) == (exact == 0.0) && moved.abs() < shortest
+    };
+    lengths.len() + 1 == time.len() && time.windows(2).zip(lengths).all(agrees)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::repeated_lengths;
+    use super::{are_lengths_of, repeated_lengths};
 
     #[test]
     fn lengths_that_differ_by_rounding_are_one() {
@@ -80,10 +95,27 @@ mod tests {
         different.sort_unstable_by(f64::total_cmp);
         different.dedup();
         assert_eq!(different.len(), 4, "{different:?}");
+        assert!(are_lengths_of(&lengths, &time) && are_lengths_of(&lengths[90..200], &time[90..=200]));
         let mut at = time[0];
         for (length, expected) in lengths.iter().zip(&time[1..]) {
             at += length;
             assert!((at - expected).abs() < 1e-12, "{at} {expected}");
+        }
+    }
+
+    #[test]
+    fn other_lengths_are_not_believed() {
+        let time = [0.0, 1.0, 1.0, 3.0];
+        assert!(are_lengths_of(&[1.0, 0.0, 2.0], &time));
+        for lengths in [
+            &[1.0, 0.0][..],
+            &[f64::NAN; 3],
+            &[-1.0; 3],
+            &[1.0, 0.0, 3.0],
+            &[0.5, 0.5, 2.0],
+            &[2.0, 0.0, 1.0],
+        ] {
+            assert!(!are_lengths_of(lengths, &time), "{lengths:?}");
         }
     }
 

@@ -87,6 +87,9 @@ impl<'a> Excitation<'a> {
     }
 
     /// Travel, speed and acceleration of a rider at `time` s; at a jump those after it.
+    ///
+    /// # Panics
+    /// If there is no such rider.
     pub fn travel_at(&self, rider: usize, time: f64) -> [f64; 3] {
         let (first, last) = (self.sample_before(time), self.count() - 1);
         let since = if first == last { 0.0 } else { f64::max(time - self.time(first), 0.0) };

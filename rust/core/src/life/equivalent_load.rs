@@ -2,7 +2,7 @@
 
 use guideload_life::{COMPONENTS, Integrals, Interval, Rule};
 
-use super::power::LoadPower;
+use super::power::{LoadPower, MAX_EXPONENT};
 
 /// A preload that raises small loads, by its force F in N.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,7 +103,13 @@ impl EquivalentLoad {
     }
 
     /// The integrals over an interval, for the components Fy, Fz, Mx, My, Mz of the load at both ends, N and N m, linear between them.
+    ///
+    /// # Panics
+    /// If the exponent is not 1 to 100; [`LoadPower::new`] tells.
     pub fn integrals(&self, exponent: f64, travel: &Interval, loads: [&[f64; COMPONENTS]; 2]) -> Integrals {
-        self.rule().integrals(&LoadPower(exponent), travel, loads)
+        let Some(power) = LoadPower::new(exponent) else {
+            panic!("exponent: expected 1 to {MAX_EXPONENT}, got {exponent}")
+        };
+        self.rule().integrals(&power, travel, loads)
     }
 }

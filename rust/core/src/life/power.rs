@@ -33,9 +33,13 @@ pub(crate) const NEARLY_CONSTANT: f64 = 0.015;
 /// what is not smooth is less than rounding.
 pub(crate) const LAST_GAP: f64 = 1e-4;
 
-/// Powers `P^p` by their exponent p, at least 1.
+/// Largest exponent p of an equivalent load. Those of lives are below 10; with much larger ones only the largest load would count, and the
+/// powers would leave the range of numbers.
+pub(crate) const MAX_EXPONENT: f64 = 100.0;
+
+/// Powers `P^p` by their exponent p, 1 to 100.
 #[derive(Debug, Clone, Copy)]
-pub struct LoadPower(pub f64);
+pub struct LoadPower(f64);
 
 impl Power<f64> for LoadPower {
     #[inline(always)]
@@ -61,6 +65,16 @@ impl Power<f64> for LoadPower {
 }
 
 impl LoadPower {
+    /// The powers of an exponent; none if that is not 1 to 100.
+    pub fn new(exponent: f64) -> Option<Self> {
+        (1.0..=MAX_EXPONENT).contains(&exponent).then_some(Self(exponent))
+    }
+
+    /// The powers of an exponent that is checked.
+    pub(crate) fn of_checked(exponent: f64) -> Self {
+        Self(exponent)
+    }
+
     /// The integral over a piece under two preloaded rows.
     fn of_rows(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
         let [even, odd, bend] = speed_coefficients(piece);

@@ -5,18 +5,22 @@ use std::cell::Cell;
 use guideload_life::{COMPONENTS, Interval, Piece, Power, Rule};
 
 use super::equivalent_load::EquivalentLoad;
-use super::power::{SIX_NODES, for_each_part};
+use super::power::{LoadPower, MAX_EXPONENT, SIX_NODES, for_each_part};
 use crate::numeric::float::pow;
 
 impl EquivalentLoad {
     /// Derivatives of `∫ P^p |v| dt` over an interval by the components Fy, Fz, Mx, My, Mz at both ends; see [`EquivalentLoad::integrals`]. Without the
     /// jump of 1 % that the effect of a [`crate::Preload::Power`] has at its opening.
+    ///
+    /// # Panics
+    /// As [`EquivalentLoad::integrals`].
     pub fn integral_weights(
         &self,
         exponent: f64,
         travel: &Interval,
         loads: [&[f64; COMPONENTS]; 2],
     ) -> [[f64; COMPONENTS]; 2] {
+        assert!(LoadPower::new(exponent).is_some(), "exponent: expected 1 to {MAX_EXPONENT}, got {exponent}");
         let rule = self.rule();
         let slopes = Slopes { rule, exponent, loads, sums: Cell::default() };
         rule.integrals(&slopes, travel, loads);

@@ -41,18 +41,11 @@ impl Link {
         law: Law,
         damping: f64,
     ) -> Result<Self, SceneError> {
-        let length = direction.norm();
-        if point.iter().all(|x| x.is_finite()) && !(length > 0.0 && length.is_finite()) {
-            return Err(SceneError::Direction { got: direction.into() });
+        if !point.iter().all(|x| x.is_finite()) {
+            return Err(SceneError::NotFinite { field: "point" });
         }
-        let link = Self {
-            point,
-            direction: direction / length,
-            law,
-            damping,
-            damping_in_contact: false,
-            offset: 0.0,
-        };
+        let direction = unit(direction)?;
+        let link = Self { point, direction, law, damping, damping_in_contact: false, offset: 0.0 };
         link.check()?;
         Ok(link)
     }
@@ -162,6 +155,19 @@ impl Link {
         let (o, m) = (self.direction, self.point.cross(&self.direction));
         Vector6::new(o.x, o.y, o.z, m.x, m.y, m.z)
     }
+}
+
+/// The unit vector of a direction of any length.
+pub(super) fn unit(direction: Vector3<f64>) -> Result<Vector3<f64>, SceneError> {
+    // Squares of entries far from one leave the range of numbers.
+    let largest = direction.amax();
+    let near_one =
+        if (1e-100..1e100).contains(&largest) { direction } else { direction.map(|entry| entry / largest) };
+    let length = near_one.norm();
+    if !(length > 0.0 && length.is_finite()) {
+        return Err(SceneError::Direction { got: direction.into() });
+    }
+    Ok(near_one / length)
 }
 
 /// Points and directions of the four links of a carriage: two pairs (y and z) at `center.x ± length / 2` (paper section 4.1), in the

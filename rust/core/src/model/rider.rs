@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::body::Body;
+use super::link::unit;
 use crate::error::SceneError;
 
 /// A body on a slide of the main body, at its zero position.
@@ -18,11 +19,7 @@ impl Rider {
     /// # Errors
     /// [`SceneError::Direction`] for a direction without length.
     pub fn new(body: Body, direction: Vector3<f64>) -> Result<Self, SceneError> {
-        let length = direction.norm();
-        if !(length > 0.0 && length.is_finite()) {
-            return Err(SceneError::Direction { got: direction.into() });
-        }
-        Ok(Self { body, direction: direction / length })
+        Ok(Self { body, direction: unit(direction)? })
     }
 
     /// The rider's mass, centre of mass at travel zero, and inertia.

@@ -343,10 +343,16 @@ impl Taylor {
     }
 }
 
+/// Coefficients of the square and of the cube of the share, of the cubic with these values and slopes at both ends.
+#[cfg_attr(feature = "std", inline(always))]
+fn higher([start, rise]: Slope, [end, fall]: Slope) -> [f64; 2] {
+    [3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall]
+}
+
 /// Where the cubic with these values and slopes at both ends, rising at the first and falling at the last, is largest.
 #[cfg_attr(feature = "std", inline(always))]
-fn top([start, rise]: Slope, [end, fall]: Slope) -> f64 {
-    let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
+fn top(from: Slope, to: Slope) -> f64 {
+    let ([square, cube], rise, fall) = (higher(from, to), from[1], to[1]);
     let share = rise / (sqrt(f64::max(fma(square, square, -3.0 * cube * rise), 0.0)) - square);
     // Of ends so close that rounding decides, the root of the straight slope.
     if share > 0.0 && share < 1.0 { share } else { rise / (rise - fall) }
@@ -354,15 +360,15 @@ fn top([start, rise]: Slope, [end, fall]: Slope) -> f64 {
 
 /// The cubic with these values and slopes at both ends.
 #[cfg_attr(feature = "std", inline(always))]
-fn cubic([[start, rise], [end, fall]]: &[Slope; 2], share: f64) -> f64 {
-    let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
-    fma(fma(fma(cube, share, square), share, *rise), share, *start)
+fn cubic(&[from, to]: &[Slope; 2], share: f64) -> f64 {
+    let [square, cube] = higher(from, to);
+    fma(fma(fma(cube, share, square), share, from[1]), share, from[0])
 }
 
 /// Twice the error of the cubic with these values and slopes at both ends, by the error of its curvature there.
 #[cfg_attr(feature = "std", inline(always))]
-fn cubic_error([start, rise]: Slope, [end, fall]: Slope, bends: [f64; 2]) -> f64 {
-    let (square, cube) = (3.0 * (end - start) - 2.0 * rise - fall, 2.0 * (start - end) + rise + fall);
+fn cubic_error(from: Slope, to: Slope, bends: [f64; 2]) -> f64 {
+    let [square, cube] = higher(from, to);
     let errors = [2.0 * square - bends[0], fma(6.0, cube, 2.0 * square) - bends[1]];
     f64::max(errors[0].abs(), errors[1].abs()) / 16.0
 }

@@ -46,7 +46,8 @@ impl History {
     /// The run at instants, in ascending order.
     ///
     /// # Errors
-    /// [`SensitivityError::BetweenSamples`]; [`SensitivityError::Run`] for an instant that is not in order or not within the excitation, and [`SensitivityError::Stopped`].
+    /// [`SensitivityError::BetweenSamples`]; [`SensitivityError::Run`] for an instant that is not in order or not within the excitation, and
+    /// [`SensitivityError::Stopped`].
     pub fn at(
         &self,
         Tangents(tangents): &Tangents,

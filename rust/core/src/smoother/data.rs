@@ -9,10 +9,40 @@ pub struct Samples<'a> {
     pub step: &'a [f64],
     /// Measured values, or values of their site approximations.
     pub value: &'a [f64],
-    /// Variance of each value's measurement noise, > 0.
+    /// Variance of each value's measurement noise, > 0; infinite: there is no value.
     pub variance: &'a [f64],
     /// Whether to stop.
     pub watch: Watch<'a>,
+}
+
+impl Samples<'_> {
+    /// Whether samples, prior and process noise of a number of states agree in their lengths, and their numbers are in their ranges.
+    pub(super) fn agree_with(&self, order: usize, start: &Start, noise: &ProcessNoise) -> bool {
+        let (count, intervals) = (self.value.len(), self.value.len().saturating_sub(1));
+        let oscillates = noise.oscillator.is_none_or(|Oscillator { frequency, damping, .. }| {
+            is_positive(frequency) && is_not_negative(damping)
+        });
+        [self.variance.len(), self.step.len(), noise.segment.len()] == [count, intervals, intervals]
+            && [start.mean.len(), start.covariance.len()] == [order, order * order]
+            && [self.value, start.mean, start.covariance].iter().all(|numbers| are_finite(numbers))
+            && self.step.iter().copied().all(is_positive)
+            && self.variance.iter().all(|&variance| variance > 0.0)
+            && noise.density.iter().copied().all(is_not_negative)
+            && noise.segment.iter().all(|&segment| (segment as usize) < noise.density.len())
+            && oscillates
+    }
+}
+
+pub(super) fn is_positive(number: f64) -> bool {
+    number > 0.0 && number.is_finite()
+}
+
+pub(super) fn is_not_negative(number: f64) -> bool {
+    number >= 0.0 && number.is_finite()
+}
+
+pub(super) fn are_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.is_finite())
 }
 
 /// Prior of the state before the first sample.

@@ -8,7 +8,7 @@ use crate::error::Stopped;
 use crate::numeric::simd::dispatch;
 
 /// Likelihood by a forward pass: (sum of ln F, sum of v^2/F) over the innovations v and their variances F; None if `order`, the number of
-/// states, is not 2 to 6 (with an oscillator 4 to 6).
+/// states, is not 2 to 6 (with an oscillator 4 to 6), lengths do not agree, or a number is out of its range.
 ///
 /// # Errors
 /// [`Stopped::Interrupted`].
@@ -18,6 +18,9 @@ pub fn likelihood(
     start: Start,
     noise: ProcessNoise,
 ) -> Result<Option<(f64, f64)>, Stopped> {
+    if !samples.agree_with(order, &start, &noise) {
+        return Ok(None);
+    }
     let found = with_transition!(order, noise.oscillator, N, T => {
         dispatch!(likelihood_of_order::<N, T>(samples, start, noise))
     });
@@ -25,7 +28,7 @@ pub fn likelihood(
     Ok(found)
 }
 
-/// Smoothed estimates by both passes; None if `order` is not 2 to 6 (with an oscillator 4 to 6).
+/// Smoothed estimates by both passes; None where [`likelihood`] has none, or if `out` has not as many places as there are samples.
 ///
 /// # Errors
 /// [`Stopped`].
@@ -36,6 +39,10 @@ pub fn smooth(
     noise: ProcessNoise,
     out: &mut Smoothed,
 ) -> Result<Option<()>, Stopped> {
+    let places = [out.mean.len(), out.variance.len(), out.residual.len()];
+    if places != [samples.value.len(); 3] || !samples.agree_with(order, &start, &noise) {
+        return Ok(None);
+    }
     let ranges = with_transition!(order, noise.oscillator, N, T => {
         dispatch!(smooth_of_order::<N, T>(samples, start, noise, out))
     });
@@ -104,4 +111,33 @@ fn smooth_of_order<const N: usize, T: Transition<N>>(
         },
     )?;
     Ok(ranges)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::watch::Watch;
+
+    /// Whether 20 samples are smoothed: with so many intervals, variances and places, and a value of the sample 3.
+    fn smooths([intervals, variances, places]: [usize; 3], value: f64) -> bool {
+        let mut values = [0.5; 20];
+        values[3] = value;
+        let (step, variance, segment) = (vec![1.0; intervals], vec![0.1; variances], [0; 19]);
+        let samples = Samples { step: &step, value: &values, variance: &variance, watch: Watch::NEVER };
+        let start = Start { mean: &[0.0; 2], covariance: &[1.0, 0.0, 0.0, 1.0] };
+        let noise = ProcessNoise { segment: &segment, density: &[1.0], oscillator: None };
+        let (mut mean, mut residual) = (vec![[0.0; 3]; places], vec![[0.0; 2]; places]);
+        let mut variance = mean.clone();
+        let out = &mut Smoothed { mean: &mut mean, variance: &mut variance, residual: &mut residual };
+        smooth(2, samples, start, noise, out).expect("memory").is_some()
+    }
+
+    #[test]
+    fn short_arrays_and_samples_that_are_not_finite_are_refused() {
+        assert!(smooths([19, 20, 20], 1.0));
+        for lengths in [[5, 20, 20], [20, 20, 20], [19, 5, 20], [19, 20, 5]] {
+            assert!(!smooths(lengths, 1.0), "{lengths:?}");
+        }
+        assert!(!smooths([19, 20, 20], f64::NAN) && !smooths([19, 20, 20], f64::INFINITY));
+    }
 }

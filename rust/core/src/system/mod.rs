@@ -280,7 +280,7 @@ impl System {
 }
 
 const OUT_OF_RANGE: SceneError =
-    SceneError::NotFinite { field: "scene: mass, inertia, stiffness, damping or gravity out of range" };
+    SceneError::OutOfRange { what: "scene: mass, inertia, stiffness, damping or gravity" };
 
 /// Largest travel of the body under its weight, in sizes of the machine. The model holds for small deflections, of which the audit warns
 /// much earlier. Beyond this a deflection is rounded to 1e-10 of the machine, so its dynamic part has few digits left.

@@ -149,7 +149,10 @@ fn invalid_batches_are_refused_by_name() {
     assert_eq!(new(&[infinite], &[], 3.0, 1e-6), ChangeError::NotFinite { target: Target::Mass }.into());
     let measure = Measure::MeanLoad(4);
     assert_eq!(new(&[], &[measure], 3.0, 1e-6), BatchError::Measure { measure });
-    assert_eq!(new(&[], &[], 0.5, 1e-6), BatchError::Exponent { got: 0.5 });
+    for got in [0.5, 101.0, 1e6, f64::INFINITY] {
+        assert_eq!(new(&[], &[], got, 1e-6), BatchError::Exponent { got });
+    }
+    assert!(matches!(new(&[], &[], f64::NAN, 1e-6), BatchError::Exponent { .. }));
     assert!(matches!(new(&[], &[], 3.0, 2.0), BatchError::Run(_)));
     let batch = Batch::new(
         base(&machine, &groups),

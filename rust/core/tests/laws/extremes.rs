@@ -1,8 +1,8 @@
 //! Scenes and traces at the limits of double precision.
 
 use guideload::{
-    Body, Control, Dof, Exact, Excitation, Free, Link, Output, Radau, Rk45, RunError, Scene, SceneError,
-    System,
+    Body, Control, Dof, Exact, Excitation, ExcitationError, Free, Link, Output, Radau, Rider, Rk45, RunError,
+    Scene, SceneError, System,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -112,11 +112,41 @@ fn a_needle_is_refused_in_every_direction() {
 }
 
 #[test]
+fn steps_and_durations_beyond_the_range_of_numbers_are_errors() {
+    let samples = [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]];
+    let excitation = Excitation::uniform(0.0, 1e306, &samples).expect("finite");
+    let (_, outcome) = cart().run(&Exact, ADAPTIVE, &excitation, Output::Samples);
+    assert_eq!(outcome, Err(RunError::OutOfRange));
+    for endless in [
+        Excitation::uniform(1e308, 1e308, &samples),
+        Excitation::uniform(-1e308, 1e308, &samples),
+        Excitation::new(&[-1e308, 0.0, 1e308], &samples, None),
+    ] {
+        assert!(matches!(endless, Err(ExcitationError::Duration { .. })), "{endless:?}");
+    }
+}
+
+#[test]
+fn a_direction_of_any_length_becomes_a_unit_vector() {
+    for size in [5e-324, 1e-310, 1e-161, 5e-162, 1e-99, 1.0, 1e99, 1e160, 1e308] {
+        let direction = Vector3::new(size, 0.5 * size, 0.0);
+        let link = Link::new(Vector3::zeros(), direction, 1e8, 0.0).expect("a link");
+        assert!((link.direction().norm() - 1.0).abs() < 1e-15, "{size:e}");
+        let body = Body::new(5.0, Vector3::zeros(), Matrix3::identity()).expect("a body");
+        assert_eq!(Rider::new(body, direction).expect("a rider").direction(), link.direction());
+    }
+    for direction in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 1.0, 0.0]] {
+        let refused = Link::new(Vector3::zeros(), direction.into(), 1e8, 0.0);
+        assert!(matches!(refused, Err(SceneError::Direction { .. })), "{refused:?}");
+    }
+}
+
+#[test]
 fn overflow_of_loads_is_an_error() {
     let heavy = Body::new(1e10, Vector3::zeros(), Matrix3::identity()).expect("a body");
     let links = cart().links;
     let scene = Scene::new(heavy, &links, Vector3::new(0.0, -1e300, 0.0), Free::GUIDED).expect("a scene");
-    assert!(matches!(System::new(&scene), Err(SceneError::NotFinite { .. })));
+    assert!(matches!(System::new(&scene), Err(SceneError::OutOfRange { .. })));
 
     let samples = [[1e306, 0.0, 0.0]; 2];
     let excitation = Excitation::uniform(0.0, 1e-3, &samples).expect("finite");

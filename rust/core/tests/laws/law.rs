@@ -232,7 +232,7 @@ fn preloads_of_any_size_work() {
             }
         }
     }
-    assert!(matches!(Law::preloaded(5.39e8, 1e-306, BALL), Err(SceneError::NotFinite { .. })));
+    assert!(matches!(Law::preloaded(5.39e8, 1e-306, BALL), Err(SceneError::OutOfRange { .. })));
 }
 
 #[test]
@@ -295,15 +295,18 @@ fn invalid_laws_are_refused_with_their_numbers() {
         (Law::preloaded(1e8, 0.0, BALL), "preload: expected > 0 N, got 0"),
         (Law::preloaded(1e8, 1.0, 1.0), "exponent: expected > 1 and <= 2, got 1"),
         (Law::preloaded(1e8, 1.0, 2.5), "balls have 3/2, rollers 10/9"),
-        (Law::preloaded(1e8, 1e-310, BALL), "preload over stiffness out of range"),
+        (
+            Law::preloaded(1e8, 1e-310, BALL),
+            "law: preload over stiffness is too large or too small: check the units",
+        ),
         (Law::curve(&[[0.0, 0.0]]), "curve: expected 2 to 16 points, got 1"),
         (Law::curve(&many), "got 17; it is linear in between"),
         (Law::curve(&[[0.0, 0.0], [1.0, f64::NAN]]), "curve: expected finite numbers"),
         (Law::curve(&[[0.0, 0.0], [1.0, 1.0], [1.0, 2.0]]), "curve[2]: expected a deflection > 1 m"),
         (Law::curve(&[[0.0, 0.0], [1.0, -1.0]]), "curve[1]: expected a force >= 0 N"),
         (Law::curve(&[[0.0, 3.0], [1.0, 3.0]]), "got 3 N at all points"),
-        (Law::curve(&[[0.0, 0.0], [1e-300, 1e300]]), "curve: slope out of range"),
-        (Law::curve(&[[-1e308, 0.0], [1e308, 1e300]]), "curve: slope out of range"),
+        (Law::curve(&[[0.0, 0.0], [1e-300, 1e300]]), "curve: its slope is too large or too small"),
+        (Law::curve(&[[-1e308, 0.0], [1e308, 1e300]]), "curve: its slope is too large or too small"),
     ];
     for (law, words) in refused {
         let message = law.expect_err(words).to_string();

@@ -1,6 +1,6 @@
 //! Integrals of equivalent loads over the travel are exact for loads and accelerations linear in time.
 
-use guideload::{EquivalentLoad, Interval, Law, Preload};
+use guideload::{EquivalentLoad, Interval, Law, LoadPower, Preload};
 
 use crate::common::{Random, close, rules};
 
@@ -44,6 +44,22 @@ fn integrals_agree_with_their_definition() {
                 assert_eq!(found.path, travel.path());
             }
         }
+    }
+}
+
+#[test]
+fn powers_have_exponents_from_1_to_100() {
+    for exponent in [1.0, 3.0, 99.5, 100.0] {
+        assert!(LoadPower::new(exponent).is_some(), "{exponent}");
+        // Of a load from 1 to 2 N at 1 m/s.
+        let travel = Interval { length: 1.0, velocity: [1.0; 2], acceleration: [0.0; 2] };
+        let ends = [&[1.0, 0.0, 0.0, 0.0, 0.0], &[2.0, 0.0, 0.0, 0.0, 0.0]];
+        let found = EquivalentLoad::SUM_OF_FORCES.integrals(exponent, &travel, ends).power;
+        let expected = (2.0_f64.powf(exponent + 1.0) - 1.0) / (exponent + 1.0);
+        assert!((found / expected - 1.0).abs() < 1e-12, "{exponent}: {found} {expected}");
+    }
+    for exponent in [f64::NAN, f64::INFINITY, -1.0, 0.9, 100.5, 1e9] {
+        assert!(LoadPower::new(exponent).is_none(), "{exponent}");
     }
 }
 

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use guideload::EquivalentLoad;
-use guideload_monitor::{Counters, Exponent, Sample};
+use guideload_monitor::{Counters, Exponent, InputSettings, PrepareError, Sample, Settings, prepare};
 
 use crate::common::{Constants, LAG, PERIOD, QUANTUM, TestMonitor, constants, counts, motion, system};
 
@@ -258,4 +258,30 @@ fn a_clock_that_is_set_back_costs_one_period_and_a_restart() {
     let counters = monitor.totals().counters;
     assert_eq!((counters.restarts, counters.lost), (2, 1));
     assert!(monitor.period() < 3000);
+}
+
+#[test]
+fn stamps_hold_more_periods_than_count_as_early() {
+    let most = u32::MAX / 18;
+    let (base, system) = (prepared(), system());
+    let with = |ticks: u32| Constants::<f64> { input: InputSettings { ticks, ..base.input }, ..base };
+    assert!(
+        with(most).is_valid()
+            && !with(most + 1).is_valid()
+            && !with(u32::MAX).is_valid()
+            && !with(0).is_valid()
+    );
+    let mut monitor = TestMonitor::<f64>::NEW;
+    let longest = with(most);
+    for k in 1..100_u32 {
+        let sample = monitor.push(&longest, k.wrapping_mul(most), 1000);
+        assert_eq!(sample, if k == 1 { Sample::Restarted } else { Sample::Used });
+    }
+    for ticks in [0, most + 1] {
+        let input = InputSettings { ticks, ..base.input };
+        let settings =
+            Settings { period: PERIOD, quantum: QUANTUM, input, taps: &[], lag: 0, exponent: Exponent::Ball };
+        let refused = prepare::<f64, 10, 4, 64>(&system, &[], &settings);
+        assert_eq!(refused.err(), Some(PrepareError::Ticks { got: ticks }));
+    }
 }

@@ -8,7 +8,7 @@ use pulp::{Simd, bytemuck};
 use super::timeline::BLOCK;
 use super::vector::Real;
 use crate::batch::equivalent::EquivalentRows;
-use crate::batch::travel::{MOST_TERMS, NEARLY_CONSTANT, Travel};
+use crate::batch::travel::{LARGEST_CHANGE_OF_SERIES, MOST_TERMS, Travel};
 use crate::numeric::simd::LANES;
 
 /// The loads of a block, and what they are integrated with.
@@ -232,7 +232,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
     /// A number that is negative where `crossing` is, or where a load changes too much for the series of a power that is not whole.
     #[inline(always)]
     fn or_changes_much(&self, crossing: Real<S>, [then, now]: [Real<S>; 2]) -> Real<S> {
-        let nearly = crossing.constant(NEARLY_CONSTANT);
+        let nearly = crossing.constant(LARGEST_CHANGE_OF_SERIES);
         if self.travel.whole { crossing } else { crossing.min(nearly * (then + now) - (now - then).abs()) }
     }
 

@@ -79,7 +79,7 @@ impl Curve {
         };
         let all = [curve.nominal(), curve.load_at_zero];
         if !all.iter().all(|x| x.is_finite()) || curve.nominal() == 0.0 {
-            return Err(SceneError::NotFinite { field: "curve: slope out of range" });
+            return Err(SceneError::OutOfRange { what: "curve: its slope" });
         }
         Ok(curve)
     }

@@ -38,7 +38,7 @@ impl Preloaded {
         let mut law = Self { stiffness, edges: [-opening, opening], preload, coefficient: 0.0, exponent };
         law.coefficient = preload / law.power(opening);
         if !(opening.is_normal() && law.coefficient.is_normal()) {
-            return Err(SceneError::NotFinite { field: "law: preload over stiffness out of range" });
+            return Err(SceneError::OutOfRange { what: "law: preload over stiffness" });
         }
         Ok(law)
     }
