@@ -38,7 +38,7 @@ from guideload.machine.components import (
     Name,
     Rail,
     TravelPosition,
-    combine_bodies,
+    join_bodies,
 )
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
@@ -157,7 +157,7 @@ class Machine(FileModel):
                 f"{self.name}: expected names of payloads of the machine, got {shown(unknown[0])}; {there}"
             )
         if names not in self._with_payloads:
-            body = combine_bodies(self.body, (payload for payload in self.payloads if payload.name in names))
+            body = join_bodies(self.body, (payload for payload in self.payloads if payload.name in names))
             self._with_payloads[names] = self.model_copy(update={"body": body, "payloads": ()})
         return self._with_payloads[names]
 
@@ -225,7 +225,7 @@ class Machine(FileModel):
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        return combine_bodies(self.body, (rider.at(rider.position) for rider in self.riders))
+        return join_bodies(self.body, (rider.at(rider.position) for rider in self.riders))
 
     @cached_property
     def carriage_centers(self) -> Array:

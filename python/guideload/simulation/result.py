@@ -147,7 +147,7 @@ class Result:
     def drawn_loads(self, count: int) -> Iterator[Array]:
         """Loads (time, carriage, 6) [N, N m] under `count` motions drawn from the uncertainty of the trace.
 
-        Yields nothing without uncertainty, and nothing for a result without its run: from a file, a pickle or a deepcopy.
+        Yields nothing without uncertainty, and nothing for a result without its run: of a file, a pickle or a deepcopy.
         """
         return iter(()) if self._run is None else drawn_loads(self._run, count)
 
