@@ -24,7 +24,7 @@ from guideload.life.equivalent_load import row_loads
 from guideload.life.life import Life, life_of
 from guideload.life.load_parts import CAUSES, load_parts
 from guideload.life.rating_life import failure_probability, system_life
-from guideload.machine.components import join_bodies
+from guideload.machine.components import sum_bodies
 from guideload.machine.payloads import Payload
 from guideload.machine.riders import Rider
 from guideload.motion.motion import Motion
@@ -98,7 +98,7 @@ def test_each_cause_of_the_worst_load_has_its_share() -> None:
         parts["rail error"][0], wrong.static_carriage_loads - bare.static_carriage_loads, atol=1e-9 * size
     )
     after = np.flatnonzero(life.record.travel.time == 0.1)[1]  # there are two stamps at the change
-    loaded = load_parts(simulate(bare.model_copy(update={"body": join_bodies(bare.body, [part])}), motion))
+    loaded = load_parts(simulate(bare.model_copy(update={"body": sum_bodies(bare.body, [part])}), motion))
     carried = parts["weight"] + parts["payload"] + parts["acceleration"]
     np.testing.assert_allclose(carried[after:], loaded.quasi_static[after - 1 :], atol=1e-9 * size)
     assert not parts["payload"][:after].any()

@@ -116,7 +116,7 @@ class Body(ConfigModel):
         return central(np.array(self.inertia), self.mass, self.center_of_mass, self.inertia_about)
 
 
-def join_bodies(body: Body, others: Iterable[Body]) -> Body:
+def sum_bodies(body: Body, others: Iterable[Body]) -> Body:
     """Bodies that move as one: sums of mass, first moment, and inertia about the common centre of mass."""
     for other in others:
         body = joined(body, other.mass, np.array(other.center_of_mass), other.central_inertia())

@@ -30,16 +30,7 @@ from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.product import Product
 from guideload.machine.base import Base
 from guideload.machine.carriage_types import CarriageTypes, TypesByName, at_types, with_types
-from guideload.machine.components import (
-    Body,
-    Carriage,
-    Gravity,
-    Link,
-    Name,
-    Rail,
-    TravelPosition,
-    join_bodies,
-)
+from guideload.machine.components import Body, Carriage, Gravity, Link, Name, Rail, TravelPosition, sum_bodies
 from guideload.machine.drive import Drive, Friction
 from guideload.machine.laws import LEVEL_OF_KIND, LEVELS, ModelLevel
 from guideload.machine.links import LinkTable, offsets_of_rails, own_axes, table_of
@@ -157,7 +148,7 @@ class Machine(FileModel):
                 f"{self.name}: expected names of payloads of the machine, got {shown(unknown[0])}; {there}"
             )
         if names not in self._with_payloads:
-            body = join_bodies(self.body, (payload for payload in self.payloads if payload.name in names))
+            body = sum_bodies(self.body, (payload for payload in self.payloads if payload.name in names))
             self._with_payloads[names] = self.model_copy(update={"body": body, "payloads": ()})
         return self._with_payloads[names]
 
@@ -225,7 +216,7 @@ class Machine(FileModel):
     @cached_property
     def whole_body(self) -> Body:
         """The main body with all riders at their positions."""
-        return join_bodies(self.body, (rider.at(rider.position) for rider in self.riders))
+        return sum_bodies(self.body, (rider.at(rider.position) for rider in self.riders))
 
     @cached_property
     def carriage_centers(self) -> Array:

@@ -41,7 +41,7 @@ impl SampledSystem {
 impl<T> SampledSystem<T> {
     /// All numbers.
     pub(crate) fn entries(&self) -> impl Iterator<Item = &T> {
-        self.change.as_flattened().iter().chain(&self.from_start).chain(&self.from_end)
+        self.exp_minus_identity.as_flattened().iter().chain(&self.from_start).chain(&self.from_end)
     }
 }
 
