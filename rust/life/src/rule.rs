@@ -143,7 +143,7 @@ impl<T: Real> Rule<T> {
 
     /// P with the effect of the preload, from P without it, N.
     #[inline(always)]
-    pub fn raised(&self, load: T) -> T {
+    pub fn with_preload(&self, load: T) -> T {
         if load >= self.opening {
             load
         } else if self.preload_form == 1 {

@@ -35,7 +35,7 @@ pub trait Power<T: Real> {
     /// `∫ P^p v` over the piece, over the length of the interval, from the loads at both ends.
     fn linear(&self, piece: &Piece<T>, ends: [T; 2]) -> T;
     /// The same where the preload of a rule raises P.
-    fn raised(&self, rule: &Rule<T>, piece: &Piece<T>, ends: [T; 2]) -> T;
+    fn with_preload(&self, rule: &Rule<T>, piece: &Piece<T>, ends: [T; 2]) -> T;
 }
 
 impl<T: Real> Power<T> for Exponent {
@@ -45,8 +45,8 @@ impl<T: Real> Power<T> for Exponent {
     }
 
     #[inline(never)]
-    fn raised(&self, rule: &Rule<T>, piece: &Piece<T>, ends: [T; 2]) -> T {
-        piece.by_nodes(ends, |load| self.power(rule.raised(load)))
+    fn with_preload(&self, rule: &Rule<T>, piece: &Piece<T>, ends: [T; 2]) -> T {
+        piece.by_nodes(ends, |load| self.power(rule.with_preload(load)))
     }
 }
 
@@ -298,7 +298,7 @@ impl<T: Real> Travel<T> {
     fn one_branch(&self, rule: &Rule<T>, power: &impl Power<T>, piece: &Piece<T>, ends: [T; 2]) -> T {
         let raise = ends[0] + ends[1] < rule.opening + rule.opening;
         self.by_turns(piece, ends, |piece, ends| {
-            if raise { power.raised(rule, piece, ends) } else { power.linear(piece, ends) }
+            if raise { power.with_preload(rule, piece, ends) } else { power.linear(piece, ends) }
         })
     }
 

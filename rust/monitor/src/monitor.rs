@@ -120,7 +120,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             prepared.carriages.iter().zip(&loads).take(count).zip(kept)
         {
             let now = carriage.rule.weigh(load);
-            let equivalent = carriage.rule.raised(carriage.rule.combined(now.groups));
+            let equivalent = carriage.rule.with_preload(carriage.rule.combined(now.groups));
             if settled {
                 totals.take(carriage, load, equivalent, self.period);
             }

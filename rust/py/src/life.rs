@@ -172,7 +172,7 @@ pub fn raised_loads<'py>(
     let (rule, loads) = (equivalent_load(&rule)?.rule(), numbers(&loads, "loads")?);
     let raised = zeros(py, &[loads.len()])?;
     for (to, load) in raised.readwrite().as_slice_mut()?.iter_mut().zip(loads) {
-        *to = rule.raised(load);
+        *to = rule.with_preload(load);
     }
     Ok(raised)
 }
@@ -197,6 +197,6 @@ pub fn largest_equivalent_load<'py>(
                 (instant, peak) = (k, found);
             }
         }
-        Ok((instant, rule.raised(peak), sizes))
+        Ok((instant, rule.with_preload(peak), sizes))
     })
 }

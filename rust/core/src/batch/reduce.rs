@@ -61,7 +61,7 @@ impl Memory {
         requirements.extremes.write(&self.extremes, &mut statistics);
         for (wanted, found) in requirements.signals.iter().zip(&mut statistics) {
             if let Signal::Equivalent(index) = wanted.signal {
-                *found = found.raised(&self.rules[index]);
+                *found = found.with_preload(&self.rules[index]);
             }
         }
         requirements.write_measures(&statistics, &self.lost, out)

@@ -30,8 +30,8 @@ impl RunningStatistics {
     };
 
     /// The statistics of a load that a preload raises: the larger the load without it, the larger the one with it.
-    pub(super) fn raised(self, rule: &Rule<f64>) -> Self {
-        let [smallest, largest] = [self.smallest, self.largest].map(|load| rule.raised(load));
+    pub(super) fn with_preload(self, rule: &Rule<f64>) -> Self {
+        let [smallest, largest] = [self.smallest, self.largest].map(|load| rule.with_preload(load));
         Self { smallest, largest, ..self }
     }
 

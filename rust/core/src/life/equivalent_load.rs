@@ -99,7 +99,7 @@ impl EquivalentLoad {
 
     /// P of the components of a load, N.
     pub fn of(&self, load: &[f64; COMPONENTS]) -> f64 {
-        self.rule().raised(self.without_preload(load))
+        self.rule().with_preload(self.without_preload(load))
     }
 
     /// The integrals over an interval, for the components Fy, Fz, Mx, My, Mz of the load at both ends, N and N m, linear between them.

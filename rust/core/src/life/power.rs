@@ -52,13 +52,13 @@ impl Power<f64> for LoadPower {
     }
 
     #[inline(never)]
-    fn raised(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
+    fn with_preload(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
         match rule.preload_form {
             0 => {
                 let relative = ends.map(|load| 1.0 + load / rule.opening);
                 power(rule.preload, self.0) * Self(1.5 * self.0).linear(piece, relative)
             }
-            1 => self.linear(piece, ends.map(|load| rule.raised(load))),
+            1 => self.linear(piece, ends.map(|load| rule.with_preload(load))),
             _ => self.of_rows(rule, piece, ends),
         }
     }
@@ -94,7 +94,7 @@ impl LoadPower {
             } else {
                 let of_node = |[x, weight]: [f64; 2]| {
                     let speed = speed[0] + x * (speed[1] + x * speed[2]);
-                    0.5 * weight * speed * power(rule.raised(load + x * change), self.0)
+                    0.5 * weight * speed * power(rule.with_preload(load + x * change), self.0)
                 };
                 SIX_NODES.map(of_node).iter().sum()
             };

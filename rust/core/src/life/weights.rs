@@ -42,7 +42,7 @@ impl Power<f64> for Slopes<'_> {
         0.0
     }
 
-    fn raised(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
+    fn with_preload(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
         for_each_part(ends.map(|load| load / rule.opening), |part, _| self.add(piece, part));
         0.0
     }
@@ -71,7 +71,7 @@ impl Slopes<'_> {
         let groups = self.rule.weigh(load).groups;
         let plain = self.rule.combined(groups);
         let factor =
-            self.exponent * pow(self.rule.raised(plain), self.exponent - 1.0) * self.rule.slope(plain);
+            self.exponent * pow(self.rule.with_preload(plain), self.exponent - 1.0) * self.rule.slope(plain);
         let [first, second] = groups;
         let shares = if first >= second { [1.0, self.rule.minor] } else { [self.rule.minor, 1.0] };
         core::array::from_fn(|component| {

@@ -100,8 +100,8 @@ fn rows_carry_what_their_elastic_law_says() {
             for share in [share, share + 1e-7, f64::max(share - 1e-12, 0.0)] {
                 let row = preload * (1.0 + share).powf(exponent);
                 let other = preload * f64::max(1.0 - share, 0.0).powf(exponent);
-                close(rule.raised(law.force(share * opening)), row, 1e-13, row);
-                close(rule.raised(row - other), row, 1e-13, row);
+                close(rule.with_preload(law.force(share * opening)), row, 1e-13, row);
+                close(rule.with_preload(row - other), row, 1e-13, row);
             }
         }
     }

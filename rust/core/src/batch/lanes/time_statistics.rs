@@ -58,7 +58,7 @@ pub(super) fn statistics(
             start: root(number(5)) + 0.0,
         };
         out.push(match wanted.signal {
-            Signal::Equivalent(index) => found.raised(&requirements.equivalents[index].rule),
+            Signal::Equivalent(index) => found.with_preload(&requirements.equivalents[index].rule),
             _ => found,
         });
     }
