@@ -89,7 +89,7 @@ FREQUENCY = Range("a frequency", "Hz", 1e-6, 1e9, "from a turn in ten days to so
 COMPONENT = Range(
     "a component of a shape", "1", 0.0, 1e9, "shapes in any unit, as of acceleration per newton"
 )
-TOLERANCE = Range("a tolerance", "1", 1e-300, 1.0, "looser than the loads themselves says nothing")
+TOLERANCE = Range("a tolerance", "1", 1e-13, 0.1, "from the rounding of loads to a tenth of them")
 SMOOTHER = Range(
     "a time constant in samples", "1", 0.01, 100.0, "what whole numbers of a controller can weigh"
 )

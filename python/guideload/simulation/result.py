@@ -118,7 +118,7 @@ class Result:
 
     @checked
     def history(self, name: str) -> Array | None:
-        """A history of the cart, its drive or of L, without computing the other quantities; None if it is unknown.
+        """A history of the cart, its drive or of L, without computing the other quantities; None if the run has none.
 
         Names: time, cart_position, cart_velocity, cart_acceleration, reaction, link_load, displacement, velocity,
         acceleration, as in `quantities`. Raises ArgumentError for others.

@@ -36,8 +36,7 @@ class Study(StudyOptions):
     """A Monte Carlo study of the loads of a machine whose parameters vary.
 
     Its creation raises ConfigError with all problems of the description, TraceError for a trace or a table, and
-    SceneError for a machine that its links do not support. An `rtol` outside 1e-13 to 0.1 is refused when the study
-    runs, by ArgumentError.
+    SceneError for a machine that its links do not support.
     """
 
     machine: Machine = Field(description="the nominal machine")
