@@ -163,10 +163,10 @@ NETCDF = """
 import h5netcdf, numpy
 from pathlib import Path
 from guideload.base.netcdf import write_netcdf
-from guideload.base.quantities import Quantities
+from guideload.base.quantities import Quantities, Quantity
 place, name = h5netcdf.File, "create_variable"
 def work():
-    write_netcdf(Quantities({"a": ("t", numpy.zeros(3), {})}, {}), Path("a.nc"))
+    write_netcdf(Quantities({"a": Quantity(("t",), numpy.zeros(3), {})}, {}), Path("a.nc"))
 """
 MATLAB = """
 import h5py, numpy

@@ -279,7 +279,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"method": "rk45", "rtol": float("nan")}, r"rtol: .*got NaN"),
     ({"method": "rk45", "step": 0.0}, r"step: expected > 0 s, got 0"),
     ({"method": "rk45", "step": -1e-3}, r"step: expected > 0 s, got -0.001"),
-    ({"method": "implicit", "step": float("inf")}, r"step: expected > 0 s, got inf"),
+    ({"method": "implicit", "step": float("inf")}, r"step: expected a finite time > 0 s, got inf"),
     ({"times": [0.0, 0.6]}, r"times\[0\]: expected 0.56 to 0.859 s, ascending, got 0 s"),
     ({"times": [0.6, 1.0]}, r"times\[1\]: expected 0.6 to 0.859 s, ascending, got 1 s"),
     ({"times": [0.7, 0.6]}, r"times\[1\]: expected 0.7 to 0.859 s, ascending, got 0.6 s"),
