@@ -61,6 +61,10 @@ impl Search<'_> {
         }
         let (mut a, mut b) = (0.0, 1.0);
         let [rises, falls] = [ends[0][1] > 0.0, ends[1][1] < 0.0];
+        let is_smooth = series.norm(self.ramp.h) <= SMOOTH;
+        if rises != falls && is_smooth && self.stays_below(&ends, bends) {
+            return;
+        }
         if rises != falls && (bends[0] * bends[1] > 0.0 || (bends[0] < 0.0) == rises) {
             // The slope has the same sign at both ends, and may have the other one where the curvature is zero.
             let (side, mut zero) = (usize::from(rises), [(0.0, bends[0]), (1.0, bends[1])]);
@@ -76,12 +80,12 @@ impl Search<'_> {
                 if is_far || (slope > 0.0) != rises {
                     break;
                 }
-                zero[usize::from((bends[side] < 0.0) != (bend < 0.0))] = (theta, bends[side]);
+                zero[usize::from((bends[side] > 0.0) == rises)] = (theta, bends[side]);
             }
         }
         let h = b - a;
         let [start, end] = [[ends[0][0], ends[0][1] * h], [ends[1][0], ends[1][1] * h]];
-        let error = if series.norm(self.ramp.h) <= SMOOTH {
+        let error = if is_smooth {
             cubic_error(start, end, [bends[0] * h * h, bends[1] * h * h])
         } else {
             f64::INFINITY
@@ -256,6 +260,17 @@ impl Search<'_> {
     fn may_pass(&self, ends: &[Slope; 2], error: f64) -> bool {
         let rises_and_falls = ends[0][1] > 0.0 && ends[1][1] < 0.0;
         rises_and_falls && cubic(ends, top(ends[0], ends[1])) + error > self.extremes.of(self.goal)
+    }
+
+    /// Whether a value whose slope has the same sign at both ends stays below its extreme: the cubic through them has no turn, and its error
+    /// is too small.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn stays_below(&self, ends: &[Slope; 2], bends: [f64; 2]) -> bool {
+        let [[start, first], [end, last]] = *ends;
+        let chord = 3.0 * (end - start);
+        let has_no_turn = first * chord >= 0.0 && f64::max(first.abs(), last.abs()) <= chord.abs();
+        has_no_turn
+            && f64::max(start, end) + cubic_error(ends[0], ends[1], bends) <= self.extremes.of(self.goal)
     }
 
     /// Notes a value at a time.
