@@ -6,7 +6,7 @@ use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
 use crate::excitation::Excitation;
 use crate::numeric::float::add_scaled;
 use crate::output::{
-    INSIDE, Wrench, acceleration, between, contacts, evaluate_block, finer_bow, middle, simpson_bow,
+    INSIDE, Wrench, acceleration, between, contacts, evaluate_block, finer_bow, simpson_bow,
 };
 use crate::system::{LinkRow, State, System};
 
@@ -134,7 +134,7 @@ impl Lines {
         };
         for i in 0..BLOCK {
             let at = match length(i) {
-                Some(length) => middle(&modes.frequency, length, states(i), rates(i)),
+                Some(length) => between(&modes.frequency, length, states(i), rates(i), 0.5),
                 None => block.states[i],
             };
             self.middles.set(i, &at);

@@ -31,8 +31,8 @@ impl ReferenceMotion<'_> {
     ///
     /// In the middle, the position is that of the quintic polynomial through position, velocity and acceleration at both ends, and the
     /// velocity that of the cubic one through velocity and acceleration. Where the cubic polynomial through position and velocity gives
-    /// another position, the motion is not smooth, and both are means of the ends. Where a contact changes, the rule is applied to four
-    /// parts.
+    /// another position, the motion is not smooth, and both are on the line between the ends. Where a contact changes, the rule is applied to
+    /// four parts.
     ///
     /// # Panics
     /// If the lengths do not agree.
@@ -91,7 +91,8 @@ impl ReferenceMotion<'_> {
             accelerations[k] = acceleration.into();
             if k > 0 {
                 let (length, ends) = (self.time[k] - self.time[k - 1], [&states[k - 1], &states[k]]);
-                middles[k - 1] = middle(&frequency, length, ends, [&accelerations[k - 1], &accelerations[k]]);
+                let rates = [&accelerations[k - 1], &accelerations[k]];
+                middles[k - 1] = between(&frequency, length, ends, rates, 0.5);
             }
         }
     }
@@ -122,33 +123,6 @@ pub(crate) fn finer_bow(bow: f64, inside: f64, [start, end]: [f64; 2]) -> f64 {
     inside + 0.125 * bow - 5.0 / 12.0 * (start + end)
 }
 
-/// The state in the middle of an interval of `length` s, from the states and the accelerations of the modes at both ends: see
-/// [`ReferenceMotion::load_bows`].
-#[cfg_attr(feature = "std", inline(always))]
-pub(crate) fn middle(
-    frequency: &[f64; 6],
-    length: f64,
-    [last, state]: [&State; 2],
-    [before, after]: [&[f64; 6]; 2],
-) -> State {
-    let (mut beyond, mut bow, mut difference) = ([0.0; 12], 0.0, 0.0);
-    for mode in 0..6 {
-        let (start, end) = (before[mode], after[mode]);
-        let (gained, expected) = (state[6 + mode] - last[6 + mode], 0.5 * length * (start + end));
-        let scale = frequency[mode] * length / 32.0;
-        beyond[mode] = scale * (expected - 5.0 * gained);
-        beyond[6 + mode] = 0.125 * length * (start - end);
-        bow += beyond[mode] * beyond[mode];
-        difference += (scale * (gained - expected)) * (scale * (gained - expected));
-    }
-    let share = if difference <= SMOOTH * SMOOTH * bow { 1.0 } else { 0.0 };
-    let mut middle = [0.0; 12];
-    for i in 0..12 {
-        middle[i] = 0.5 * (last[i] + state[i]) + share * beyond[i];
-    }
-    middle
-}
-
 /// Places inside of an interval in which a contact changes, as fractions of it, with the weights of Simpson's rule over four parts; the
 /// middle is missing.
 pub(crate) const INSIDE: [(f64, f64); 6] = [
@@ -160,7 +134,8 @@ pub(crate) const INSIDE: [(f64, f64); 6] = [
     (0.875, 4.0 / 24.0),
 ];
 
-/// The state at a fraction of an interval, by the polynomials of which [`middle`] gives the value in the middle.
+/// The state at a fraction of an interval of `length` s, from the states and the accelerations of the modes at both ends: see
+/// [`ReferenceMotion::load_bows`].
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn between(
     frequency: &[f64; 6],
@@ -169,6 +144,22 @@ pub(crate) fn between(
     [before, after]: [&[f64; 6]; 2],
     share: f64,
 ) -> State {
+    // In the middle: the distance of the quintic polynomial from the line, and from the cubic one.
+    let (mut bow, mut difference) = (0.0, 0.0);
+    for mode in 0..6 {
+        let (gained, expected) =
+            (state[6 + mode] - last[6 + mode], 0.5 * length * (before[mode] + after[mode]));
+        let scale = frequency[mode] * length / 32.0;
+        bow += (scale * (expected - 5.0 * gained)) * (scale * (expected - 5.0 * gained));
+        difference += (scale * (gained - expected)) * (scale * (gained - expected));
+    }
+    let mut between = [0.0; 12];
+    if difference > SMOOTH * SMOOTH * bow {
+        for i in 0..12 {
+            between[i] = (1.0 - share) * last[i] + share * state[i];
+        }
+        return between;
+    }
     // Hermite's polynomials of one end, at a distance x from it and y from the other: of value, slope and curvature there.
     let quintic = |x: f64, y: f64| {
         let cube = y * y * y;
@@ -177,7 +168,6 @@ pub(crate) fn between(
     let cubic = |x: f64, y: f64| [y * y * (1.0 + 2.0 * x), y * y * x];
     let (of_start, of_end) = (quintic(share, 1.0 - share), quintic(1.0 - share, share));
     let (rate_of_start, rate_of_end) = (cubic(share, 1.0 - share), cubic(1.0 - share, share));
-    let mut between = [0.0; 12];
     for mode in 0..6 {
         let (velocity, h) = (6 + mode, frequency[mode] * length);
         between[mode] = of_start[0] * last[mode]
