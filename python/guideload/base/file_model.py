@@ -14,12 +14,14 @@ from guideload.base.toml import TomlPlace, located, parse_toml, read_toml
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# Kinds of files by a key that each must have, and that files of few other kinds may have.
+# Kinds of files by a key that each must have. A machine may have products, but a catalogue no body.
 KINDS = {
-    "body": "a machine file",
-    "moves": "a motion file",
-    "vary": "a study file",
-    "unknown": "an identify file",
+    "body": "machine",
+    "moves": "motion",
+    "products": "catalogue",
+    "vary": "study",
+    "cases": "duty",
+    "unknown": "identify",
 }
 
 
@@ -27,10 +29,12 @@ class FileModel(ConfigModel):
     """Base of models that are read from a file, or from its text before it is saved.
 
     FILE: usual name of the file. WRITTEN_BY: where such a file comes from, for the message if there is none.
+    REQUIRED: a key that each such file has, and what is expected of it, for the message if the file is of another kind.
     """
 
     FILE: ClassVar[str]
     WRITTEN_BY: ClassVar[str]
+    REQUIRED: ClassVar[tuple[str, str]]
 
     @classmethod
     @checked
@@ -67,6 +71,7 @@ class FileModel(ConfigModel):
         cls, values: dict[str, Any], places: dict[KeyPath, TomlPlace], file: str | PathLike[str]
     ) -> Self:
         try:
+            require_key(*cls.REQUIRED, values)
             return cls._of_file(values, Path(file))
         except ConfigError as error:
             raise located(error, str(file), places) from None
@@ -79,6 +84,15 @@ class FileModel(ConfigModel):
 
 def require_key(key: str, expected: str, values: dict[str, Any]) -> None:
     """Raise ConfigError, in one sentence, if the values of a file lack a key and are those of another kind of file."""
-    kinds = [kind for other, kind in KINDS.items() if other in values]
-    if key not in values and kinds:
-        raise refused_at((key,), expected, None, f"this is {kinds[0]}")
+    kind = kind_of_file(values)
+    if key not in values and kind:
+        article = "an" if kind == "identify" else "a"
+        raise refused_at((key,), expected, None, f"this is {article} {kind} file")
+
+
+def kind_of_file(values: dict[str, Any]) -> str | None:
+    """The kind of a file with these values, None for one of another program."""
+    # The cases of a study are the name of a table.
+    return next(
+        (kind for key, kind in KINDS.items() if key in values and not isinstance(values[key], str)), None
+    )

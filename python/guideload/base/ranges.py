@@ -27,7 +27,7 @@ class Range:
         """Raise ValueRefused unless `value`, in SI, is inside. written: as the user gave it."""
         if not self.holds(value):
             unit = "" if self.unit == "1" else f" {self.unit}"
-            hint = f"{UNITS_HINT} {self.unit}" if unit else "no machine has this value"
+            hint = f"{UNITS_HINT} {self.unit}" if unit else ""
             raise ValueRefused(f"{self.words}{unit}", written, hint)
 
     @property

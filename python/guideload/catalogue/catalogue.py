@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pydantic import Field, field_validator
 
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError, ValueRefused, did_you_mean, shown
-from guideload.base.file_model import FileModel, require_key
+from guideload.base.file_model import FileModel
 from guideload.base.number_text import first_names
 from guideload.catalogue.product import Product
 from guideload.catalogue.rating import LIFE_EXPONENT
@@ -39,13 +38,9 @@ class Catalogue(FileModel):
 
     FILE: ClassVar = "catalogue.toml"
     WRITTEN_BY: ClassVar = "`guideload init --catalogue` writes one"
+    REQUIRED: ClassVar = ("products", "[[products]] tables, as a catalogue has")
 
     products: tuple[Product, ...] = Field(min_length=1, description="one [[products]] table per product")
-
-    @classmethod
-    def _of_file(cls, values: dict[str, Any], file: Path) -> Catalogue:
-        require_key("products", "[[products]] tables, as a catalogue has", values)
-        return cls(**values)
 
     @field_validator("products")
     @classmethod

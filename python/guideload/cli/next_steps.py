@@ -5,26 +5,18 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from guideload.base.errors import ConfigError, GuideloadError
 from guideload.base.number_text import first_names
 from guideload.cli.inputs import RECORDS
 
 MOST_FILES = 200  # of a folder that are looked at
-# Kinds of TOML files by a key that they alone have; a catalogue is what has products and no body.
-KINDS = {
-    "body": "machine",
-    "moves": "moves",
-    "products": "catalogue",
-    "vary": "study",
-    "cases": "duty",
-    "unknown": "identify",
-}
 
 
 def next_steps(folder: Path) -> list[str]:
     """Lines that say what a folder holds, and the commands that come next."""
+    from guideload.base.file_model import KINDS
+
     found: dict[str, list[str]] = {}
     for file in sorted(folder.iterdir())[:MOST_FILES]:
         if kind := _kind(file):
@@ -42,6 +34,7 @@ def next_steps(folder: Path) -> list[str]:
 
 def _kind(file: Path) -> str | None:
     """The kind of a file, None for one of another program."""
+    from guideload.base.file_model import kind_of_file
     from guideload.base.toml import read_toml
 
     if file.suffix.lower() in RECORDS:
@@ -49,10 +42,9 @@ def _kind(file: Path) -> str | None:
     if file.suffix.lower() != ".toml" or not file.is_file():
         return None
     try:
-        values: dict[str, Any] = read_toml(file)[0]
+        return kind_of_file(read_toml(file)[0])
     except ConfigError:
         return "unreadable"
-    return next((kind for key, kind in KINDS.items() if key in values), None)
 
 
 def _steps(folder: Path, found: dict[str, list[str]]) -> Iterator[tuple[str, str]]:
@@ -73,11 +65,11 @@ def _steps(folder: Path, found: dict[str, list[str]]) -> Iterator[tuple[str, str
         yield "Mend the machine; this lists what is wrong:", f"check {name}"
         return
     yield "Look at the machine:", f"check {name}"
-    motion = next((names[0] for kind in ("moves", "record") if (names := found.get(kind))), None)
+    motion = next((names[0] for kind in ("motion", "record") if (names := found.get(kind))), None)
     if motion is None:
         yield "Give a motion: put a record (CSV, Parquet) here, or plan moves:", "init --moves"
         return
-    if "moves" not in found:
+    if "motion" not in found:
         yield "See what the record is worth:", f"encoder {motion}"
     yield "Loads, drive and a report:", f"run {name} {motion} -o out --report report.html"
     if not any(machine.product_of_carriage):

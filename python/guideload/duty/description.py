@@ -46,6 +46,7 @@ class DutyFile(FileModel):
 
     FILE: ClassVar = "duty.toml"
     WRITTEN_BY: ClassVar = "`guideload schema duty` lists its keys"
+    REQUIRED: ClassVar = ("cases", "[[cases]] tables, as a duty file has")
 
     machine: FileName | None = optional('machine file of all cases that have none, e.g. "machine.toml"')
     period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = optional(

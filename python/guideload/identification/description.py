@@ -183,6 +183,7 @@ class IdentifyFile(FileModel):
 
     FILE: ClassVar = "identify.toml"
     WRITTEN_BY: ClassVar = "`guideload schema identify` lists its keys"
+    REQUIRED: ClassVar = ("unknown", "[[unknown]] tables, as an identify file has")
 
     machine: Text = Field(description='the machine file with nominal values, e.g. "machine.toml"')
     trace: Text | None = optional(

@@ -22,7 +22,7 @@ from guideload.base.arguments import checked
 from guideload.base.arrays import Array, Flags, Indices, Integers, read_only
 from guideload.base.atomic import atomic_write
 from guideload.base.config import exactly, optional
-from guideload.base.errors import ArgumentError, SceneError, ValueRefused, refused_at, shown
+from guideload.base.errors import ArgumentError, SceneError, ValueRefused, shown
 from guideload.base.file_model import FileModel
 from guideload.base.notebook import as_html
 from guideload.base.number_text import number
@@ -52,6 +52,7 @@ class Machine(FileModel):
 
     FILE: ClassVar = "machine.toml"
     WRITTEN_BY: ClassVar = "`guideload init` writes one"
+    REQUIRED: ClassVar = ("body", "[body], as a machine file has")
 
     name: Name = optional("a title for tables and pictures", "machine")
     free: tuple[Dof, ...] = optional(
@@ -124,9 +125,6 @@ class Machine(FileModel):
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> Machine:
-        if "moves" in values and "body" not in values:
-            hint = "this is a motion file: give the machine file before it"
-            raise refused_at(("body",), "[body], as a machine file has", None, hint)
         return cls(**with_catalogue(with_straightness(values, file.parent), file))
 
     @checked

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, StrictStr
 
 from guideload.base.config import ConfigModel, in_range
-from guideload.base.file_model import FileModel, require_key
+from guideload.base.file_model import FileModel
 from guideload.base.ranges import SMOOTHER
 from guideload.base.toml import require_files
 from guideload.monitor.settings import MonitorSettings
@@ -30,6 +30,7 @@ class MonitorFile(FileModel, MonitorSettings):
 
     FILE: ClassVar = "monitor.toml"
     WRITTEN_BY: ClassVar = "`guideload monitor build` writes one"
+    REQUIRED: ClassVar = ("smoother", "a smoother, as a monitor file has")
 
     machine: Annotated[StrictStr, Field(min_length=1)] = Field(
         description='machine file, from the folder of this file, e.g. "machine.toml"'
@@ -43,7 +44,6 @@ class MonitorFile(FileModel, MonitorSettings):
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> MonitorFile:
-        require_key("smoother", "a smoother, as a monitor file has", values)
         described = cls(**values)
         require_files(file.parent, {("machine",): described.machine})
         return described

@@ -111,6 +111,7 @@ class Moves(FileModel):
 
     FILE: ClassVar = "moves.toml"
     WRITTEN_BY: ClassVar = "`guideload init --moves` writes one"
+    REQUIRED: ClassVar = ("moves", "[[moves]] tables, as a motion file has")
 
     limits: Annotated[MoveLimits, exactly(MoveLimits)] = optional(
         "of all moves that do not give their own", MoveLimits()

@@ -16,6 +16,7 @@ from guideload.audit.motion_plausibility import motion_warnings
 from guideload.base.arguments import checked
 from guideload.base.config import optional
 from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
+from guideload.base.file_model import require_key
 from guideload.base.toml import located, require_files
 from guideload.machine.machine import Machine
 from guideload.motion.motion import HISTORIES, Motion
@@ -61,6 +62,8 @@ class Study(StudyOptions):
         where = {path: place for path, place in where.items() if path[0] not in replaced}
         folder = Path(file).parent
         try:
+            if "cases" not in values:
+                require_key("vary", "[[vary]] tables, as a study file has", values)
             described = StudyFile(**{**values, **replaced})
             require_files(folder, described.files)
             machine = Machine.from_toml(folder / described.machine)
