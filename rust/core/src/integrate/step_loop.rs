@@ -196,11 +196,8 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             if change.is_some() {
                 self.equations.cross(state);
                 let since = if last { length } else { done + ramp.h };
-                self.recorder.record.contact_change(
-                    (interval.first, since),
-                    state,
-                    self.equations.segments(),
-                );
+                let place = self.place(interval, since);
+                self.recorder.record.contact_change(place, state, self.equations.segments());
             }
             self.steps.at_edge = change.is_some() && !C::Equations::LINEAR;
             self.summary.steps += 1;
@@ -236,6 +233,19 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     fn between(&mut self, ramp: &Ramp, state: &State, theta: f64) -> State {
         self.method.between(self.equations.equations(), self.memory, ramp, state, theta)
+    }
+
+    /// The sample before an instant that is `since` s after the start of an interval, and the time since it, s: no more than the interval
+    /// after it. The same samples are before it as in `record_step`.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn place(&self, Interval { first, until, start, .. }: Interval, since: f64) -> (usize, f64) {
+        let excitation = self.recorder.excitation;
+        let mut sample = first;
+        while sample + 1 < until && excitation.time(sample + 1) - start <= since {
+            sample += 1;
+        }
+        let passed = if sample == first { 0.0 } else { excitation.time(sample) - start };
+        (sample, f64::min(since - passed, excitation.interval(sample)))
     }
 
     /// Records the instants within the last step, which began `done` s after the start of the interval: samples from `k` on, or output times.

@@ -257,22 +257,12 @@ impl Record for Peaks<'_> {
     }
 
     /// The load has a corner there.
-    fn contact_change(&mut self, (first, since): (usize, f64), state: &State, _: &[(usize, u8)]) {
+    fn contact_change(&mut self, (mut sample, mut since): (usize, f64), state: &State, _: &[(usize, u8)]) {
         let excitation = self.between.excitation();
-        let (mut sample, mut since) = (first, since);
-        while sample + 1 < excitation.count() && since > excitation.interval(sample) {
-            since -= excitation.interval(sample);
-            sample += 1;
-        }
-        // At a sample but for rounding: there is no piece in between. Over several intervals, the rounding is that of the times.
-        if sample + 1 < excitation.count() && !self.between.jumps_at([Some((sample, since)), None]) {
+        // At a sample but for rounding: there is no piece in between.
+        if !self.between.jumps_at([Some((sample, since)), None]) {
             let interval = excitation.interval(sample);
-            let rounding = if sample == first {
-                4.0 * f64::EPSILON * interval
-            } else {
-                let last = excitation.time(excitation.count() - 1);
-                16.0 * f64::EPSILON * f64::max(excitation.time(0).abs(), last.abs())
-            };
+            let rounding = 4.0 * f64::EPSILON * interval;
             if since <= rounding {
                 since = 0.0;
             } else if interval - since <= rounding {

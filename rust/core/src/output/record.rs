@@ -51,9 +51,10 @@ pub trait Record {
         false
     }
 
-    /// Called after a contact change, `since` s after sample `first`, with the state there, and the index of each nonlinear link with the
-    /// segment of its law that it is on from then on.
-    fn contact_change(&mut self, (_first, _since): (usize, f64), _state: &State, _segments: &[(usize, u8)]) {}
+    /// Called after a contact change, `since` s after the last sample before it, with the state there, and the index of each nonlinear link
+    /// with the segment of its law that it is on from then on.
+    fn contact_change(&mut self, (_sample, _since): (usize, f64), _state: &State, _segments: &[(usize, u8)]) {
+    }
 
     /// Called after the last instant, also where a run ends with an error.
     fn end(&mut self) {}

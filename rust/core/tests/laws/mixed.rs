@@ -1,8 +1,8 @@
 //! Preloaded links beside links with straight segments: every edge is landed on, and the tolerance is kept.
 
 use guideload::{
-    Body, Control, Exact, Excitation, Free, Law, Link, ModelLevel, Radau, Rk45, State, Summary,
-    carriage_links,
+    Body, Control, Exact, Excitation, Free, Input, Law, Link, ModelLevel, Output, Radau, Record, Rk45,
+    RunError, State, Summary, carriage_links, run,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -107,6 +107,60 @@ fn the_tolerance_is_kept_on_any_mixture_of_laws() {
     }
     assert!(changes > 100, "{changes} changes");
     assert!(worst <= 5.0, "off by {worst} x rtol");
+}
+
+/// Contact changes of a run, in the order of its samples.
+struct Changes {
+    /// Samples so far.
+    samples: usize,
+    interval: f64,
+    changes: usize,
+    later: usize,
+}
+
+impl Record for Changes {
+    fn reserve(&mut self, _: usize) -> Result<(), RunError> {
+        Ok(())
+    }
+
+    fn instant(&mut self, _: f64, _: &State, _: &Input) {
+        self.samples += 1;
+    }
+
+    fn contact_change(&mut self, (sample, since): (usize, f64), _: &State, _: &[(usize, u8)]) {
+        assert_eq!(sample + 1, self.samples);
+        assert!((0.0..=self.interval).contains(&since), "{since} s after sample {sample}");
+        self.changes += 1;
+        self.later += usize::from(sample % PARTS > 0);
+    }
+}
+
+const PARTS: usize = 5;
+
+/// A step may pass samples that lie on a straight line. The changes are after the last sample before them all the same.
+#[test]
+fn contact_changes_come_in_the_order_of_the_samples() {
+    let machine = mixed_cart(|k| preloaded(k, 600.0, BALL));
+    let corners = noise(&mut Random::new(503), 60);
+    let samples: Vec<[f64; 3]> = (0..PARTS * (corners.len() - 1))
+        .map(|k| {
+            let (corner, share) = (k / PARTS, (k % PARTS) as f64 / PARTS as f64);
+            core::array::from_fn(|i| {
+                corners[corner][i] + share * (corners[corner + 1][i] - corners[corner][i])
+            })
+        })
+        .collect();
+    let interval = 4e-4;
+    let excitation = Excitation::uniform(0.0, interval, &samples).expect("sound");
+    let mut record = Changes { samples: 0, interval, changes: 0, later: 0 };
+    run(&machine.system(), &Rk45, adaptive(1e-6), &excitation, Output::Samples, &mut record)
+        .expect("solvable");
+    assert!(
+        record.changes > 20 && record.later > 10,
+        "{} changes, {} of them later",
+        record.changes,
+        record.later
+    );
 }
 
 /// An overdamped link whose row is about to open when the motion ends: its load bends sharply there, and its velocity follows the load at
