@@ -141,6 +141,30 @@ def test_killed_anywhere_and_started_again(seed: int, tmp_path: Path) -> None:
     assert not list(out.glob("_*.journal"))
 
 
+def test_a_kill_changes_no_totals(tmp_path: Path) -> None:
+    """What the record lacks is pushed again behind the samples before it, also behind those of the hour before."""
+    source, out, now = tmp_path / "samples.csv", tmp_path / "out", [NOON]
+    out.mkdir()
+    source.touch()
+    for record, end, passed in ((0.3, 0.4, 0.0), (0.5, 0.7, 3600.0), (0.8, 1.0, 0.0), (1.0, 1.0, 0.0)):
+        monitor = new_monitor()
+        store = Store(out, monitor, clock=lambda: now[0])
+        session = Session(monitor, GrowingFile(source), Lines(), store)
+        for part in (record, end):
+            source.write_bytes(TEXT[: int(part * len(TEXT))])
+            session.step()
+            session._save() if part == record else None
+            now[0] += passed
+        kill(session)
+        store._worker.shutdown()
+    whole = new_monitor()
+    whole.push(STAMPS, COUNTS)
+    assert monitor.totals() == whole.totals()
+    store = Store(out, new_monitor())
+    assert store.monitor.totals() == whole.totals()
+    require_every_sample_once(out)
+
+
 def test_killed_while_a_journal_becomes_a_file(tmp_path: Path) -> None:
     """Between the file and the end of the journal: it becomes the same file again."""
     session = run(session_in(tmp_path, TEXT))

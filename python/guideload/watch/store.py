@@ -2,8 +2,8 @@
 
 The hour in progress is a journal, to which every batch of samples is appended as soon as the monitor has taken it; a
 journal that is complete, or that a killed process has left, becomes a Parquet file. The record is written after the
-journal is on the disk, so the journal has all samples that the record has: those that only the journal
-has are pushed again.
+journal is on the disk, so the files have all samples that the record has. Those that the record lacks are pushed again,
+after the samples before them, from which the monitor finds its state.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ RECORD = "_record.json"  # readers of a folder of Parquet files leave out names 
 FORMAT = 1
 COMPONENTS = ("Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 RESULTS = ("used", "early", "suspect", "bridged", "counter set", "restarted")
-ROWS = 2**16  # that are converted at once
+ROWS = 2**16  # that are converted, or pushed again, at once
+WARM_UP = 8  # times that the loads settle to 1 % before samples are pushed again: to 1e-16, the rounding of their state
 
 Pushed = tuple[NDArray[np.uint32], Integers, Array]  # of `Monitor.push`
 
@@ -63,7 +64,17 @@ class Store:
         return int(self.monitor.totals()["samples"])
 
     def _restore(self) -> None:
-        """Go on with the record, and with the samples of journals that came after it."""
+        """Go on with the record, and with the samples that came after it."""
+        self._read_record()
+        journals = sorted(self.folder.glob("_*.journal"))
+        for journal in journals:
+            self._convert(journal)
+        if journals or self.number:
+            self._replay()
+        self.save(self.place)
+
+    def _read_record(self) -> None:
+        """Give the monitor the totals of the record."""
         if (self.folder / RECORD).exists():
             try:
                 values = json.loads((self.folder / RECORD).read_text(encoding="utf-8"))
@@ -75,20 +86,44 @@ class Store:
                 raise ArgumentError(
                     f"{self.folder / RECORD}: cannot be used: {error}. Give another folder to begin anew"
                 ) from None
-        journals = sorted(self.folder.glob("_*.journal"))
-        for journal in journals:
-            self._replay(journal)
-        self.save(self.place)
-        for journal in journals:
-            self._convert(journal)
 
-    def _replay(self, journal: Path) -> None:
-        """Push the samples of a journal that the record does not have."""
-        for rows in _rows(journal):
-            new = rows[rows["sample"] >= self.samples]
-            if new.size:
-                self.monitor.push(new["stamp"], new["count"])
-                self.place["ahead"] = self.place.get("ahead", 0) + int(new.size)
+    def _replay(self) -> None:
+        """Push the samples that the record lacks, after those before them: a fresh monitor would settle meanwhile."""
+        constants, known = self.monitor.constants(), self.samples
+        before = WARM_UP * int(constants["settling"]) + int(constants["tap_count"])
+        number, stamps, counts, restarted = self._samples_from(max(0, known - before))
+        if number.size == 0 or number[-1] < known:
+            return
+        new = int(np.searchsorted(number, known))
+        starts = np.flatnonzero(restarted[: new + 1])
+        begin = int(starts[-1]) if starts.size else 0
+        self._push(stamps[begin:new], counts[begin:new])
+        self._read_record()  # its totals have those samples
+        self._push(stamps[new:], counts[new:])
+        self.place["ahead"] = self.place.get("ahead", 0) + number.size - new
+
+    def _push(self, stamps: Integers, counts: Integers) -> None:
+        for start in range(0, stamps.size, ROWS):
+            self.monitor.push(stamps[start : start + ROWS], counts[start : start + ROWS])
+
+    def _samples_from(self, first: int) -> Integers:
+        """Number, stamp, count, and whether the monitor restarted, of the samples from the first one on, as kept."""
+        from pyarrow import parquet
+
+        found = [np.empty((4, 0), np.int64)]
+        files = self.folder.glob("????-??-??T??-*.parquet")
+        for path in sorted(files, key=lambda path: path.stem[len("2027-01-15T08-") :], reverse=True):
+            columns = ["sample", "stamp", "count", "result"]
+            try:
+                table = parquet.read_table(path, columns=columns, filters=[("sample", ">=", first)])
+            except (OSError, ValueError):  # damaged, or not ours: what is newer must do
+                break
+            if not table.num_rows:
+                break
+            numbers = [table[name].to_numpy() for name in columns[:3]]
+            results = table["result"].cast("string").to_numpy()
+            found.insert(0, np.stack([*numbers, results == RESULTS[-1]]))
+        return np.concatenate(found, axis=1)
 
     def append(self, stamps: Integers, counts: Integers, pushed: Pushed) -> None:
         """Keep samples that the monitor has just taken."""
