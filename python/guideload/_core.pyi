@@ -246,9 +246,9 @@ class Monitor:
         roller: bool,
     ) -> Self: ...
     def push(
-        self, stamps: NDArray[np.uint32], counts: NDArray[np.uint32], until_limit: bool = False
+        self, stamps: NDArray[np.int64], counts: NDArray[np.uint32], until_limit: bool = False
     ) -> tuple[NDArray[np.uint32], NDArray[np.int64], Array]:
-        """Takes n samples: time stamps in ticks and counter, both of which may wrap.
+        """Takes n samples: time stamps in ticks, of a clock of 64 or 32 bits, and counter, which may wrap.
 
         until_limit: stop after the sample at which a group rises above its limit; the first two arrays end there.
 

@@ -118,6 +118,39 @@ def test_a_finer_encoder_gives_smaller_errors(machine: Machine, motion: Motion, 
     assert fine.load_error < 0.6 * design.load_error
 
 
+EARLY = np.zeros(2500, np.int64)
+EARLY[1550] = -1
+OFTEN_EARLY = np.where(np.arange(2500) % 10 == 5, -1, 0)
+DRIFT = np.arange(2500) // 500  # 100 ppm
+
+
+@pytest.mark.parametrize("late", [EARLY, -EARLY, OFTEN_EARLY, -OFTEN_EARLY, DRIFT])
+def test_samples_that_are_late_or_early_by_a_tick_change_no_loads(machine: Machine, late: np.ndarray) -> None:
+    """Of 20 ticks a period, at up to 1 m/s; each count is that of its stamp."""
+    settings = SETTINGS.model_copy(update={"travel_per_count": 5e-8, "ticks": 20})
+    periods, loads = np.arange(2500), []
+    for moved in (0 * late, late):
+        time = 1e-3 * np.maximum(periods + moved / 20 - 1000, 0.0)
+        counts = np.round(0.25 * (1.0 - np.cos(4.0 * time)) / 5e-8).astype(int)
+        monitor = Monitor(machine, settings, filter_taps(3, 3.0, 20))
+        loads.append(monitor.push(20 * periods + moved, counts)[2][1000:, :, :2])
+        totals = monitor.totals()
+        assert [totals[name] for name in ("jumps", "counter_set", "missing", "early")] == [0, 0, 0, 0]
+    # The grid follows by 1/64 tick for each tick of a stamp, which is 0.8 um here.
+    assert np.abs(loads[1] - loads[0]).max() < 0.03 * np.ptp(loads[0], axis=0).max()
+
+
+@pytest.mark.parametrize("pause", [10, 4_290, 3_600_000])
+def test_a_pause_is_counted_for_stamps_in_nanoseconds(machine: Machine, pause: int) -> None:
+    settings = SETTINGS.model_copy(update={"ticks": 1_000_000})
+    monitor = Monitor(machine, settings, filter_taps(3, 3.0, 20))
+    periods = np.concatenate([np.arange(50), 49 + pause + np.arange(50)])
+    taken, numbers, _ = monitor.push(1_700_000_000_000_000_000 + 1_000_000 * periods, np.full(100, 7))
+    totals = monitor.totals()
+    assert (taken[50], totals["restarts"], totals["lost"], totals["early"]) == (5, 2, pause, 0)
+    assert numbers[-1] == periods[-1] - settings.lag
+
+
 def test_records_carry_the_totals_to_another_monitor(design: Design) -> None:
     monitor = design.monitor()
     counts = np.repeat(np.uint32(7), 3000)

@@ -141,6 +141,31 @@ def test_killed_anywhere_and_started_again(seed: int, tmp_path: Path) -> None:
     assert not list(out.glob("_*.journal"))
 
 
+@pytest.mark.parametrize("pause", [0, 5000])
+def test_a_kill_changes_no_totals(pause: int, tmp_path: Path) -> None:
+    """Three kills after a start from rest: at once, in the hour after a record, and with a pause at the record."""
+    lines = text_of(STAMPS + pause * (STAMPS >= 2000), COUNTS).splitlines(keepends=True)
+    folders, now = [tmp_path / "whole", tmp_path / "killed"], [NOON]
+    for folder in folders:
+        folder.mkdir()
+        run(session_in(folder, b"".join(lines[:1000]))).close()
+    whole = run(session_in(folders[0], b"".join(lines[1000:])))
+    whole.close()
+    for begin, record, end in ((1000, 1000, 1600), (1600, 2000, 2800), (2800, 3200, 4000)):
+        pieces = (b"".join(lines[begin:record]), b"".join(lines[record:end]))
+        session = session_in(folders[1], *pieces, clock=lambda: now[0])
+        session.step()
+        session._save()
+        now[0] += 3600.0
+        session.step()
+        kill(session)
+        assert session.store is not None
+        session.store._worker.shutdown()
+    again = Store(folders[1], new_monitor())
+    assert again.monitor.totals() == whole.monitor.totals()
+    assert again.samples == STAMPS.size
+
+
 def test_killed_while_a_journal_becomes_a_file(tmp_path: Path) -> None:
     """Between the file and the end of the journal: it becomes the same file again."""
     session = run(session_in(tmp_path, TEXT))

@@ -122,9 +122,7 @@ class SampledPath:
         before = int(constants["settling"]) + int(constants["tap_count"]) + 4
         steady = np.pad(self.position, (before, settings.lag), mode="edge")
         counts = np.round(steady / settings.travel_per_count + phase).astype(np.int64)
-        stamps = (np.arange(counts.size) * settings.ticks).astype(np.uint32)
-        wrapped = (counts & (2**settings.encoder_bits - 1)).astype(np.uint32)
-        _, _, loads = monitor.push(stamps, wrapped)
+        _, _, loads = monitor.push(np.arange(counts.size) * settings.ticks, counts)
         found = loads[before + settings.lag :]
         peaks = [np.hypot(each[..., 0], each[..., 1]).max(axis=0) for each in (found, self.loads)]
         rms = float(np.sqrt(np.mean(np.square(found[..., :2] - self.loads[..., :2]))))

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 MOST_CARRIAGES = 16
-WORD = 2**32  # stamps and counts are this many different numbers
 
 
 class Monitor(CoreMonitor):
@@ -80,6 +79,8 @@ class Monitor(CoreMonitor):
     ) -> tuple[NDArray[np.uint32], Integers, Array]:
         """Take n samples, whole numbers: time stamps [ticks] and counts. Both may wrap around or be negative.
 
+        Stamps are of a clock of 64 bits, or of one of 32 bits.
+
         until_limit: stop after the sample at which a carriage rises above its limit; the results end there, and the
         samples after it can be pushed next.
 
@@ -87,8 +88,8 @@ class Monitor(CoreMonitor):
         number of the period of the loads after it (n,), -1 before the first; and the loads (n, carriages, 5): Fy, Fz
         [N], Mx, My, Mz [N m] about the carriage centre. Raises ArgumentError.
         """
-        times = _words("stamps", stamps, WORD)
-        found = _words("counts", counts, 2**self.settings.encoder_bits)
+        times = _whole("stamps", stamps)
+        found = (_whole("counts", counts) & (2**self.settings.encoder_bits - 1)).astype(np.uint32)
         if times.shape != found.shape:
             raise ArgumentError(
                 f"stamps, counts: expected as many of one as of the other, got {times.size} and {found.size}"
@@ -112,8 +113,8 @@ class Monitor(CoreMonitor):
         return super().totals()
 
 
-def _words(name: str, values: ArrayLike, size: int) -> NDArray[np.uint32]:
-    """Whole numbers, one row of them, as the remainder of `size`."""
+def _whole(name: str, values: ArrayLike) -> Integers:
+    """Whole numbers, one row of them; those of 64 bits without a sign as their remainder."""
     require_unmasked(name, values)
     array = np.asarray(values)
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
@@ -121,7 +122,7 @@ def _words(name: str, values: ArrayLike, size: int) -> NDArray[np.uint32]:
         raise ArgumentError(
             f"{name}: expected a row of whole numbers, got {array.dtype} of shape {array.shape}{hint}"
         )
-    return (array.astype(np.int64, copy=False) & (size - 1)).astype(np.uint32)
+    return np.ascontiguousarray(array, np.int64)
 
 
 Judged = tuple[tuple[Array, float, float, str], float, float, float]

@@ -2,8 +2,8 @@
 
 The hour in progress is a journal, to which every batch of samples is appended as soon as the monitor has taken it; a
 journal that is complete, or that a killed process has left, becomes a Parquet file. The record is written after the
-journal is on the disk, so the journal has all samples that the record has: those that only the journal
-has are pushed again.
+journal is on the disk, so the journal has all samples that the record has: those that only the journal has are pushed
+again, after the samples before them, from which the monitor finds its state.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from datetime import datetime, timezone
 from itertools import chain
 from pathlib import Path
@@ -32,7 +33,10 @@ RECORD = "_record.json"  # readers of a folder of Parquet files leave out names 
 FORMAT = 1
 COMPONENTS = ("Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 RESULTS = ("used", "early", "suspect", "bridged", "counter set", "restarted")
-ROWS = 2**16  # that are converted at once
+ROWS = 2**16  # that are converted, or pushed again, at once
+PUSHED = ("sample", "stamp", "count")
+FILES = 4  # Parquet files in which the samples before a kill are looked for
+WARM_UP = 8  # times that the loads settle to 1 % before samples are pushed again: to 1e-16, the rounding of their state
 
 Pushed = tuple[NDArray[np.uint32], Integers, Array]  # of `Monitor.push`
 
@@ -43,6 +47,7 @@ class Store:
     kept   whether samples and loads are kept, or the record alone
     place  in the input at which the record was written, empty at the first run; `ahead` in it: number of the samples
            after it that the monitor has already
+    since  number of the first sample that the monitor has taken since it was at rest
     """
 
     def __init__(
@@ -51,7 +56,7 @@ class Store:
         self.folder, self.monitor, self.kept, self.clock = folder, monitor, kept, clock
         self.row = _row(monitor.carriages)
         self.place: dict[str, Any] = {}
-        self.number = 0
+        self.number = self.since = 0
         self._journal: tuple[Path, IO[bytes]] | None = None
         self._worker = ThreadPoolExecutor(1)
         self._conversion: Future[None] | None = None
@@ -63,32 +68,65 @@ class Store:
         return int(self.monitor.totals()["samples"])
 
     def _restore(self) -> None:
-        """Go on with the record, and with the samples of journals that came after it."""
+        """Go on with the record, and with the samples that came after it."""
+        self._read_record()
+        journals = sorted(self.folder.glob("_*.journal"))
+        if not self._replay(journals):
+            self.since = self.samples
+        self.save(self.place)
+        for journal in journals:
+            self._convert(journal)
+
+    def _read_record(self) -> None:
+        """Give the monitor the totals of the record."""
         if (self.folder / RECORD).exists():
             try:
                 values = json.loads((self.folder / RECORD).read_text(encoding="utf-8"))
                 if values["format"] != FORMAT:
                     raise ValueError(f"format {values['format']}, expected {FORMAT}")
                 self.number = self.monitor.restore(base64.b64decode(values["monitor"]), b"")
-                self.place = values["place"]
+                self.place, self.since = values["place"], int(values.get("since", 0))
             except (OSError, ValueError, KeyError, TypeError) as error:
                 raise ArgumentError(
                     f"{self.folder / RECORD}: cannot be used: {error}. Give another folder to begin anew"
                 ) from None
-        journals = sorted(self.folder.glob("_*.journal"))
-        for journal in journals:
-            self._replay(journal)
-        self.save(self.place)
-        for journal in journals:
-            self._convert(journal)
 
-    def _replay(self, journal: Path) -> None:
-        """Push the samples of a journal that the record does not have."""
-        for rows in _rows(journal):
-            new = rows[rows["sample"] >= self.samples]
-            if new.size:
-                self.monitor.push(new["stamp"], new["count"])
-                self.place["ahead"] = self.place.get("ahead", 0) + int(new.size)
+    def _replay(self, journals: list[Path]) -> bool:
+        """Push the samples of journals that the record lacks, after those before them, in which the monitor settles.
+
+        False if there are none.
+        """
+        constants, known = self.monitor.constants(), self.samples
+        before = WARM_UP * int(constants["settling"]) + int(constants["tap_count"])
+        first = max(self.since, known - before)
+        pieces = (rows[rows["sample"] >= first] for journal in journals for rows in _rows(journal))
+        found = [_as_pushed(rows) for rows in pieces if rows.size]
+        if not found or found[-1][0, -1] < known:
+            return False
+        number, stamps, counts = np.concatenate(
+            [*self._kept(first, min(known, found[0][0, 0])), *found], axis=1
+        )
+        new = int(np.searchsorted(number, known))
+        self._push(stamps[:new], counts[:new])
+        self._read_record()  # its totals have those samples
+        self._push(stamps[new:], counts[new:])
+        self.place["ahead"] = self.place.get("ahead", 0) + number.size - new
+        return True
+
+    def _push(self, stamps: Integers, counts: Integers) -> None:
+        for start in range(0, stamps.size, ROWS):
+            self.monitor.push(stamps[start : start + ROWS], counts[start : start + ROWS])
+
+    def _kept(self, first: int, end: int) -> list[Integers]:
+        """The samples from `first` to before `end` that are in the last Parquet files."""
+        from pyarrow import parquet
+
+        found: list[Integers] = []
+        for path in sorted(self.folder.glob("????-??-??T??-*.parquet"))[-FILES:]:
+            wanted = [("sample", ">=", first), ("sample", "<", end)]
+            with suppress(OSError, ValueError):  # a damaged file: the others must do
+                found.append(_as_pushed(parquet.read_table(path, columns=list(PUSHED), filters=wanted)))
+        return found
 
     def append(self, stamps: Integers, counts: Integers, pushed: Pushed) -> None:
         """Keep samples that the monitor has just taken."""
@@ -128,7 +166,9 @@ class Store:
         self.number, self.place = self.number + 1, place
         record = base64.b64encode(self.monitor.save(self.number)).decode("ascii")
         with atomic_write(self.folder / RECORD, durable=True) as draft:
-            draft.write_text(finite_json({"format": FORMAT, "monitor": record, "place": place}))
+            draft.write_text(
+                finite_json({"format": FORMAT, "monitor": record, "place": place, "since": self.since})
+            )
 
     def close(self, place: dict[str, Any]) -> None:
         """Write the record and the Parquet file of the hour so far."""
@@ -220,6 +260,11 @@ def _rows(journal: Path) -> Iterator[NDArray[Any]]:
             rows = np.frombuffer(data[: len(data) - len(data) % row.itemsize], row)
             if rows.size:
                 yield rows
+
+
+def _as_pushed(rows: Any) -> Integers:
+    """Number, stamp and count of samples: three rows."""
+    return np.stack([np.asarray(rows[name]) for name in PUSHED])
 
 
 def _write_all(file: IO[bytes], data: bytes) -> None:

@@ -15,7 +15,7 @@ pub(crate) type State = Monitor<f32, STATES, CARRIAGES, DIFFERENCES>;
 /// First word of constants: "GLC" and the version of their layout, as in the header.
 pub(crate) const LAYOUT: u32 = 0x474C_4303;
 /// First word of a started memory: "GLM" and the version of its layout.
-const STARTED: u32 = 0x474C_4D02;
+const STARTED: u32 = 0x474C_4D03;
 
 /// Constants of a machine, as in the header.
 #[derive(Debug, Clone, Copy, FromBytes)]

@@ -1,7 +1,5 @@
 //! From samples of the encoder to second differences of the position on the grid of periods, with missing and wrong samples bridged.
 
-use core::num::NonZeroU32;
-
 use crate::flag::Flag;
 use crate::prepared::{FRACTION, InputSettings};
 use guideload_life::Real;
@@ -12,8 +10,11 @@ const EARLIEST: u32 = 16;
 /// Most ticks per period: a sample of the next period, late by up to half of it, must not look early, as stamps have 32 bits.
 pub(crate) const MOST_TICKS: u32 = u32::MAX / (EARLIEST + 2);
 
-/// The grid follows the stamps by 1/2^6 of their deviation.
+/// The grid follows the stamps by 1/2^6 of their deviation, so it lies on parts of a tick of this size.
 const FOLLOWED: u32 = 6;
+
+/// Range of a clock of 32 bits, ticks.
+const RANGE: i64 = 1 << 32;
 
 /// What became of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,11 +77,19 @@ impl Counters {
     };
 }
 
+/// A count, and the position on the grid less this count, in sixteenths of a count.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
+struct Reading {
+    count: u32,
+    offset: i32,
+}
+
 /// A sample that does not fit, and the periods since the last good one; 0: there is none.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "plain", derive(zerocopy::FromBytes))]
 struct Suspect {
-    count: u32,
+    reading: Reading,
     periods: u32,
 }
 
@@ -91,12 +100,11 @@ pub(crate) struct Input<T, const N: usize> {
     /// Whether there is a first sample, and a step after it.
     started: Flag,
     moving: Flag,
-    /// Stamp and count of the last good sample, and the position on the grid less this count, in sixteenths of a count.
-    grid: u32,
-    count: u32,
-    offset: i32,
-    /// Deviations of stamps that the grid has not followed yet, in ticks.
-    deviation: i32,
+    /// The instant of the last good sample on the grid: whole ticks, and 1/2^6 ticks beside them, at most half a tick.
+    grid: i64,
+    part: i32,
+    /// The last good sample.
+    good: Reading,
     /// The last step on the grid.
     step: i32,
     suspect: Suspect,
@@ -131,8 +139,15 @@ pub(crate) struct Window<'a, T> {
     pub moves: bool,
 }
 
+impl Reading {
+    /// Of a sample at its period.
+    const fn at(count: u32) -> Self {
+        Self { count, offset: 0 }
+    }
+}
+
 impl Suspect {
-    const NONE: Self = Self { count: 0, periods: 0 };
+    const NONE: Self = Self { reading: Reading::at(0), periods: 0 };
 }
 
 impl<T: Real, const N: usize> Input<T, N> {
@@ -140,9 +155,8 @@ impl<T: Real, const N: usize> Input<T, N> {
         started: Flag::CLEAR,
         moving: Flag::CLEAR,
         grid: 0,
-        count: 0,
-        offset: 0,
-        deviation: 0,
+        part: 0,
+        good: Reading::at(0),
         step: 0,
         suspect: Suspect::NONE,
         last_seen: 0,
@@ -158,58 +172,75 @@ impl<T: Real, const N: usize> Input<T, N> {
         clock: 0,
     };
 
+    /// A stamp of 32 bits as one of 64 bits: the nearest to the grid.
+    pub(crate) fn widened(&self, stamp: u32) -> i64 {
+        let after = stamp.wrapping_sub(self.grid as u32).cast_signed();
+        self.grid.wrapping_add(after.into())
+    }
+
+    /// Moves the grid back by the range of 32 bits, if a clock of 32 bits has wrapped before this stamp.
+    pub(crate) fn wrap(&mut self, stamp: i64) {
+        let back = self.grid.wrapping_sub(stamp);
+        if back > RANGE / 2 && back <= RANGE && i32::try_from(stamp).is_ok() {
+            self.grid = self.grid.wrapping_sub(RANGE);
+        }
+    }
+
     /// Takes a sample.
     pub(crate) fn accept(
         &mut self,
         settings: &InputSettings,
         taps: u32,
         counters: &mut Counters,
-        stamp: u32,
+        stamp: i64,
         count: u32,
     ) -> Sample {
         count_one(&mut counters.samples);
         self.taps = taps;
         if !self.started.is_set() {
+            // The first sample after restored totals is of the next period.
+            self.clock = self.clock.wrapping_add(u64::from(counters.restarts > 0));
             self.restart(counters, stamp, count);
             return Sample::Restarted;
         }
-        let ticks = NonZeroU32::new(settings.ticks).unwrap_or(NonZeroU32::MIN);
+        let ticks = i64::from(settings.ticks.max(1));
         let elapsed = stamp.wrapping_sub(self.grid);
+        if elapsed < -i64::from(EARLIEST) * ticks {
+            return self.lose(counters, stamp, count, 1); // the clock was set back: how long ago is unknown
+        }
         // Most samples come one period after the other; a division takes longer.
-        let periods = if elapsed == ticks.get() { 1 } else { elapsed.wrapping_add(ticks.get() / 2) / ticks };
-        let back = self.grid.wrapping_sub(stamp);
-        if periods == 0 || back <= ticks.get().saturating_mul(EARLIEST) {
+        let with_half = elapsed.saturating_add(ticks / 2);
+        let periods = if elapsed == ticks { 1 } else { with_half.checked_div(ticks).unwrap_or(0) };
+        if periods <= 0 {
             count_one(&mut counters.early);
             return Sample::Early;
         }
-        if elapsed > u32::MAX / 2 {
-            return self.lose(counters, stamp, count, 1); // the clock was set back: how long ago is unknown
-        }
         let seen = core::mem::replace(&mut self.last_seen, count);
         let room = (N as u32).saturating_sub(taps.saturating_add(self.pending));
-        if periods > settings.most_missing.saturating_add(1).min(room) {
-            return self.lose(counters, stamp, count, periods);
-        }
-        let late = elapsed.wrapping_sub(periods.wrapping_mul(ticks.get())).cast_signed();
+        let most = settings.most_missing.saturating_add(1).min(room);
+        let Some(periods) = u32::try_from(periods).ok().filter(|&periods| periods <= most) else {
+            return self.lose(counters, stamp, count, periods.cast_unsigned());
+        };
+        let late = elapsed.wrapping_sub(i64::from(periods) * ticks) as i32;
         if late.unsigned_abs() > settings.tolerance {
             count_one(&mut counters.jittering);
         }
-        let change = difference(settings, self.count, count);
         // The position on the grid, from a sample that is late by a part of a period.
-        let correction = if late == 0 {
+        let correction = if (late, self.part) == (0, 0) {
             0
         } else {
-            let share = T::from_i32(late) / T::from_i32(ticks.get().cast_signed());
-            (T::from_i32(self.step) * share).to_i32()
+            let parts = T::from_i32(1 << FOLLOWED);
+            let late = T::from_i32(late) * parts - T::from_i32(self.part);
+            (T::from_i32(self.step) * (late / (T::from_i32(ticks as i32) * parts))).to_i32()
         };
-        let moved = i64::from(change) * i64::from(FRACTION) - i64::from(correction) - i64::from(self.offset);
-        if self.fits(settings, moved, periods) {
-            if (count < self.count) != (change < 0) && change != 0 {
-                count_one(&mut counters.wraps);
-            }
-            (self.count, self.offset) = (count, correction.wrapping_neg());
+        let reading = Reading { count, offset: correction.wrapping_neg() };
+        let expected = i64::from(self.step) * i64::from(periods);
+        let deviation = deviation(settings, self.good, reading, expected);
+        if self.fits(settings, deviation, periods) {
+            let moved = expected.wrapping_add(deviation);
+            counters.wraps = counters.wraps.wrapping_add(wraps(settings, self.good, reading, moved));
             self.go_on(settings, counters, moved, periods);
-            self.follow(stamp, late);
+            self.follow(reading, stamp, late);
             return if periods > 1 { Sample::Bridged } else { Sample::Used };
         }
         if count == seen {
@@ -217,38 +248,35 @@ impl<T: Real, const N: usize> Input<T, N> {
         } else {
             count_one(&mut counters.jumps);
         }
-        if self.agrees_with_suspect(settings, count, periods) {
+        if self.agrees_with_suspect(settings, reading, periods) {
             count_one(&mut counters.counter_set);
-            (self.count, self.offset) = (count, 0);
-            self.go_on(settings, counters, i64::from(self.step) * i64::from(periods), periods);
-            self.follow(stamp, late);
+            self.go_on(settings, counters, expected, periods);
+            self.follow(reading, stamp, late);
             return Sample::CounterSet;
         }
         if periods > settings.most_missing {
-            return self.lose(counters, stamp, count, periods);
+            return self.lose(counters, stamp, count, periods.into());
         }
-        self.suspect = Suspect { count, periods };
+        self.suspect = Suspect { reading, periods };
         Sample::Suspect
     }
 
     /// Whether the last sample did not fit the motion either, but this one goes on from it: the counter was set.
-    fn agrees_with_suspect(&self, settings: &InputSettings, count: u32, periods: u32) -> bool {
+    fn agrees_with_suspect(&self, settings: &InputSettings, reading: Reading, periods: u32) -> bool {
         let before = self.suspect;
-        if before.periods == 0 {
-            return false;
-        }
-        let since = i64::from(difference(settings, before.count, count)) * i64::from(FRACTION);
         let between = periods.saturating_sub(before.periods);
-        between > 0 && self.fits(settings, since, between)
+        let expected = i64::from(self.step) * i64::from(between);
+        before.periods > 0
+            && between > 0
+            && self.fits(settings, deviation(settings, before.reading, reading, expected), between)
     }
 
-    /// Whether a movement over some periods is possible for the axis, whose last step is known.
-    fn fits(&self, settings: &InputSettings, moved: i64, periods: u32) -> bool {
+    /// Whether a deviation from the last step, over some periods, is possible for the axis.
+    fn fits(&self, settings: &InputSettings, deviation: i64, periods: u32) -> bool {
         let periods = i64::from(periods);
-        let expected = i64::from(self.step) * periods;
         let most = i64::from(settings.most_change) * (periods * (periods + 1) / 2);
-        let deviation = moved.wrapping_sub(expected).unsigned_abs();
-        !self.moving.is_set() || deviation <= most.wrapping_add(i64::from(settings.slack)).unsigned_abs()
+        let most = most.wrapping_add(i64::from(settings.slack));
+        !self.moving.is_set() || deviation.unsigned_abs() <= most.unsigned_abs()
     }
 
     /// Goes on to a good sample, in equal steps over all periods since the last one.
@@ -266,11 +294,12 @@ impl<T: Real, const N: usize> Input<T, N> {
     }
 
     /// Moves the grid to a good sample. It follows the clock of the encoder slowly.
-    fn follow(&mut self, stamp: u32, late: i32) {
-        self.deviation = self.deviation.wrapping_add(late);
-        let moved = self.deviation >> FOLLOWED;
-        self.deviation = self.deviation.wrapping_sub(moved << FOLLOWED);
-        self.grid = stamp.wrapping_sub(late.cast_unsigned()).wrapping_add(moved.cast_unsigned());
+    fn follow(&mut self, reading: Reading, stamp: i64, late: i32) {
+        self.good = reading;
+        let part = self.part.wrapping_add(late);
+        let ticks = part.wrapping_add(1 << (FOLLOWED - 1)) >> FOLLOWED;
+        self.part = part.wrapping_sub(ticks << FOLLOWED);
+        self.grid = stamp.wrapping_add(i64::from(ticks) - i64::from(late));
     }
 
     /// One period with a step.
@@ -331,17 +360,18 @@ impl<T: Real, const N: usize> Input<T, N> {
     }
 
     /// Restarts after periods of which the loads are unknown.
-    fn lose(&mut self, counters: &mut Counters, stamp: u32, count: u32, periods: u32) -> Sample {
-        counters.lost = counters.lost.wrapping_add(u64::from(periods));
-        self.clock = self.clock.wrapping_add(u64::from(periods));
+    fn lose(&mut self, counters: &mut Counters, stamp: i64, count: u32, periods: u64) -> Sample {
+        counters.lost = counters.lost.wrapping_add(periods);
+        self.clock = self.clock.wrapping_add(periods);
         self.restart(counters, stamp, count);
         Sample::Restarted
     }
 
-    fn restart(&mut self, counters: &mut Counters, stamp: u32, count: u32) {
+    fn restart(&mut self, counters: &mut Counters, stamp: i64, count: u32) {
         count_one(&mut counters.restarts);
+        let good = Reading::at(count);
         *self =
-            Self { started: Flag::SET, grid: stamp, count, last_seen: count, clock: self.clock, ..Self::NEW };
+            Self { started: Flag::SET, grid: stamp, good, last_seen: count, clock: self.clock, ..Self::NEW };
     }
 }
 
@@ -350,8 +380,18 @@ fn count_one(counter: &mut u64) {
     *counter = counter.wrapping_add(1);
 }
 
-/// `to - from` of a counter of limited width, at most half of its range.
-fn difference(settings: &InputSettings, from: u32, to: u32) -> i32 {
-    let unused = 32_u32.saturating_sub(settings.counter_bits);
-    to.wrapping_sub(from).wrapping_shl(unused).cast_signed().wrapping_shr(unused)
+/// Movement between two readings of a counter of limited width, less the expected one, in sixteenths of a count: at most half of the range
+/// of the counter.
+fn deviation(settings: &InputSettings, from: Reading, to: Reading, expected: i64) -> i64 {
+    let counts = i64::from(to.count.wrapping_sub(from.count)) * i64::from(FRACTION);
+    let deviation = (counts + i64::from(to.offset) - i64::from(from.offset)).wrapping_sub(expected);
+    let unused = (u64::BITS - FRACTION.ilog2()).saturating_sub(settings.counter_bits);
+    deviation.wrapping_shl(unused).wrapping_shr(unused)
+}
+
+/// How often the counter wrapped between two readings with a movement between, in sixteenths of a count.
+fn wraps(settings: &InputSettings, from: Reading, to: Reading, moved: i64) -> u64 {
+    let counts = (moved.wrapping_add(from.offset.into()).wrapping_sub(to.offset.into())) >> FRACTION.ilog2();
+    let beyond = counts.wrapping_add(from.count.into()).wrapping_sub(to.count.into());
+    beyond.wrapping_shr(settings.counter_bits).unsigned_abs()
 }

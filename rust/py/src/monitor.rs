@@ -96,7 +96,7 @@ impl PyMonitor {
     fn push<'py>(
         &mut self,
         py: Python<'py>,
-        stamps: PyReadonlyArray1<'py, u32>,
+        stamps: PyReadonlyArray1<'py, i64>,
         counts: PyReadonlyArray1<'py, u32>,
         until_limit: bool,
     ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<i64>>, Loads<'py>)> {

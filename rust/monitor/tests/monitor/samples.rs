@@ -21,11 +21,19 @@ fn clean(periods: usize) -> Samples {
 
 /// Load Fy of the last carriage by period, and the monitor.
 fn pushed(samples: &Samples) -> (Vec<Option<f64>>, TestMonitor<f64>, Vec<Sample>) {
-    let (prepared, mut monitor) = (prepared(), TestMonitor::<f64>::NEW);
+    pushed_to(&prepared(), samples)
+}
+
+/// The same with other constants.
+fn pushed_to(
+    prepared: &Constants<f64>,
+    samples: &Samples,
+) -> (Vec<Option<f64>>, TestMonitor<f64>, Vec<Sample>) {
+    let mut monitor = TestMonitor::<f64>::NEW;
     let mut loads = vec![None; 100_000];
     let mut taken = Vec::new();
     for &(stamp, count) in samples {
-        taken.push(monitor.push(&prepared, stamp, count));
+        taken.push(monitor.push(prepared, stamp, count));
         if !monitor.is_settling() {
             loads[monitor.period() as usize] = Some(monitor.loads()[3][0]);
         }
@@ -95,6 +103,30 @@ fn many_missing_samples_restart_the_monitor_which_settles() {
     assert_eq!((monitor.totals().counters.lost, monitor.totals().counters.restarts), (101, 2));
     let (deviation, both) = difference(&loads, &reference);
     assert!(deviation < 0.02 * swing(&reference) && both > 5000, "{deviation} {both}");
+}
+
+#[test]
+fn a_narrow_counter_tells_what_a_wide_one_tells() {
+    let motion = motion(5000);
+    let positions: Vec<i64> = motion.iter().map(|[.., x]| (x / QUANTUM).round() as i64).collect();
+    let base = prepared();
+    let narrow = |counter_bits| Constants { input: InputSettings { counter_bits, ..base.input }, ..base };
+    // At the fastest, ten periods are more than half of 2^10 counts; a change of speed alone is at most a third of it.
+    let most = base.input.most_missing as usize;
+    for start in (1000..3000).step_by(97) {
+        let mut samples = clean(5000);
+        samples.drain(start..start + most);
+        let (reference, wide, _) = pushed(&samples);
+        let masked = samples.iter().map(|&(stamp, count)| (stamp, count & 0x3FF)).collect();
+        let (loads, monitor, _) = pushed_to(&narrow(10), &masked);
+        assert_eq!(difference(&loads, &reference).0, 0.0);
+        let used =
+            samples.iter().map(|(stamp, _)| (1000 + positions[*stamp as usize / 1000]).div_euclid(1024));
+        let (used, after) = (used.clone(), used.skip(1));
+        let wraps = used.zip(after).map(|(one, next)| one.abs_diff(next)).sum();
+        let expected = Counters { wraps, ..wide.totals().counters };
+        assert_eq!((monitor.totals().counters, expected.missing), (expected, most as u64));
+    }
 }
 
 #[test]
@@ -231,7 +263,8 @@ fn many_samples_in_one_call_give_the_same_bits() {
     let (_, one_by_one, taken) = pushed(&samples);
     let (prepared, mut many) = (prepared(), TestMonitor::<f64>::NEW);
     let mut found = Vec::new();
-    let all = many.push_many(&prepared, samples.iter().copied(), |_, sample| {
+    let wide = || samples.iter().map(|&(stamp, count)| (stamp.into(), count));
+    let all = many.push_many(&prepared, wide(), |_, sample| {
         found.push(sample);
         ControlFlow::Continue(())
     });
@@ -241,7 +274,7 @@ fn many_samples_in_one_call_give_the_same_bits() {
     assert_eq!(many.loads(), one_by_one.loads());
 
     let mut first = TestMonitor::<f64>::NEW;
-    let ended = first.push_many(&prepared, samples.iter().copied(), |_, _| ControlFlow::Break(()));
+    let ended = first.push_many(&prepared, wide(), |_, _| ControlFlow::Break(()));
     assert!(ended.is_break());
     assert_eq!(first.period(), 0);
 }
@@ -258,6 +291,35 @@ fn a_clock_that_is_set_back_costs_one_period_and_a_restart() {
     let counters = monitor.totals().counters;
     assert_eq!((counters.restarts, counters.lost), (2, 1));
     assert!(monitor.period() < 3000);
+}
+
+#[test]
+fn a_pause_of_any_length_costs_its_periods() {
+    let (prepared, samples) = (prepared(), clean(3000));
+    for pause in [20, 4_294_968, 3_600_000_000_000] {
+        for start in [0, 1_700_000_000_000_000_000, i64::MIN + 5] {
+            let stamps = (0..3000).map(|k| start + 1000 * (k + if k < 1500 { 0 } else { pause - 1 }));
+            let mut monitor = TestMonitor::<f64>::NEW;
+            let samples = stamps.zip(samples.iter().map(|(_, count)| *count));
+            let _ = monitor.push_many(&prepared, samples, |_, _| ControlFlow::Continue(()));
+            let counters = monitor.totals().counters;
+            assert_eq!((counters.restarts, counters.lost), (2, pause as u64));
+            assert_eq!(monitor.period(), 2998 + pause as u64 - u64::from(LAG));
+        }
+    }
+}
+
+#[test]
+fn a_clock_of_32_bits_may_wrap_where_stamps_have_64() {
+    let (reference, all, _) = pushed(&clean(5000));
+    for lowest in [0, -(1 << 31)] {
+        let stamps = (0..5000).map(|k| (1000 * k - 2_000_000_i64).rem_euclid(1 << 32) + lowest);
+        let mut monitor = TestMonitor::<f64>::NEW;
+        let samples = stamps.zip(clean(5000).into_iter().map(|(_, count)| count));
+        let _ = monitor.push_many(&prepared(), samples, |_, _| ControlFlow::Continue(()));
+        assert_eq!(monitor.totals(), all.totals());
+        assert_eq!(Some(monitor.loads()[3][0]), reference[monitor.period() as usize]);
+    }
 }
 
 #[test]
