@@ -77,7 +77,7 @@ class RunDerivatives:
         if machine.drive is not None and machine.drive.push_direction is not None:
             raise ArgumentError(
                 "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; "
-                "leave pressure_angle and push_direction out, or vary the machine in a study"
+                "leave pressure_angle and push_direction out, or take differences of runs of varied machines"
             )
         self.machine, self.at_rest, self.motion = machine, at_rest, motion
         self._begin = start_of(machine, motion, start)
