@@ -11,7 +11,7 @@ import pytest
 import reference as ref
 from machines import having, with_mass
 
-from guideload import Machine, Motion, Payload, Study, peak_loads, run_study
+from guideload import Body, Machine, Motion, Payload, Study, peak_loads, run_study
 from guideload.simulation.instants import fastest_vibration
 from guideload.simulation.peaks import Peaks
 from guideload.study.plan import RARE
@@ -126,7 +126,10 @@ def test_a_study_has_instants_for_one_drawn_sample_of_ten_thousand() -> None:
 def test_peaks_of_a_sample_far_stiffer_than_the_nominal_machine_are_its_own() -> None:
     def sided(factor: float) -> Machine:
         side = {"positive": 2.9e7 * factor, "negative": 1.16e7 * factor}
-        return ref.cart(72.5, stiffness_y=2.9e7 * factor, stiffness_z=side)
+        dofs = ("y", "z", "rx", "ry", "rz")
+        found = ref.on_rails((-0.2, 0.2), 0.05, dofs, 72.5, stiffness_y=2.9e7 * factor, stiffness_z=side)
+        inertia = ((420.0, 0.0, 0.0), (0.0, 310.0, 0.0), (0.0, 0.0, 380.0))
+        return having(found, body=Body(mass=1250.0, center_of_mass=(0.12, -0.65, 0.18), inertia=inertia))
 
     time = np.arange(0.0, 1.201, 0.05)
     pulses = ((0.1, 1.0), (0.35, -1.0), (0.6, -1.0), (0.85, 1.0))
