@@ -558,6 +558,11 @@ class VariedScene:
         base_compliance: Sequence[Sequence[float]] | None = None,
         payloads: Sequence[PayloadOfBatch] | None = None,
     ) -> VariedScene: ...
+    def fastest_vibrations(self, values: Array) -> Array:
+        """Angular frequencies (n,) [rad/s] of the fastest vibration with values (n, columns), without payloads.
+
+        nan where there is no scene.
+        """
     def at(self, values: Array) -> VariedSystem:
         """The scene with values (columns,), which carries all payloads whatever their stays.
 

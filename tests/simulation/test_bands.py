@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import reference as ref
 from linear_gaussian import dense, problem
+from machines import having
 from made_traces import case
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -20,7 +21,7 @@ from guideload import Machine, Motion, Result, TraceError, _core, plots, simulat
 from guideload.cli.inputs import EXAMPLES
 from guideload.motion.uncertainty import COVER, Uncertainty
 from guideload.reports import run as report
-from guideload.simulation.bands import bands_of
+from guideload.simulation.bands import IN_MEMORY, bands_of
 from guideload.traces.reading import motion_from_trace, read_trace
 
 SEED = 5
@@ -305,6 +306,27 @@ def test_scenes_that_are_not_linear_have_bands_and_say_how(make: type) -> None:
     assert (peaks["peak_lower_N"] < peaks["peak_upper_N"]).all()
     # At rest all draws are alike.
     np.testing.assert_allclose(result.data["force_sd"][0], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("make", [ref.cart, ref.cart_clear])
+def test_each_drawn_motion_has_its_own_push_of_a_rack(make: type) -> None:
+    """Loads under drawn motions, and their rms distance from the estimate, are those of single runs."""
+    rack = {"pinion_diameter": 0.1, "pressure_angle": "20 deg", "push_direction": (0.0, 1.0, 0.0)}
+    machine, uncertainty = having(make(), drive=rack), uncertain(3)[0]
+    motion = short(uncertainty)
+    times = motion.time[1:]  # given instants: all runs have the same ones
+    result = simulate(machine, motion, times=times)
+    rng, count = np.random.default_rng(result.data.attrs["band_seed"]), result.data.attrs["band_samples"]
+    draws = np.vstack([uncertainty.draws(IN_MEMORY, rng) for _ in range(count // IN_MEMORY)])
+    moved = (Motion.along_x(motion.time, motion.acceleration[:, 0] + one) for one in draws)
+    singles = np.array([simulate(machine, one, times=times, start="rest").carriage_loads for one in moved])
+    exact = 1e-9 * np.abs(singles).max()  # pushes settle to 1e-10
+    np.testing.assert_allclose(list(result.drawn_loads(IN_MEMORY)), singles[:IN_MEMORY], rtol=0, atol=exact)
+    rms = np.sqrt(np.mean((singles - result.carriage_loads) ** 2, axis=0))
+    np.testing.assert_allclose(result.data["force_sd"], rms[:, :, :3], rtol=0, atol=exact)
+    peaks = np.hypot(singles[..., 1], singles[..., 2]).max(axis=1)
+    half = COVER * peaks.std(axis=0, ddof=1)
+    np.testing.assert_allclose(result.data["peak_resultant_upper"], peaks.mean(axis=0) + half, rtol=1e-9)
 
 
 # ---- results, files, reports, pictures

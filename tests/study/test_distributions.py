@@ -161,6 +161,38 @@ def test_percent_of_a_negative_value_still_rises_with_the_number() -> None:
     assert cut.reach == pytest.approx((-0.715, -0.585), rel=1e-15)
 
 
+NORMAL, TRIANGULAR = dict(distribution="normal"), dict(distribution="triangular", low="90 %", high="110 %")
+
+
+@pytest.mark.parametrize(
+    ("percent", "metres"),
+    [
+        (NORMAL | dict(sigma="5 %"), NORMAL | dict(sigma="32.5 mm")),
+        (TRIANGULAR | dict(mode="104 %"), TRIANGULAR | dict(mode="-676 mm")),
+    ],
+)
+@pytest.mark.parametrize("bound", [dict(at_least="94 %"), dict(at_most="108 %"), {}])
+@pytest.mark.parametrize("nominal", [-0.65, 0.65])
+def test_a_bound_in_percent_is_the_same_beside_widths_and_modes_of_both_kinds(
+    percent: dict[str, Any], metres: dict[str, Any], bound: dict[str, Any], nominal: float
+) -> None:
+    """Of a negative value as the mirror image of the positive one: it still rises with the number."""
+    if nominal > 0.0 and "mode" in metres:
+        metres = metres | dict(mode="676 mm")
+    one, other = (marginal("m", (nominal,), **keys, **bound) for keys in (percent, metres))
+    np.testing.assert_allclose(one.values(GRID), other.values(GRID), rtol=1e-12)
+
+
+def test_ends_of_which_one_is_in_percent_of_a_negative_value_are_refused() -> None:
+    """90 % of it lies above 110 %, so that one cannot tell which end is meant."""
+    for keys in (
+        dict(distribution="uniform", low="110 %", high="-600 mm"),
+        dict(distribution="normal", sigma="5 %", at_least="-700 mm", at_most="90 %"),
+    ):
+        with pytest.raises(KeyRefused, match="both in percent or both with a unit"):
+            marginal("m", (-0.65,), **keys)
+
+
 def test_a_bound_to_one_side_is_told_without_the_other() -> None:
     for keys, words in (
         ({"at_most": 300}, "at most 300 N"),

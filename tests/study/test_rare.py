@@ -16,6 +16,7 @@ from test_study import MACHINE, MASS, study
 
 from guideload.base.errors import ArgumentError
 from guideload.catalogue.product import Product
+from guideload.machine.drive import Drive
 from guideload.motion.motion import Motion
 from guideload.reports.study import probability_report
 from guideload.study.execution import run_study
@@ -34,6 +35,7 @@ FACTORS, POPULATIONS = 10, 24
 DIAGONAL = np.full(FACTORS, FACTORS**-0.5)
 REST = Motion.along_x(time=[0.0, 0.1], acceleration=[0.0, 0.0])
 PEAK = "peak_resultant_N[2b]"
+ONE_OF_MANY = dict(path="body.mass", distribution="sample", values=[*[1e3] * 99_999, 1e6])
 
 
 def parabola(bend: float, distance: float) -> float:
@@ -63,7 +65,7 @@ LAWS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], float]] = {
 def test_a_small_probability_is_that_of_the_closed_form(law: str) -> None:
     """Within what the scatter of the populations says, and the bias of 3 % that so many samples have."""
     margin, truth = LAWS[law]
-    found = subset_simulation(margin, FACTORS, POPULATIONS, 1e-12, np.random.default_rng(3))
+    found, _ = subset_simulation(margin, FACTORS, POPULATIONS, 1e-12, np.random.default_rng(3))
     error = found.std(ddof=1) / POPULATIONS**0.5
     assert abs(found.mean() - truth) < 3.5 * error + 0.03 * truth
     assert error < 0.1 * truth
@@ -75,7 +77,20 @@ def test_margins_that_lead_nowhere_give_no_probability() -> None:
         lambda u: ndtr(u[:, 0]) - 1.1,
         lambda u: np.full(len(u), -np.inf),
     ):
-        assert not subset_simulation(margin, 2, 2, 1e-9, np.random.default_rng(0)).any()
+        assert not subset_simulation(margin, 2, 2, 1e-9, np.random.default_rng(0))[0].any()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05])
+def test_samples_that_do_not_get_on_bound_a_probability_as_a_count_does(share: float) -> None:
+    """A margin of one or two steps, whose higher one has this share: none of 2000 samples came higher than it."""
+    margins, truth = (lambda u: np.where(u[:, 0] > norm.isf(share), -0.5, -1.0)), share or 1.0
+    estimates, bounds = subset_simulation(margins, 2, POPULATIONS, LEAST, np.random.default_rng(0))
+    none_of = 1.0 - 0.025 ** (1.0 / SAMPLES)
+    assert not estimates.any()
+    error = 4.0 * np.sqrt((1.0 - truth) / (truth * SAMPLES))  # standard deviations of the counted share
+    np.testing.assert_allclose(bounds, truth * none_of, rtol=error + 1e-12)
+    reached = subset_simulation(lambda u: u[:, 0] - 9.0, 2, 3, LEAST, np.random.default_rng(0))
+    assert not reached[0].any() and (reached[1] == LEAST).all()
 
 
 def at_rest(**keys: Any) -> Any:
@@ -130,11 +145,17 @@ def test_what_cannot_be_estimated_is_said() -> None:
     assert bounded.populations == PILOTS and bounded.runs <= PILOTS * SAMPLES * (1 + (1 - SHARE) * levels)
     metadata = study(MASS).plan().metadata
     assert "below 1e-9" in probability_report(bounded, metadata).text()
+    same = exceedance_probability(study(ONE_OF_MANY, motion=REST), "peak_resultant_N", "1 MN")
+    assert same.probability == 0.0 and 1e-5 < same.high < 4.0 / SAMPLES  # the truth is 1e-5
+    assert "changes in steps" in same.doubts[0]
+    assert "not found, at most 0.0018 at 95 %" in " ".join(probability_report(same, metadata).text().split())
     doubtful = Product(**{**lives.PRODUCT, "unverified": ("dynamic",)})
     rated = having(metadata, machine=having(lives.cart(), products=(doubtful,)))
     for name in ("life_km[1a]", "static_safety", PEAK):
         warned = "not checked by a person" in probability_report(replace(bounded, name=name), rated).text()
         assert warned == (name != PEAK)
+        noted = having(rated, life_notes=("What was left out.",))
+        assert ("left out." in probability_report(replace(bounded, name=name), noted).text()) == warned
     failing = exceedance_probability(
         study_standin.plan(), "peak_resultant_N", 0.5, coefficient_of_variation=0.5
     )
@@ -164,6 +185,9 @@ def test_what_has_no_probability_is_refused() -> None:
     ):
         with pytest.raises(ArgumentError, match=words):
             exceedance_probability(*refused)
+    rack = Drive(pinion_diameter=0.06, pressure_angle=0.35, push_direction=(0.0, 1.0, 0.0))
+    with pytest.raises(ArgumentError, match="without pressure_angle, whose push would be the same"):
+        exceedance_probability(study(MASS, machine=having(MACHINE, drive=rack)), of, 1.0)
     with pytest.raises(ArgumentError, match="from 20000 to 4294967296, got 100"):
         exceedance_probability(plan, of, most_runs=100)
     assert wanted_limits(plan, ()) == {"peak_resultant_N": 7000.0}

@@ -295,6 +295,21 @@ def test_intervals_of_replicates_cover_what_they_say_and_are_narrower(sampling: 
     assert (0.8 < ratio).all() and (ratio < 1.35).all(), ratio
 
 
+@pytest.mark.parametrize(
+    ("replicates", "count", "level"), [(2, 200, 0.99), (3, 300, 0.99), (2, 40, 0.95), (2, 800, 0.99)]
+)
+def test_intervals_of_two_or_three_replicates_cover_what_they_say(
+    replicates: int, count: int, level: float
+) -> None:
+    """Also of a quantile that so few samples do not bound: its upper end is infinite, as of independent ones."""
+    trials, truth, replicate = 600, stats.norm.ppf(level), np.arange(count) % replicates
+    sets = stats.norm.rvs(size=(trials, count), random_state=0)
+    found = [quantiles(values, [level], replicate=replicate) for values in sets]
+    held = sum(bool(one.low[0] <= truth <= one.high[0]) for one in found)
+    assert held >= fewest(0.95, trials)
+    assert np.isinf([one.high[0] for one in found]).all() == (count < fewest_samples(level))
+
+
 def test_the_standard_error_of_independent_samples_is_that_of_the_law() -> None:
     """Of a quantile sqrt(p (1 - p)/n) over the density there; with each sample its own replicate, the same."""
     sets = stats.norm.rvs(size=(60, 10_000), random_state=0)

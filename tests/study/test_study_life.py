@@ -49,7 +49,7 @@ def studied(machine: Machine, motion: Motion = MOTION, **keys: Any) -> StudyResu
 
 def lives_of(study: Study, sample: int) -> tuple[Life, Life]:
     """The life of a single run with the instants of a study, and with 8 in each of their intervals."""
-    motion = with_enough_instants(study.machine, MOTION)[0]
+    motion = with_enough_instants(MOTION, study.plan().fastest_vibration())
     dense, machine = refined(motion, np.full(motion.time.size - 1, 8)), sample_machine(study, sample)
     one, other = (life_of(simulate(machine, each, study.method, rtol=study.rtol)) for each in (motion, dense))
     return one, other

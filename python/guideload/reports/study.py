@@ -34,7 +34,7 @@ from guideload.reports.study_tables import (
 )
 from guideload.study.metadata import StudyMetadata
 from guideload.study.quantities import CONTACT, LIFE, PEAK, PEAK_LOAD, QUANTITIES, SAFETY, column_name
-from guideload.study.rare import RareProbability
+from guideload.study.rare import LEAST, RareProbability
 from guideload.study.result import StudyResult
 from guideload.study.statistics import fewest_samples, known
 
@@ -88,12 +88,17 @@ def probability_report(found: RareProbability, metadata: StudyMetadata) -> Repor
         ends = f"{digits(found.low, 2)} to {digits(found.high, 2)}"
         text += f"{digits(found.probability, 2)} ({ends} at 95 %), coefficient of variation "
         text += percent(found.coefficient_of_variation)
+    elif found.high > LEAST:
+        text += f"not found, at most {digits(found.high, 2)} at 95 %"
     else:
         text += f"below {scientific(found.high)}"
     work = f"{found.populations} populations of a subset simulation, {found.runs} runs, seed {found.seed}"
     rated = metadata.machine.product_of_carriage if stem in (LIFE, SAFETY) else ()
+    notes = metadata.life_notes if stem in (LIFE, SAFETY) else ()
     warnings = [*found.doubts, *metadata.warnings, *unverified_lines(rated)]
-    return Report.of(metadata.machine, "probability", answer=[f"{text}. {work}."], warnings=warnings)
+    sections = [Section("Life and static safety", *notes)]
+    answer = [f"{text}. {work}."]
+    return Report.of(metadata.machine, "probability", answer=answer, warnings=warnings, sections=sections)
 
 
 def _statistics_sections(result: StudyResult, summary: pd.DataFrame) -> list[Section]:
@@ -249,8 +254,9 @@ def _study_warnings(result: StudyResult, summary: pd.DataFrame) -> Iterator[str]
     drive = result.metadata.machine.drive
     if drive is not None and drive.push_direction is not None:
         yield (
-            f"All {what} have the push of the rack of the machine as it is in the file, though it grows with the "
-            "moving mass. Where masses vary, run single machines with their own push."
+            f"All {what} have the push of the rack of the machine as it is in the file, though it follows the force of "
+            "the drive. Where masses, gravity, motion.scale or motion.force_scale vary, run single machines with their "
+            "own push."
         )
     if result.metadata.chosen:
         return

@@ -17,7 +17,7 @@ from guideload.base.maxima import maxima_between
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, with_instants
 from guideload.sensitivity.linearised import Linearised
-from guideload.simulation.instants import with_enough_instants
+from guideload.simulation.instants import fastest_vibration, with_enough_instants
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start, start_of
 
@@ -77,7 +77,7 @@ class RunDerivatives:
         if machine.drive is not None and machine.drive.push_direction is not None:
             raise ArgumentError(
                 "drive: the push of the rack depends on the force of the drive, which derivatives do not follow; "
-                "leave pressure_angle and push_direction out, or vary the machine in a study"
+                "leave pressure_angle and push_direction out, or take differences of runs of varied machines"
             )
         self.machine, self.at_rest, self.motion = machine, at_rest, motion
         self._begin = start_of(machine, motion, start)
@@ -107,7 +107,8 @@ class RunDerivatives:
 
         Where the motion has few samples, also with those of `with_enough_instants`.
         """
-        machine, motion = self.machine, with_enough_instants(self.machine, self.motion)[0]
+        machine = self.machine
+        motion = with_enough_instants(self.motion, fastest_vibration(machine))
         settings = self._settings | {"groups": machine.links_of_carriages, "centers": machine.carriage_places}
         _, largest, _, times, _ = self.at_rest.scene.peaks(*self._scaled(motion), **settings)
         run = self.on_instants(motion)

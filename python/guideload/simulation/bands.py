@@ -2,13 +2,14 @@
 
 `Uncertainty` is the distribution of the deviation of the acceleration from its estimate; a Monte Carlo sample of the
 motion is the estimate plus a drawn deviation. For a linear scene the covariance of the loads is computed exactly, and
-the bands of the peaks from samples. For any other scene every sample is simulated.
+the bands of the peaks from samples. For any other scene, and where a rack pushes, every sample is simulated: the push
+is |F| times a factor, which is not linear in the motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from guideload.base.cores import cores
 from guideload.base.methods import METHODS
 from guideload.base.quantities import Quantities, quantities
 from guideload.motion.uncertainty import COVER, TAIL, Uncertainty
+from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.peaks import resultants
 from guideload.simulation.run import Run
 
@@ -28,6 +30,7 @@ MOST_DEVIATION = 6.0  # standard deviations; none of some hundred samples deviat
 # of all samples together, or of others of the same cost, which take some seconds.
 MOST_SAMPLES, FEWEST_SAMPLES, IN_MEMORY = 40, 8, 8
 STEPS = 4_000_000
+RUNS_OF_A_PUSH = 5  # solutions of each sample until the push of a rack has settled
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +60,8 @@ def bands_of(run: Run, carriage_loads: Array) -> CredibleBands | None:
     """The credible bands of a run, from its loads (time, carriage, 6); None if the motion has no uncertainty."""
     if run.motion.uncertainty is None:
         return None
-    if run.machine.scene.model_level == "linear" and run.stretches is None and run.travel is None:
+    others = (run.stretches, run.travel, run.motion_without_push)
+    if run.machine.scene.model_level == "linear" and all(each is None for each in others):
         return _through_linear_scene(run, run.motion.uncertainty, np.ascontiguousarray(carriage_loads))
     return _by_samples(run, run.motion.uncertainty, carriage_loads)
 
@@ -127,6 +131,8 @@ def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> C
 
 def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     steps = run.solution.steps + run.solution.rejected
+    if run.motion_without_push is not None:
+        steps *= RUNS_OF_A_PUSH
     count = int(
         np.clip(STEPS / max(1.0, METHODS[run.method].cost) // max(steps, 1), FEWEST_SAMPLES, MOST_SAMPLES)
     )
@@ -146,6 +152,8 @@ def _by_samples(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBan
         if run.travel is None
         else "one with moving riders, whose motion is taken as known"
     )
+    if run.motion_without_push is not None:
+        kind += ", each with its own push of the rack"
     method = (
         f"{count} Monte Carlo samples of the motion run through the scene, which is {kind}: "
         f"rms distance from the loads of the estimate; peaks: mean over the samples -+ {COVER} standard deviations"
@@ -162,11 +170,12 @@ def drawn_loads(run: Run, count: int) -> Iterator[Array]:
 
 
 def _drawn_solutions(run: Run, uncertainty: Uncertainty, count: int) -> Iterator[Solution]:
-    """The solutions under drawn motions: the estimated acceleration plus a drawn deviation."""
-    for deviation in _deviations(run.motion.time, uncertainty, count):
-        acceleration = run.motion.acceleration.copy()
+    """The solutions under drawn motions: the estimated acceleration plus a drawn deviation, and the push of a rack."""
+    motion = run.motion_without_push or run.motion
+    for deviation in _deviations(motion.time, uncertainty, count):
+        acceleration = motion.acceleration.copy()
         acceleration[:, 0] += deviation
-        yield run.solution_under(acceleration)
+        yield with_rack_push(replace(run, motion=replace(motion, acceleration=acceleration))).solution
 
 
 def _histories(run: Run, solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:

@@ -21,30 +21,31 @@ MOST_INSTANTS = 1_000_000
 FREE_INSTANTS = 100_000  # so many never take long, however few stamps the motion has
 
 
-def with_enough_instants(
-    machine: Machine, motion: Motion, stretches: Stretches | None = None
-) -> tuple[Motion, Stretches | None]:
-    """The motion with six stamps or more per period of the fastest vibration, and the stretches of its payloads.
+def with_enough_instants(motion: Motion, fastest: float) -> Motion:
+    """The motion with six stamps or more per period of the fastest vibration [rad/s].
 
     It is the same motion: acceleration and process forces are linear between the stamps anyway.
     """
-    return with_parts(motion, stretches, enough_parts(machine, motion))
+    return with_parts(motion, None, enough_parts(motion, fastest))[0]
 
 
 def excitation_with_enough_instants(
     machine: Machine, motion: Motion, stretches: Stretches | None
 ) -> tuple[Motion, Stretches | None]:
-    """The same without the histories that do not act on the body, if instants are added."""
-    parts = enough_parts(machine, motion)
+    """The same for a machine, without the histories that do not act on the body if instants are added.
+
+    Also the stretches of its payloads.
+    """
+    parts = enough_parts(motion, fastest_vibration(machine))
     return with_parts(motion if parts.max() == 1 else motion.excitation, stretches, parts)
 
 
-def enough_parts(machine: Machine, motion: Motion) -> Integers:
+def enough_parts(motion: Motion, fastest: float) -> Integers:
     """Parts of each interval (n - 1,), so that there are six stamps or more per period of the fastest vibration.
 
     Of a motion without jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
     """
-    intervals, fastest = np.diff(motion.time), fastest_vibration(machine)
+    intervals = np.diff(motion.time)
     if fastest * intervals.max(initial=0.0) <= STEP:
         return np.ones(intervals.size, np.int64)
     shortest = float(intervals.min(initial=np.inf, where=intervals > 0.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -61,6 +61,7 @@ class Run:
     straightness_loads: StraightnessLoads | None = None  # None: all rails are straight
     travel: Array | None = None  # (riders, n, 3) at the samples of the motion; None if no rider moves
     original_times: Array | None = None  # s, the samples, if the motion has more instants; else None
+    motion_without_push: Motion | None = None  # `motion` contains the push of a rack; None: there is no rack
 
     @property
     def time(self) -> Array:
@@ -86,10 +87,6 @@ class Run:
     def solution(self) -> Solution:
         """The solution under the motion."""
         return self.solved(self.motion, self.stretches)
-
-    def solution_under(self, acceleration: Array) -> Solution:
-        """The solution under another acceleration (n, 3) [m/s2] at the samples of the motion."""
-        return self.solved(replace(self.motion, acceleration=acceleration), self.stretches)
 
     def solved(self, motion: Motion, stretches: Stretches | None) -> Solution:
         """The solution under another motion, with its stretches between changes of payload.

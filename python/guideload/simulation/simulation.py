@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -128,7 +129,9 @@ def prepared_run(
         machine, motion, chosen, reason, rtol, step, instants, begin, stretches, straightness_loads, travel
     )
     pushes = machine.drive is not None and machine.drive.push_direction is not None
-    return with_rack_push(with_visible_vibration(run) if finer or pushes else run)
+    if finer or pushes:
+        run = with_visible_vibration(run)
+    return with_rack_push(replace(run, motion_without_push=run.motion)) if pushes else run
 
 
 def _instants(times: ArrayLike) -> Array:

@@ -22,11 +22,12 @@ from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array, Indices
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, ValueRefused, shown
-from guideload.base.number_text import percent, scientific
+from guideload.base.number_text import digits, percent, scientific
 from guideload.study.columns import StudyColumns
 from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
 from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES, require_limit
+from guideload.study.statistics import probability as probability_of
 from guideload.study.storage import Chunk, SampleStore
 from guideload.study.study import Study, make_plan
 
@@ -43,19 +44,22 @@ FIRST_STEP = 0.6
 
 def subset_simulation(
     margin: Margin, factors: int, populations: int, least: float, generator: np.random.Generator
-) -> Array:
-    """(populations,) independent estimates of the probability that the margin of normal scores is positive.
+) -> tuple[Array, Array]:
+    """(populations,) independent estimates of the probability that the margin of normal scores is positive, and bounds.
 
-    An estimate is 0 if its samples do not get on towards the limit, or below the probability `least`.
+    An estimate is 0 below the probability `least`, which is then the bound, or if its samples do not get on towards
+    the limit: the bound is then that of an event which occurred in none of so many samples, at 95 %.
     """
     scores = generator.standard_normal((populations, SAMPLES, factors))
     margins = _margins(margin, scores)
     estimates, level = np.ones(populations), np.full(populations, -np.inf)
+    bounds, never = np.full(populations, least), float(probability_of(0, SAMPLES).high)
     active = np.arange(populations)
     starts = np.empty((populations, int(SHARE * SAMPLES)), np.intp)
     while active.size:
         for i in active:
             starts[i], level[i], share = _next_level(margins[i], float(level[i]), starts.shape[1], generator)
+            bounds[i] = least if share else estimates[i] * never
             estimates[i] *= share
         estimates[estimates < least] = 0.0
         active = active[(level[active] <= 0.0) & (estimates[active] > 0.0)]
@@ -66,7 +70,7 @@ def subset_simulation(
                 np.take_along_axis(margins[active], first[..., 0], 1),
             )
             scores[active], margins[active] = _chains(margin, *begin, level[active, None], generator)
-    return estimates
+    return estimates, bounds
 
 
 def _next_level(
@@ -136,6 +140,13 @@ class LimitState:
                 "probability: expected the same motion for all samples, got one drawn from the posterior of the trace "
                 "(motion.posterior), whose thousands of numbers a subset simulation cannot follow: set it to false, or "
                 "count the samples beyond the limit in a study with many of them"
+            )
+        drive = plan.metadata.machine.drive
+        if drive is not None and drive.push_direction is not None:
+            raise ArgumentError(
+                "probability: expected a drive without pressure_angle, whose push would be the same in all samples; "
+                "leave pressure_angle and push_direction out and add the push to the process forces, which "
+                "motion.force_scale varies, or run machines of your own draws by themselves"
             )
         self.name, self.threads = name, threads
         self.limit, self.sign = _limit(plan, name, limit)
@@ -241,7 +252,7 @@ class RareProbability:
     name, limit               quantity of the machine or a carriage, and its limit in its unit
     probability               mean of the populations
     coefficient_of_variation  its standard error, from the scatter of the populations, over the probability
-    low, high                 95 % interval (Student's t, of the logarithm)
+    low, high                 95 % interval (Student's t, of the logarithm); from 0 if no population came to the limit
     populations, runs         their number, and the machines that were run
     doubts                    why the estimate cannot be trusted, in sentences; empty if it can
     """
@@ -311,9 +322,9 @@ def exceedance_probability(
 
     seed, factors = plan.metadata.seed or 0, len(plan.factors)
     generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4,)))
-    estimates, more = subset_simulation(margin, factors, PILOTS, LEAST, generator), FIRST - PILOTS
+    (estimates, bounds), more = subset_simulation(margin, factors, PILOTS, LEAST, generator), FIRST - PILOTS
     while estimates.any() and more >= 1:
-        estimates = np.append(estimates, subset_simulation(margin, factors, more, LEAST, generator))
+        estimates = np.append(estimates, subset_simulation(margin, factors, more, LEAST, generator)[0])
         # Few populations may scatter little by chance, so their number follows from an upper limit of the true scatter.
         larger = np.sqrt((estimates.size - 1) / chi2.ppf(1.0 - CONFIDENCE, estimates.size - 1))
         wanted = np.ceil(estimates.size * (larger * _variation(estimates) / coefficient_of_variation) ** 2)
@@ -322,17 +333,18 @@ def exceedance_probability(
     probability = float(estimates.mean())
     variation = _variation(estimates)
     factor = float(np.exp(t.ppf(0.975, estimates.size - 1) * variation)) if probability else np.nan
+    high = min(probability * factor, 1.0) if probability else float(bounds.max())
     return RareProbability(
         name=name,
         limit=state.limit,
         probability=probability,
         coefficient_of_variation=variation,
         low=probability / factor if probability else 0.0,
-        high=min(probability * factor, 1.0) if probability else LEAST,
+        high=high,
         populations=estimates.size,
         runs=state.runs,
         seed=seed,
-        doubts=tuple(_doubts(state, estimates, variation, coefficient_of_variation)),
+        doubts=tuple(_doubts(state, estimates, variation, coefficient_of_variation, high)),
     )
 
 
@@ -342,14 +354,18 @@ def _variation(estimates: Array) -> float:
     return float(estimates.std(ddof=1) / estimates.size**0.5 / mean) if mean else np.nan
 
 
-def _doubts(state: LimitState, estimates: Array, variation: float, wanted: float) -> list[str]:
+def _doubts(state: LimitState, estimates: Array, variation: float, wanted: float, high: float) -> list[str]:
     doubts, size = [], estimates.size
     lost = int(np.count_nonzero(estimates == 0.0))
-    if lost == size:
+    if lost == size and high > LEAST:
+        doubts.append(
+            "No population came to the limit: the quantity changes in steps so large, as with measured values, that no "
+            f"sample came nearer. The runs tell only that its probability is at most {digits(high, 2)}."
+        )
+    elif lost == size:
         doubts.append(
             f"No population came to the limit: its probability is below {scientific(LEAST)}, or no machine of the "
-            "study can exceed it, as with bounded distributions, or the quantity changes in steps so large that no "
-            "sample comes nearer."
+            "study can exceed it, as with bounded distributions."
         )
     elif lost:
         doubts.append(

@@ -22,6 +22,9 @@ from guideload.base.errors import ValueRefused
 
 CONFIDENCE = 0.95
 CURVE = 400  # points of an exceedance curve, more than a picture resolves
+# Samples on either side of a share whose scatter over replicates counts; from 8 of n samples beyond a quantile on, n
+# also bound it.
+FEWEST_EVENTS = 8
 TOO_FEW = "too few samples to estimate what drives it"
 Replicate = Indices | None
 
@@ -177,9 +180,10 @@ def probability(counts: ArrayLike, samples: ArrayLike, confidence: float = CONFI
 def _proportion(share: Array, counts: Any, samples: Any, tail: float) -> tuple[Array, Array]:
     """Standard error of a share (...), and the number of independent samples whose interval it has.
 
-    counts (replicate, ...) in `samples` (replicate,). Where fewer samples than replicates have the event, or have it
-    not, their scatter tells nothing, and the samples count as independent. A count is a whole number, so that its
-    scatter in a replicate is at least that of rounding. The standard error of a share of 0 or 1 is unknown, NaN.
+    counts (replicate, ...) in `samples` (replicate,). Where fewer samples than replicates, or than `FEWEST_EVENTS`,
+    have the event or have it not, their scatter tells nothing, and the samples count as independent. A count is a whole
+    number, so that its scatter in a replicate is at least that of rounding. The standard error of a share of 0 or 1 is
+    unknown, NaN.
     """
     total, there = samples.sum(), samples > 0
     binomial = total * share * (1 - share)
@@ -189,7 +193,7 @@ def _proportion(share: Array, counts: Any, samples: Any, tail: float) -> tuple[A
         rest = counts[there] - sizes * (counts.sum(axis=0) / total)
         scatter = replicates / (replicates - 1) * (rest**2).sum(axis=0)
         scatter = np.maximum(scatter, np.minimum(binomial, replicates / 12))
-        enough = np.minimum(share, 1 - share) * total >= replicates
+        enough = np.minimum(share, 1 - share) * total >= max(replicates, FEWEST_EVENTS)
         variance = np.where(enough, scatter, binomial)
         ratio = (ndtri(tail) / stdtrit(replicates - 1, tail)) ** 2
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -184,10 +184,15 @@ class VariedParameter(ParameterPaths):
             for key, (share, relative) in amounts.items():
                 if relative:
                     amounts[key] = Amount(share * (abs(nominal[0]) if key in WIDTHS else nominal[0]), False)
-            if nominal[0] < 0.0:  # 90 % of it is above 110 %
-                for low, high in ENDS:
-                    if {low, high} <= shares:
-                        amounts[low], amounts[high] = amounts[high], amounts[low]
+            for low, high in ENDS if nominal[0] < 0.0 else ():  # 90 % of it is above 110 %
+                ends = amounts.keys() & {low, high}
+                if ends <= shares:
+                    other: dict[str | int, str | int] = {low: high, high: low}
+                    amounts = {other.get(key, key): amount for key, amount in amounts.items()}
+                elif ends & shares:
+                    expected = f"{low} and {high} both in percent or both with a unit"
+                    hint = "90 % of a negative value lies above 110 % of it"
+                    raise KeyRefused(low, expected, getattr(self, low), hint)
             return Marginal(self._bounded(amounts, nominal[0]), "value")
         located = any(key in LOCATIONS or isinstance(key, int) for key in amounts)
         # The default mode is the value of each parameter, and a bound without a location refers to nothing.

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use guideload::batch::{Base, Change, Group, NominalBody, Payload, Plan, Target};
+use guideload::batch::{Base, Change, Group, Instance, NominalBody, Payload, Plan, Target};
 use guideload::sensitivity::VariedSystem;
-use guideload::{Free, LawParameter, Link};
+use guideload::{Free, LawParameter, Link, Stopped, System, eigenvalues};
 use nalgebra::Matrix6;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::{self, List, matrix3, numbers};
+use crate::convert::{self, Array1, List, filled, matrix3, numbers};
 use crate::error::CoreError;
+use crate::interrupt::try_compute;
 use crate::law::PyLaw;
 use crate::links::{group_links, links};
 use crate::varied_system::PyVariedSystem;
@@ -151,6 +152,34 @@ impl PyVariedScene {
         Ok(Self { base, changes, plan, columns })
     }
 
+    /// Angular frequencies (n,) of the fastest vibration with values (n, columns), without payloads; NaN where there is no scene.
+    fn fastest_vibrations<'py>(
+        &self,
+        py: Python<'py>,
+        values: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Array1<'py>> {
+        let (count, columns) = (values.shape()[0], values.shape()[1]);
+        if columns != self.columns {
+            let expected = self.columns;
+            return Err(PyValueError::new_err(format!("values: expected {expected} columns, got {columns}")));
+        }
+        let values = numbers(&values, "values")?;
+        filled(py, &[count], |fastest| {
+            try_compute(py, |watch| {
+                let base = self.base.base();
+                let mut instance = Instance::new(&base)?;
+                for (i, fastest) in fastest.iter_mut().enumerate() {
+                    if watch.stops() {
+                        return Err(Stopped::Interrupted.into());
+                    }
+                    let row = &values[i * columns..(i + 1) * columns];
+                    *fastest = fastest_vibration(&base, &self.plan, row, &mut instance).unwrap_or(f64::NAN);
+                }
+                Ok(())
+            })
+        })
+    }
+
     /// The system with these values, one for each column, which carries all payloads.
     fn at(&self, values: PyReadonlyArray1<'_, f64>) -> PyResult<PyVariedSystem> {
         let values = numbers(&values, "values")?;
@@ -165,4 +194,12 @@ impl PyVariedScene {
             groups: self.base.groups.clone(),
         })
     }
+}
+
+/// Angular frequency of the fastest vibration with these values, rad/s.
+fn fastest_vibration(base: &Base, plan: &Plan, values: &[f64], instance: &mut Instance) -> Option<f64> {
+    plan.apply(base, values, instance).ok()?;
+    let system = System::new(&instance.scene().ok()?).ok()?;
+    let values = eigenvalues(&system)?;
+    Some(values[..2 * system.mode_count()].iter().fold(0.0, |most, value| f64::max(most, value.im.abs())))
 }
