@@ -87,6 +87,19 @@ def test_motor_torque_going_down_is_relieved_by_the_losses() -> None:
         assert needed.holding_torque == pytest.approx(MASS * G * lever, rel=1e-12)
 
 
+def test_rounding_turns_no_speed_beside_a_stop() -> None:
+    """Down by 318 mm, where rounding did: friction and losses relieve the motor throughout."""
+    drive = Drive(screw_lead=0.02, efficiency=0.8)
+    limits = {"speed": 0.48, "acceleration": 3.4, "jerk": 172.0, "profile": "sine squared"}
+    down = Moves(limits=limits, moves=[{"distance": -0.318, "dwell": 0.2}]).motion()
+    needed = drive_requirements(simulate(axis(drive=drive, friction=Friction(seal=20.0)), down)).with_peaks
+    assert needed.velocity is not None and needed.motor is not None
+    assert needed.velocity.max() == 0.0 and needed.friction.max() == 0.0
+    share = np.where(needed.velocity < 0.0, 0.8, 1.0)
+    lever = drive.speed_per_motor_speed
+    assert needed.motor.torque == pytest.approx(needed.force * lever * share, rel=1e-12)
+
+
 def test_report_states_holding_force_and_power_fed_back() -> None:
     machine = axis(drive=Drive(screw_lead=0.02))
     text = " ".join(result_report(simulate(machine, RISE)).text().split())
