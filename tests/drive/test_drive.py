@@ -19,6 +19,7 @@ from guideload import (
     Friction,
     Machine,
     Motion,
+    Moves,
     motion_from_trace,
     read_trace,
     simulate,
@@ -289,6 +290,42 @@ def test_a_trace_has_no_friction_at_rest(quantum: float) -> None:
     rest = (found.time < 1.45) | (found.time > 2.15)
     assert not found.friction[rest].any() and np.abs(exact.friction).max() == pytest.approx(100.0)
     assert found.rms_force == pytest.approx(exact.rms_force, rel=0.01)
+
+
+def test_a_trace_rests_before_and_after_it_creeps() -> None:
+    """A fast move, a dwell, a move at 5 mm/s, a dwell: the last three are one slow stretch."""
+    fine = np.arange(0.0, 4.3, 1e-4)
+    corners = [0.5, 0.7, 1.8, 2.0, 2.3, 2.305, 3.295, 3.3]
+    speed = np.interp(fine, corners, [0.0, 1.0, 1.0, 0.0, 0.0, 5e-3, 5e-3, 0.0])
+    place = np.append(0.0, np.cumsum(0.5e-4 * (speed[1:] + speed[:-1])))[::10]
+    measured = motion_from_trace(read_trace({"t [s]": fine[::10], "x [m]": 1e-6 * np.round(1e6 * place)}))
+    assert measured.velocity is not None
+    moving = is_moving(measured.time, measured.acceleration, measured.velocity)
+    assert np.mean(moving != (speed[::10] > 0.0)) < 0.005  # of the ends
+
+
+def test_a_trace_of_speeds_rests() -> None:
+    """The integral of their noise drifts."""
+    time = np.arange(0.0, 5.0, 1e-3)
+    speed = np.interp(
+        time, [0.5, 0.9, 1.5, 1.9, 3.0, 3.4, 4.0, 4.4], [0.0, 1.0, 1.0, 0.0, 0.0, -1.0, -1.0, 0.0]
+    )
+    noise = 3e-4 * np.random.default_rng(0).normal(size=time.size)
+    measured = motion_from_trace(read_trace({"t [s]": time, "v [m/s]": speed + noise}, column="v [m/s]"))
+    assert measured.velocity is not None
+    moving = is_moving(measured.time, measured.acceleration, measured.velocity)
+    assert np.mean(moving != (speed != 0.0)) < 0.02
+
+
+@pytest.mark.parametrize("profile", ["jerk limited", "sine squared", "polynomial 5"])
+def test_a_planned_motion_stands_exactly(profile: str) -> None:
+    limits = {"speed": 1.0, "acceleration": 5.0, "jerk": 200.0, "profile": profile}
+    steps = [{"distance": 0.3, "dwell": 0.2}, {"distance": 0.2}, {"distance": -0.5, "dwell": 0.1}]
+    planned = Moves(limits=limits, moves=steps).motion()
+    assert planned.velocity is not None
+    moving = is_moving(planned.time, planned.acceleration, planned.velocity)
+    known = np.abs(planned.velocity[:, 0]) > 1e-12
+    assert np.array_equal(moving, known)
 
 
 def test_creeping_has_friction() -> None:

@@ -15,6 +15,8 @@ from guideload import (
     Motion,
     Moves,
     frequency_response,
+    motion_from_trace,
+    read_trace,
     simulate,
 )
 from guideload.drive import drive_requirements
@@ -98,6 +100,21 @@ def test_rounding_turns_no_speed_beside_a_stop() -> None:
     share = np.where(needed.velocity < 0.0, 0.8, 1.0)
     lever = drive.speed_per_motor_speed
     assert needed.motor.torque == pytest.approx(needed.force * lever * share, rel=1e-12)
+
+
+def test_a_trace_has_the_torque_of_its_plan() -> None:
+    """An estimated speed has a random sign at rest, where the gear has no loss."""
+    time = np.arange(0.0, RISE.time[-1], 1e-3)
+    assert RISE.position is not None
+    trace = read_trace(
+        {"t": time, "x_m": 1e-6 * np.round(1e6 * np.interp(time, RISE.time, RISE.position[:, 0]))}
+    )
+    machine = axis(drive=Drive(screw_lead=0.02, efficiency=0.5))
+    planned, found = (drive_requirements(simulate(machine, one)) for one in (RISE, motion_from_trace(trace)))
+    assert planned.motor is not None and found.motor is not None
+    assert found.motor.rms_torque == pytest.approx(planned.motor.rms_torque, rel=5e-3)
+    still = found.time > RISE.time[-1] - 0.2
+    assert found.motor.torque[still] == pytest.approx(planned.holding_torque, rel=1e-2)
 
 
 def test_report_states_holding_force_and_power_fed_back() -> None:

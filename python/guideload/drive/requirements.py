@@ -33,8 +33,8 @@ class Motor:
     """Torque and speed of the motor at the instants of a result.
 
     speed           (time,) rad/s
-    torque          (time,) N m: (F lever) / efficiency if power flows to the cart, times efficiency if it flows back;
-                    plus motor inertia times angular acceleration
+    torque          (time,) N m: (F lever) / efficiency if power flows to the cart, times efficiency if it flows back,
+                    F lever at standstill; plus motor inertia times angular acceleration
     largest_torque  (time,) N m, of the torque curve at this speed; nan beyond its last speed; None without a curve
     rated_torque    N m, or None
     """
@@ -197,13 +197,14 @@ def drive_requirements(result: Result) -> DriveRequirements:
 class _Histories(NamedTuple):
     """What the requirements follow from, at n instants.
 
-    time (n,) s; acceleration, speed (n,) m/s2, m/s of the cart along x, the latter None if unknown; reaction, friction
-    (n,) N.
+    time (n,) s; acceleration, speed, rolling speed (n,) m/s2, m/s, m/s of the cart along x, the speeds None if unknown;
+    reaction, friction (n,) N.
     """
 
     time: Array
     acceleration: Array
     speed: Array | None
+    rolling: Array | None
     reaction: Array
     friction: Array
 
@@ -221,7 +222,7 @@ class _Histories(NamedTuple):
         acceleration = result.history("cart_acceleration")
         assert acceleration is not None
         friction = friction_force(machine, result.carriage_loads, rolling)
-        return cls(time, acceleration[:, 0], speed, reaction, friction)
+        return cls(time, acceleration[:, 0], speed, rolling, reaction, friction)
 
     def joined(self, other: _Histories) -> _Histories:
         """With the instants of the other that are not among its own."""
@@ -236,9 +237,23 @@ class _Histories(NamedTuple):
         """What they ask of the drive of the machine."""
         motor = None
         if machine.drive is not None and not machine.drive.linear_motor and self.speed is not None:
-            force = self.reaction + self.friction
-            motor = _motor(machine.drive, self.time, self.speed, self.acceleration, force)
+            motor = self._motor(machine.drive)
         return DriveRequirements(self.time, self.speed, self.reaction, self.friction, motor, machine)
+
+    def _motor(self, drive: Drive) -> Motor:
+        assert self.speed is not None and self.rolling is not None
+        lever, force = drive.speed_per_motor_speed, self.reaction + self.friction
+        speed = self.speed / lever
+        # With power towards the cart the gear takes its share from the motor; with power back, from the cart. At
+        # standstill the force counts without loss.
+        power = force * self.rolling
+        loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
+        torque = force * lever * loss + drive.motor_inertia * self.acceleration / lever
+        largest = None
+        if drive.torque_curve is not None:
+            speeds, torques = np.array(drive.torque_curve).T
+            largest = np.interp(np.abs(speed), speeds, torques, right=np.nan)
+        return Motor(speed, torque, largest, drive.rated_torque, self.time)
 
 
 def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array, Array]:
@@ -292,21 +307,6 @@ def is_elastic(machine: Machine) -> bool:
 def _along_x(machine: Machine) -> Array:
     """(link,) x of the direction of each link."""
     return machine.link_table().directions[:, 0]
-
-
-def _motor(drive: Drive, time: Array, velocity: Array, acceleration: Array, force: Array) -> Motor:
-    lever = drive.speed_per_motor_speed
-    speed = velocity / lever
-    # With power towards the cart the gear takes its share from the motor; with power back, from the cart. At standstill
-    # the force counts without loss.
-    power = force * velocity
-    loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
-    torque = force * lever * loss + drive.motor_inertia * acceleration / lever
-    largest = None
-    if drive.torque_curve is not None:
-        speeds, torques = np.array(drive.torque_curve).T
-        largest = np.interp(np.abs(speed), speeds, torques, right=np.nan)
-    return Motor(speed, torque, largest, drive.rated_torque, time)
 
 
 def share_of_push(result: Result, needed: DriveRequirements) -> Array:
