@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from machines import table
+from machines import link, table
+from reference import cart, cart_clear, preloaded
 
 from guideload import (
     Body,
@@ -123,6 +126,19 @@ def test_report_states_holding_force_and_power_fed_back() -> None:
     assert "holds the cart at rest against gravity with 490 N at the cart, 1.56 N m at the motor" in text
     assert "Power flows back from the cart, up to" in text
     assert "against gravity" not in result_report(simulate(axis(0.0), RISE)).text()
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+@pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
+def test_nothing_holds_a_horizontal_axis(build: Callable[[], Machine], elastic: bool) -> None:
+    """Whatever the rounding of the loads of its carriages, which gravity across the rails presses and lifts."""
+    machine = build().model_copy(update={"gravity": (0.0, -9.0, 3.0), "drive": Drive(screw_lead=0.02)})
+    if elastic:
+        screw = link("screw", stiffness=1e7, damping=1e3)
+        machine = machine.model_copy(update={"links": (screw,), "free": ("x", *machine.free)})
+    still = Motion.along_x([0.0, 0.01], [0.0, 0.0], velocity=[0.0, 0.0])
+    needed = drive_requirements(simulate(machine, still))
+    assert needed.holding_force == needed.holding_torque == 0.0
 
 
 def test_gravity_along_the_travel_changes_neither_vibration_nor_response() -> None:

@@ -25,6 +25,7 @@ from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`
 BESIDE = 1e-6  # of an interval, from a standstill to an instant beside it
+ROUNDING = 1e-9  # of the static loads of all links: what they leave along x if gravity has no part there
 NO_RACK = {"pressure_angle": None, "helix_angle": 0.0, "push_direction": None}
 
 
@@ -107,9 +108,9 @@ class DriveRequirements:
         """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
         laden = self.machine.with_payloads(payload.name for payload in self.machine.payloads)
         scene = (laden if self.machine.payloads else self.machine).scene
-        if is_elastic(self.machine):
-            return float(-scene.static_link_loads() @ _along_x(self.machine))
-        return float(scene.static_reaction()[0])
+        loads = scene.static_link_loads()
+        held = -loads @ _along_x(self.machine) if is_elastic(self.machine) else scene.static_reaction()[0]
+        return float(held) if abs(held) > ROUNDING * np.abs(loads).sum() else 0.0
 
     @property
     def holding_torque(self) -> float | None:
