@@ -30,7 +30,7 @@ from guideload.life.bands import LifeBand
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
-from guideload.life.limits import unverified_notes
+from guideload.life.limits import cycles_notes, unverified_notes
 from guideload.life.load_parts import CAUSES
 from guideload.life.rating_life import failure_probability
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
@@ -175,8 +175,9 @@ def life_verdict(life: float, wanted: float | None, safety: float, conditions: L
 
 
 def _notes(life: Life) -> list[str]:
-    """Limits of formulas and products, values not compared, an implausible life."""
-    return [*(f"Warning: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
+    """Limits of formulas and products, values not compared, too many cycles, an implausible life."""
+    notes = *life.notes, *cycles_notes(life.conditions, float(np.ptp(life.record.travel.time)))
+    return [*(f"Warning: {note}." for note in notes), *life_warnings(life.hours(life.machine))]
 
 
 def unverified_lines(products: Iterable[Product | None]) -> list[str]:
