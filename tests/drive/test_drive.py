@@ -173,6 +173,20 @@ def test_friction_and_loss_just_after_a_start_and_beside_a_reversal_count() -> N
     assert [found.min(), found.max()] == pytest.approx([force - 200.0, force + 200.0], rel=1e-5)
 
 
+def test_the_margin_of_torque_counts_up_to_the_last_speed_of_the_curve() -> None:
+    """In closed form: a constant torque under a curve that falls, passed between two stamps."""
+    time, lever = np.linspace(0.0, 0.3, 4), 0.02 / (2.0 * np.pi)
+    curve = ((0.0, 90.0), (0.53 / lever, 20.0))
+    one = slide(100.0, Friction(seal=0.0)).model_copy(
+        update={"drive": Drive(screw_lead=0.02, torque_curve=curve)}
+    )
+    for sign in (1.0, -1.0):
+        moved = Motion.along_x(time, np.full(4, sign * 4.0), velocity=sign * 4.0 * time)
+        margins = drive_requirements(simulate(one, moved)).margins
+        assert margins["motor torque"] == pytest.approx(20.0 / (400.0 * lever), rel=1e-5)
+        assert margins["motor speed"] == pytest.approx(0.53 / 1.2, rel=1e-12)
+
+
 @pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
 def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
     """The result is that of the push as a process force at L, and the push follows from the force of that result."""

@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.errors import ArgumentError
 from guideload.base.maxima import maxima_between
 from guideload.base.methods import Method
@@ -187,7 +187,7 @@ def drive_requirements(result: Result) -> DriveRequirements:
     if finer is not run:
         dense = dense.joined(histories_of(finer))
     if motion is not None and rolling is not None:
-        dense = dense.joined(histories_of(replace(run, times=_beside_standstill(motion, rolling))))
+        dense = dense.joined(histories_of(replace(run, times=_beside_jumps(motion, rolling, machine.drive))))
     magnitudes = _magnitudes(dense.requirements(machine))
     found = maxima_between(dense.time, magnitudes, magnitudes.max(axis=0), magnitudes_at)
     dense = dense.joined(histories_of(replace(run, times=found)))
@@ -268,23 +268,31 @@ def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array
     return speed, np.where((rolling[before] == 0.0) & (rolling[after] == 0.0), 0.0, speed)
 
 
-def _beside_standstill(motion: Motion, rolling: Array) -> Array:
-    """Instants [s] just after a start, before a stop, and on both sides of a reversal.
+def _beside_jumps(motion: Motion, rolling: Array, drive: Drive | None) -> Array:
+    """Instants [s] just after a start, before a stop, and on both sides of a reversal and of the motor's last speed.
 
-    There friction and the loss of the gear jump. rolling: rolling speed at the stamps.
+    There friction and the loss of the gear jump, and the torque curve ends. rolling: rolling speed at the stamps.
     """
-    start, end = rolling[:-1], rolling[1:]
     steps, change = np.diff(motion.time), np.diff(motion.acceleration[:, 0])
-    starts, stops = (start == 0.0) & (end != 0.0), (start != 0.0) & (end == 0.0)
-    turns = start * end < 0.0
-    # The root of start + b s + c s^2, the speed at a share s of the interval.
-    c, v = 0.5 * (steps * change)[turns], start[turns]
-    b = end[turns] - v - c
-    q = -0.5 * (b + np.copysign(np.sqrt(np.maximum(b * b - 4.0 * c * v, 0.0)), b))
-    share = v / q
-    share = np.where((share >= 0.0) & (share <= 1.0), share, q / np.where(c == 0.0, 1.0, c))
-    share = np.minimum(np.maximum(share, BESIDE), 1.0 - BESIDE)
-    places = (starts, BESIDE), (stops, 1.0 - BESIDE), (turns, share - BESIDE), (turns, share + BESIDE)
+    rests = rolling == 0.0
+    places: list[tuple[Flags, Array | float]] = [
+        (rests[:-1] & ~rests[1:], BESIDE),
+        (~rests[:-1] & rests[1:], 1.0 - BESIDE),
+    ]
+    last = 0.0
+    if drive is not None and drive.torque_curve is not None:
+        last = drive.torque_curve[-1][0] * drive.speed_per_motor_speed
+    for level in {0.0, last, -last}:
+        start, end = rolling[:-1] - level, rolling[1:] - level
+        passes = start * end < 0.0
+        # The root of start + b s + c s^2, the speed beyond the level at a share s of the interval.
+        c, v = 0.5 * (steps * change)[passes], start[passes]
+        b = end[passes] - v - c
+        q = -0.5 * (b + np.copysign(np.sqrt(np.maximum(b * b - 4.0 * c * v, 0.0)), b))
+        share = v / q
+        share = np.where((share >= 0.0) & (share <= 1.0), share, q / np.where(c == 0.0, 1.0, c))
+        share = np.minimum(np.maximum(share, BESIDE), 1.0 - BESIDE)
+        places += [(passes, share - BESIDE), (passes, share + BESIDE)]
     times = [motion.time[:-1][where] + at * steps[where] for where, at in places]
     return np.setdiff1d(np.concatenate(times), motion.time)
 
