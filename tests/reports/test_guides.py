@@ -47,10 +47,28 @@ def test_every_carriage_stays_on_the_rail() -> None:
         ends = place[:, None, None] + centers[:, None] + np.array([-0.045, 0.045])
         assert sum(found[rail.name][1:]) == pytest.approx(np.ptp(ends), rel=1e-14)
     text = " ".join(guides_section(result).parts[0])
-    assert "shortest possible 3595 mm (" in text and "90 mm of a carriage); add reserve" in text
+    assert "shortest possible 3595 mm (" in text and "90 mm for half of each); add reserve" in text
     unknown = simulate(with_product(carriage_length=None), MOTION)
-    assert all(np.isnan(one.carriage) for one in rail_lengths(unknown))
+    assert all(np.isnan(one.halves) for one in rail_lengths(unknown))
     assert "mm and the length of a carriage (" in " ".join(guides_section(unknown).parts[0])
+
+
+def test_a_long_carriage_between_others_makes_no_rail_longer() -> None:
+    """Of carriages of different lengths, the ends of the first and of the last count."""
+    lengths = {"p1": 0.09, "p2": 0.12, "p3": 0.2}
+    products = [
+        Product(**PRODUCT | {"name": name, "carriage_length": long}) for name, long in lengths.items()
+    ]
+    machine = cart()
+    first, last = machine.carriages[:2]
+    middle = first.model_copy(update={"name": "1m", "x": 0.0, "product": "p3"})
+    ends = (first.model_copy(update={"product": "p1"}), middle, last.model_copy(update={"product": "p2"}))
+    others = (one.model_copy(update={"product": "p1"}) for one in machine.carriages[2:])
+    machine = machine.model_copy(update={"products": products, "carriages": (*ends, *others)})
+    one, two = rail_lengths(simulate(machine, MOTION))
+    reach = [[c.x - 0.5 * lengths[c.product], c.x + 0.5 * lengths[c.product]] for c in ends]
+    assert one.span + one.halves == pytest.approx(np.ptp(reach), rel=1e-14)
+    assert two.halves == pytest.approx(0.09, rel=1e-14)
 
 
 @given(st.integers(1, 4000), st.floats(0.0, 1.0))
