@@ -62,7 +62,7 @@ def guides_section(result: Result) -> Section:
         needed = stroke + span + (halves if known else 0.0)
         rest = "" if known else " and the length of a carriage"
         shortest = f"{number(1e3 * shortest_rail(needed))} mm{rest}"
-        last = f", {digits(1e3 * halves)} mm for half of each" if known else ""
+        last = f", {digits(1e3 * halves)} mm of their outer halves" if known else ""
         lines.append(
             f"rail {rail}: shortest possible {shortest} ({digits(1e3 * stroke, 4)} mm of stroke, "
             f"{digits(1e3 * span, 4)} mm from the first to the last carriage{last}); {MORE}"
