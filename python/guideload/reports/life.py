@@ -263,8 +263,8 @@ def _places_section(life: Life) -> Section:
         start, end, share = place.worst_window()
         passed = (end - start) / (place.edges[-1] - place.edges[0])
         lines.append(
-            f"rail {place.rail}: the most damaged {digits(end - start)} m is x = {fixed(start, 2)} to {fixed(end, 2)} m: "
-            f"{fixed(100 * share)} % of the damage on {fixed(100 * passed)} % of the length that its carriages pass"
+            f"rail {place.rail}: the most damaged {digits(end - start)} m is x = {fixed(start, 2)} to {fixed(end, 2)} "
+            f"m: {fixed(100 * share)} % of the damage on {fixed(100 * passed)} % of the length that its carriages pass"
         )
     note = (
         "x is counted from L at the start of the record. Damage at a place: from all carriages that pass it."
