@@ -306,6 +306,17 @@ def test_a_trace_has_no_friction_at_rest(quantum: float) -> None:
     assert found.rms_force == pytest.approx(exact.rms_force, rel=0.01)
 
 
+def test_slow_moves_there_and_back_have_friction() -> None:
+    """Legs of 0.1 mm at 0.1 mm/s after a fast move, with no stamp at a reversal."""
+    time = np.arange(0.0, 8.0, 1e-3) + 0.37e-3
+    fast = np.interp(time, [0.2, 0.4, 1.8, 2.0], [0.0, 1.0, 1.0, 0.0])
+    legs = 1e-4 * np.clip(10.0 * np.sin(np.pi * (time - 2.0)), -1.0, 1.0)
+    speed = fast + np.where(time > 2.0, legs, 0.0)
+    along = np.zeros((2, time.size, 3))
+    along[:, :, 0] = np.gradient(speed, time), speed
+    assert np.array_equal(is_moving(time, *along), speed != 0.0)
+
+
 def test_a_trace_rests_before_and_after_it_creeps() -> None:
     """A fast move, a dwell, a move at 5 mm/s, a dwell: the last three are one slow stretch."""
     fine = np.arange(0.0, 4.3, 1e-4)

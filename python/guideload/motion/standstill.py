@@ -75,9 +75,10 @@ def is_moving(time: Array, acceleration: Array, velocity: Array) -> Flags:
         starts, ends = find_runs(near)
         here = np.searchsorted(starts, quiet.start - first, side="right") - 1
         rest = slice(first + starts[here], first + ends[here])
-        # Noise has both signs again and again. What creeps has one, as have starts and stops of planned motions.
-        signs = np.sign(speed[rest][moving[rest]])
-        if np.count_nonzero(np.diff(signs)) > 1:
+        # Noise has both signs again and again, and goes nowhere. What creeps has one for long, as have starts and stops
+        # of planned motions.
+        turns = np.count_nonzero(np.diff(np.sign(speed[rest][moving[rest]])))
+        if turns > 1 and np.ptp(place[rest]) <= 2.0 * ROLLING * turns:
             moving[rest] = False
             stretches += [(first, rest.start), (rest.stop, after)]
     return moving
