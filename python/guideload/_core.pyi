@@ -39,7 +39,7 @@ def equivalent_load_integrals(
     exponent: float,
     bows: Array | None = None,
 ) -> tuple[Array, Array]:
-    """int P^p |v| dt [N^p m] and int |v| dt [m] of the n - 1 intervals between instants; p: exponent > 0.
+    """int P^p |v| dt [N^p m] and int |v| dt [m] of the n - 1 intervals between instants; p: exponent from 1 to 100.
 
     Exact, with rounding, for loads (n, 6) [N, N m] and an acceleration along x (n,) [m/s2] linear in time. bows:
     (n - 1, 6) of the loads, as from `Scene.group_load_bows`: in each interval the line is shifted by this.

@@ -19,6 +19,7 @@ from guideload import (
     Friction,
     Machine,
     Motion,
+    Moves,
     motion_from_trace,
     read_trace,
     simulate,
@@ -172,6 +173,20 @@ def test_friction_and_loss_just_after_a_start_and_beside_a_reversal_count() -> N
     assert [found.min(), found.max()] == pytest.approx([force - 200.0, force + 200.0], rel=1e-5)
 
 
+def test_the_margin_of_torque_counts_up_to_the_last_speed_of_the_curve() -> None:
+    """In closed form: a constant torque under a curve that falls, passed between two stamps."""
+    time, lever = np.linspace(0.0, 0.3, 4), 0.02 / (2.0 * np.pi)
+    curve = ((0.0, 90.0), (0.53 / lever, 20.0))
+    one = slide(100.0, Friction(seal=0.0)).model_copy(
+        update={"drive": Drive(screw_lead=0.02, torque_curve=curve)}
+    )
+    for sign in (1.0, -1.0):
+        moved = Motion.along_x(time, np.full(4, sign * 4.0), velocity=sign * 4.0 * time)
+        margins = drive_requirements(simulate(one, moved)).margins
+        assert margins["motor torque"] == pytest.approx(20.0 / (400.0 * lever), rel=1e-5)
+        assert margins["motor speed"] == pytest.approx(0.53 / 1.2, rel=1e-12)
+
+
 @pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
 def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
     """The result is that of the push as a process force at L, and the push follows from the force of that result."""
@@ -289,6 +304,53 @@ def test_a_trace_has_no_friction_at_rest(quantum: float) -> None:
     rest = (found.time < 1.45) | (found.time > 2.15)
     assert not found.friction[rest].any() and np.abs(exact.friction).max() == pytest.approx(100.0)
     assert found.rms_force == pytest.approx(exact.rms_force, rel=0.01)
+
+
+def test_slow_moves_there_and_back_have_friction() -> None:
+    """Legs of 0.1 mm at 0.1 mm/s after a fast move, with no stamp at a reversal."""
+    time = np.arange(0.0, 8.0, 1e-3) + 0.37e-3
+    fast = np.interp(time, [0.2, 0.4, 1.8, 2.0], [0.0, 1.0, 1.0, 0.0])
+    legs = 1e-4 * np.clip(10.0 * np.sin(np.pi * (time - 2.0)), -1.0, 1.0)
+    speed = fast + np.where(time > 2.0, legs, 0.0)
+    along = np.zeros((2, time.size, 3))
+    along[:, :, 0] = np.gradient(speed, time), speed
+    assert np.array_equal(is_moving(time, *along), speed != 0.0)
+
+
+def test_a_trace_rests_before_and_after_it_creeps() -> None:
+    """A fast move, a dwell, a move at 5 mm/s, a dwell: the last three are one slow stretch."""
+    fine = np.arange(0.0, 4.3, 1e-4)
+    corners = [0.5, 0.7, 1.8, 2.0, 2.3, 2.305, 3.295, 3.3]
+    speed = np.interp(fine, corners, [0.0, 1.0, 1.0, 0.0, 0.0, 5e-3, 5e-3, 0.0])
+    place = np.append(0.0, np.cumsum(0.5e-4 * (speed[1:] + speed[:-1])))[::10]
+    measured = motion_from_trace(read_trace({"t [s]": fine[::10], "x [m]": 1e-6 * np.round(1e6 * place)}))
+    assert measured.velocity is not None
+    moving = is_moving(measured.time, measured.acceleration, measured.velocity)
+    assert np.mean(moving != (speed[::10] > 0.0)) < 0.005  # of the ends
+
+
+def test_a_trace_of_speeds_rests() -> None:
+    """The integral of their noise drifts."""
+    time = np.arange(0.0, 5.0, 1e-3)
+    speed = np.interp(
+        time, [0.5, 0.9, 1.5, 1.9, 3.0, 3.4, 4.0, 4.4], [0.0, 1.0, 1.0, 0.0, 0.0, -1.0, -1.0, 0.0]
+    )
+    noise = 3e-4 * np.random.default_rng(0).normal(size=time.size)
+    measured = motion_from_trace(read_trace({"t [s]": time, "v [m/s]": speed + noise}, column="v [m/s]"))
+    assert measured.velocity is not None
+    moving = is_moving(measured.time, measured.acceleration, measured.velocity)
+    assert np.mean(moving != (speed != 0.0)) < 0.02
+
+
+@pytest.mark.parametrize("profile", ["jerk limited", "sine squared", "polynomial 5"])
+def test_a_planned_motion_stands_exactly(profile: str) -> None:
+    limits = {"speed": 1.0, "acceleration": 5.0, "jerk": 200.0, "profile": profile}
+    steps = [{"distance": 0.3, "dwell": 0.2}, {"distance": 0.2}, {"distance": -0.5, "dwell": 0.1}]
+    planned = Moves(limits=limits, moves=steps).motion()
+    assert planned.velocity is not None
+    moving = is_moving(planned.time, planned.acceleration, planned.velocity)
+    known = np.abs(planned.velocity[:, 0]) > 1e-12
+    assert np.array_equal(moving, known)
 
 
 def test_creeping_has_friction() -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from machines import table
+from machines import link, table
+from reference import cart, cart_clear, preloaded
 
 from guideload import (
     Body,
@@ -15,6 +18,8 @@ from guideload import (
     Motion,
     Moves,
     frequency_response,
+    motion_from_trace,
+    read_trace,
     simulate,
 )
 from guideload.drive import drive_requirements
@@ -87,12 +92,53 @@ def test_motor_torque_going_down_is_relieved_by_the_losses() -> None:
         assert needed.holding_torque == pytest.approx(MASS * G * lever, rel=1e-12)
 
 
+def test_rounding_turns_no_speed_beside_a_stop() -> None:
+    """Down by 318 mm, where rounding did: friction and losses relieve the motor throughout."""
+    drive = Drive(screw_lead=0.02, efficiency=0.8)
+    limits = {"speed": 0.48, "acceleration": 3.4, "jerk": 172.0, "profile": "sine squared"}
+    down = Moves(limits=limits, moves=[{"distance": -0.318, "dwell": 0.2}]).motion()
+    needed = drive_requirements(simulate(axis(drive=drive, friction=Friction(seal=20.0)), down)).with_peaks
+    assert needed.velocity is not None and needed.motor is not None
+    assert needed.velocity.max() == 0.0 and needed.friction.max() == 0.0
+    share = np.where(needed.velocity < 0.0, 0.8, 1.0)
+    lever = drive.speed_per_motor_speed
+    assert needed.motor.torque == pytest.approx(needed.force * lever * share, rel=1e-12)
+
+
+def test_a_trace_has_the_torque_of_its_plan() -> None:
+    """An estimated speed has a random sign at rest, where the gear has no loss."""
+    time = np.arange(0.0, RISE.time[-1], 1e-3)
+    assert RISE.position is not None
+    trace = read_trace(
+        {"t": time, "x_m": 1e-6 * np.round(1e6 * np.interp(time, RISE.time, RISE.position[:, 0]))}
+    )
+    machine = axis(drive=Drive(screw_lead=0.02, efficiency=0.5))
+    planned, found = (drive_requirements(simulate(machine, one)) for one in (RISE, motion_from_trace(trace)))
+    assert planned.motor is not None and found.motor is not None
+    assert found.motor.rms_torque == pytest.approx(planned.motor.rms_torque, rel=5e-3)
+    still = found.time > RISE.time[-1] - 0.2
+    assert found.motor.torque[still] == pytest.approx(planned.holding_torque, rel=1e-2)
+
+
 def test_report_states_holding_force_and_power_fed_back() -> None:
     machine = axis(drive=Drive(screw_lead=0.02))
     text = " ".join(result_report(simulate(machine, RISE)).text().split())
     assert "holds the cart at rest against gravity with 490 N at the cart, 1.56 N m at the motor" in text
     assert "Power flows back from the cart, up to" in text
     assert "against gravity" not in result_report(simulate(axis(0.0), RISE)).text()
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+@pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
+def test_nothing_holds_a_horizontal_axis(build: Callable[[], Machine], elastic: bool) -> None:
+    """Whatever the rounding of the loads of its carriages, which gravity across the rails presses and lifts."""
+    machine = build().model_copy(update={"gravity": (0.0, -9.0, 3.0), "drive": Drive(screw_lead=0.02)})
+    if elastic:
+        screw = link("screw", stiffness=1e7, damping=1e3)
+        machine = machine.model_copy(update={"links": (screw,), "free": ("x", *machine.free)})
+    still = Motion.along_x([0.0, 0.01], [0.0, 0.0], velocity=[0.0, 0.0])
+    needed = drive_requirements(simulate(machine, still))
+    assert needed.holding_force == needed.holding_torque == 0.0
 
 
 def test_gravity_along_the_travel_changes_neither_vibration_nor_response() -> None:

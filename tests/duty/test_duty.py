@@ -93,6 +93,16 @@ def test_cycles_per_hour_are_those_of_the_cases() -> None:
         duty_cycle(cases(cycles_per_hour=30.0))
 
 
+def test_a_case_may_last_longer_than_the_mean_cycle() -> None:
+    """Cycles of all cases that fit into the period are no reason to warn."""
+    machine, slow = cart(life={"cycles_per_hour": 100.0}), moved(replace(GENTLE, dwell=15.0), 500.0)
+    assert np.ptp(slow.time) > 36.0
+    duty = duty_cycle(
+        [LoadCase("short", machine, MOTION, 90.0), LoadCase("long", machine, slow, 10.0)], 3600.0
+    )
+    assert "for the motion, which lasts" not in one_line(duty_report(duty).text())
+
+
 def test_impossible_cases_and_periods_are_refused() -> None:
     one, _ = cases()
     with pytest.raises(ArgumentError, match="a unique name of each case, got empty, empty"):

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from guideload.base.arrays import Array
-from guideload.life.equivalent_load import EquivalentLoad, PreloadEffect
+from guideload.base.errors import ConfigError
+from guideload.catalogue.rating import Rating
+from guideload.life.equivalent_load import PLAIN_SUM, EquivalentLoad, PreloadEffect
 from guideload.life.mean_load import Travel, integrals, mean_load
 
 WEIGHTS = np.zeros((2, 5, 2))
@@ -170,3 +172,17 @@ def test_dwell_uses_no_life_and_units_scale() -> None:
     assert mean_load(*integrals(travel, 7.0 * loads, rule, 3.0), 3.0) == pytest.approx(7.0 * mean, rel=1e-13)
     faster = Travel(travel.time, 3.0 * travel.velocity, 3.0 * travel.acceleration)
     assert mean_load(*integrals(faster, loads, rule, 3.0), 3.0) == pytest.approx(mean, rel=1e-13)
+
+
+@pytest.mark.parametrize(("exponent", "beyond"), [(1.0, 0.9), (20.0, 20.1)])
+def test_each_exponent_that_a_product_may_have_has_a_mean_load(exponent: float, beyond: float) -> None:
+    """Also those at the ends of the range."""
+    Rating(value=2e3, base=1e5, exponent=exponent)
+    loads = np.zeros((2, 6))
+    loads[:, 1] = 1e3
+    travel = Travel(np.array([0.0, 1.0]), np.ones(2), np.zeros(2))
+    assert mean_load(*integrals(travel, loads, PLAIN_SUM, exponent), exponent) == pytest.approx(
+        1e3, rel=1e-13
+    )
+    with pytest.raises(ConfigError, match="an exponent from 1 to 20"):
+        Rating(value=2e3, base=1e5, exponent=beyond)

@@ -11,6 +11,7 @@ from trace_files import refuses
 from guideload.base.errors import ArgumentTypeError
 from guideload.motion.forces import Forces
 from guideload.motion.motion import Motion, velocity_at, with_instants
+from guideload.motion.moves import Moves
 
 TIME = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
 ALONG = np.array([0.0, 1.0, 1.0, -1.0, 0.0, 0.5])
@@ -113,6 +114,21 @@ def test_the_speed_between_stamps_is_the_integral_of_the_acceleration(with_posit
     assert finer.velocity is not None
     np.testing.assert_allclose(finer.velocity[:, 0], speed(finer.time), rtol=1e-14)
     np.testing.assert_allclose(velocity_at(motion, finer.time)[:, 0], speed(finer.time), rtol=1e-14)
+
+
+def test_the_speed_beside_a_standstill_has_the_sign_of_the_move() -> None:
+    """At the floating-point numbers next to its start and its stop; beside a reversal it has both signs."""
+    limits = {"speed": 0.48, "acceleration": 3.4, "jerk": 172.0, "profile": "sine squared"}
+    down = Moves(limits=limits, moves=[{"distance": -0.318}]).motion()
+    start, stop = down.time[np.flatnonzero(down.velocity[:, 0])[[0, -1]] + [-1, 1]]
+    beside = np.sort(
+        [start + np.spacing(1e-2) * np.arange(300), stop - np.spacing(stop) * np.arange(300)], axis=1
+    )
+    assert velocity_at(down, beside.ravel())[:, 0].max() == 0.0
+    turning = Motion.along_x([0.0, 1.0], [-2.0, -2.0], velocity=[1.0, -1.0])
+    assert velocity_at(turning, np.array([0.5 - 1e-9, 0.5 + 1e-9]))[:, 0] == pytest.approx(
+        [2e-9, -2e-9], rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("when", [[-1.0, 2.0], [0.0, 1.0]])

@@ -76,7 +76,7 @@ RATED_MOMENT = Range(
 )
 FACTOR = Range("a factor", "1", 1e-6, 1e6, "a million times")
 REDUCTION = Range("a factor up to 1", "1", 1e-6, 1.0, "it reduces a load rating")
-EXPONENT = Range("an exponent", "1", 0.1, 20.0, "lives of bearings have 3 to 10/3, those of springs up to 10")
+EXPONENT = Range("an exponent", "1", 1.0, 20.0, "lives of bearings have 3 to 10/3, those of springs up to 10")
 DISTANCE = Range("a travelled distance", "m", 1e-3, 1e15, "a million km in each of a million hours")
 PERIOD = Range("a period", "s", 1e-9, 1e11, "from a nanosecond to three thousand years")
 CYCLES = Range("a number of cycles", "1", 1e-9, 1e12, "a thousand per second for thirty years")

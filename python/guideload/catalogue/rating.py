@@ -27,7 +27,7 @@ def life_exponent(value: object) -> float:
             value = float(Fraction(value))
         return number(value, "1", above=0.0, within=EXPONENT)
     except (ValueError, ZeroDivisionError):
-        raise ValueRefused("an exponent > 0", value, '3 for balls, "10/3" for rollers') from None
+        raise ValueRefused(EXPONENT.words, value, '3 for balls, "10/3" for rollers') from None
 
 
 class Rating(ConfigModel):

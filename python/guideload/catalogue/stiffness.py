@@ -2,10 +2,10 @@
 
 A radial load rests on the contacts of two rows at 45 degrees. In each row as many balls as fit into its length L carry
 the same load Q: Z = L/D. The static rating C0 loads each ball by the Q0 = q D^2 that presses steel by 4200 MPa
-(ISO 14728-2), the preload F0 by Q0 F0/C0. Hertz gives the approach of a ball in its two contacts, c Q^(2/3) D^(-1/3).
-Of the two preloaded pairs of rows together the diameter D cancels:
+(ISO 14728-2), the preload F0 by Q0 F0/C0. Hertz gives the approach of a ball in its two contacts together,
+c Q^(2/3) D^(-1/3). Of the two preloaded pairs of rows together the diameter D cancels:
 
-    k = kappa L (F0/C0)^(1/3),  kappa = 1.5 q^(1/3)/c  (rollers: exponent 1/10, line contact),
+    k = kappa L (F0/C0)^(1/3),  kappa = 3 q^(1/3)/c  (rollers: exponent 1/10, line contact),
 
 which is k ~ Z^(2/3) D^(1/3) F0^(1/3) with the D and Z that C0 and L have. Measured values and their scatter are in the
 validation page.

@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from guideload.base.arguments import checked
-from guideload.base.arrays import Array
+from guideload.base.arrays import Array, Flags
 from guideload.base.errors import ArgumentError
 from guideload.base.maxima import maxima_between
 from guideload.base.methods import Method
@@ -25,6 +25,7 @@ from guideload.simulation.start import StartState
 
 RESULTANT = 6  # column of `Peaks`
 BESIDE = 1e-6  # of an interval, from a standstill to an instant beside it
+ROUNDING = 1e-9  # of the static loads of all links: what they leave along x if gravity has no part there
 NO_RACK = {"pressure_angle": None, "helix_angle": 0.0, "push_direction": None}
 
 
@@ -33,8 +34,8 @@ class Motor:
     """Torque and speed of the motor at the instants of a result.
 
     speed           (time,) rad/s
-    torque          (time,) N m: (F lever) / efficiency if power flows to the cart, times efficiency if it flows back;
-                    plus motor inertia times angular acceleration
+    torque          (time,) N m: (F lever) / efficiency if power flows to the cart, times efficiency if it flows back,
+                    F lever at standstill; plus motor inertia times angular acceleration
     largest_torque  (time,) N m, of the torque curve at this speed; nan beyond its last speed; None without a curve
     rated_torque    N m, or None
     """
@@ -107,9 +108,9 @@ class DriveRequirements:
         """Force [N] that holds the cart with all its payloads at rest: against gravity along x, without friction."""
         laden = self.machine.with_payloads(payload.name for payload in self.machine.payloads)
         scene = (laden if self.machine.payloads else self.machine).scene
-        if is_elastic(self.machine):
-            return float(-scene.static_link_loads() @ _along_x(self.machine))
-        return float(scene.static_reaction()[0])
+        loads = scene.static_link_loads()
+        held = -loads @ _along_x(self.machine) if is_elastic(self.machine) else scene.static_reaction()[0]
+        return float(held) if abs(held) > ROUNDING * np.abs(loads).sum() else 0.0
 
     @property
     def holding_torque(self) -> float | None:
@@ -186,7 +187,7 @@ def drive_requirements(result: Result) -> DriveRequirements:
     if finer is not run:
         dense = dense.joined(histories_of(finer))
     if motion is not None and rolling is not None:
-        dense = dense.joined(histories_of(replace(run, times=_beside_standstill(motion, rolling))))
+        dense = dense.joined(histories_of(replace(run, times=_beside_jumps(motion, rolling, machine.drive))))
     magnitudes = _magnitudes(dense.requirements(machine))
     found = maxima_between(dense.time, magnitudes, magnitudes.max(axis=0), magnitudes_at)
     dense = dense.joined(histories_of(replace(run, times=found)))
@@ -197,13 +198,14 @@ def drive_requirements(result: Result) -> DriveRequirements:
 class _Histories(NamedTuple):
     """What the requirements follow from, at n instants.
 
-    time (n,) s; acceleration, speed (n,) m/s2, m/s of the cart along x, the latter None if unknown; reaction, friction
-    (n,) N.
+    time (n,) s; acceleration, speed, rolling speed (n,) m/s2, m/s, m/s of the cart along x, the speeds None if unknown;
+    reaction, friction (n,) N.
     """
 
     time: Array
     acceleration: Array
     speed: Array | None
+    rolling: Array | None
     reaction: Array
     friction: Array
 
@@ -221,7 +223,7 @@ class _Histories(NamedTuple):
         acceleration = result.history("cart_acceleration")
         assert acceleration is not None
         friction = friction_force(machine, result.carriage_loads, rolling)
-        return cls(time, acceleration[:, 0], speed, reaction, friction)
+        return cls(time, acceleration[:, 0], speed, rolling, reaction, friction)
 
     def joined(self, other: _Histories) -> _Histories:
         """With the instants of the other that are not among its own."""
@@ -236,9 +238,23 @@ class _Histories(NamedTuple):
         """What they ask of the drive of the machine."""
         motor = None
         if machine.drive is not None and not machine.drive.linear_motor and self.speed is not None:
-            force = self.reaction + self.friction
-            motor = _motor(machine.drive, self.time, self.speed, self.acceleration, force)
+            motor = self._motor(machine.drive)
         return DriveRequirements(self.time, self.speed, self.reaction, self.friction, motor, machine)
+
+    def _motor(self, drive: Drive) -> Motor:
+        assert self.speed is not None and self.rolling is not None
+        lever, force = drive.speed_per_motor_speed, self.reaction + self.friction
+        speed = self.speed / lever
+        # With power towards the cart the gear takes its share from the motor; with power back, from the cart. At
+        # standstill the force counts without loss.
+        power = force * self.rolling
+        loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
+        torque = force * lever * loss + drive.motor_inertia * self.acceleration / lever
+        largest = None
+        if drive.torque_curve is not None:
+            speeds, torques = np.array(drive.torque_curve).T
+            largest = np.interp(np.abs(speed), speeds, torques, right=np.nan)
+        return Motor(speed, torque, largest, drive.rated_torque, self.time)
 
 
 def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array, Array]:
@@ -252,23 +268,31 @@ def _speeds_between(motion: Motion, rolling: Array, times: Array) -> tuple[Array
     return speed, np.where((rolling[before] == 0.0) & (rolling[after] == 0.0), 0.0, speed)
 
 
-def _beside_standstill(motion: Motion, rolling: Array) -> Array:
-    """Instants [s] just after a start, before a stop, and on both sides of a reversal.
+def _beside_jumps(motion: Motion, rolling: Array, drive: Drive | None) -> Array:
+    """Instants [s] just after a start, before a stop, and on both sides of a reversal and of the motor's last speed.
 
-    There friction and the loss of the gear jump. rolling: rolling speed at the stamps.
+    There friction and the loss of the gear jump, and the torque curve ends. rolling: rolling speed at the stamps.
     """
-    start, end = rolling[:-1], rolling[1:]
     steps, change = np.diff(motion.time), np.diff(motion.acceleration[:, 0])
-    starts, stops = (start == 0.0) & (end != 0.0), (start != 0.0) & (end == 0.0)
-    turns = start * end < 0.0
-    # The root of start + b s + c s^2, the speed at a share s of the interval.
-    c, v = 0.5 * (steps * change)[turns], start[turns]
-    b = end[turns] - v - c
-    q = -0.5 * (b + np.copysign(np.sqrt(np.maximum(b * b - 4.0 * c * v, 0.0)), b))
-    share = v / q
-    share = np.where((share >= 0.0) & (share <= 1.0), share, q / np.where(c == 0.0, 1.0, c))
-    share = np.minimum(np.maximum(share, BESIDE), 1.0 - BESIDE)
-    places = (starts, BESIDE), (stops, 1.0 - BESIDE), (turns, share - BESIDE), (turns, share + BESIDE)
+    rests = rolling == 0.0
+    places: list[tuple[Flags, Array | float]] = [
+        (rests[:-1] & ~rests[1:], BESIDE),
+        (~rests[:-1] & rests[1:], 1.0 - BESIDE),
+    ]
+    last = 0.0
+    if drive is not None and drive.torque_curve is not None:
+        last = drive.torque_curve[-1][0] * drive.speed_per_motor_speed
+    for level in {0.0, last, -last}:
+        start, end = rolling[:-1] - level, rolling[1:] - level
+        passes = start * end < 0.0
+        # The root of start + b s + c s^2, the speed beyond the level at a share s of the interval.
+        c, v = 0.5 * (steps * change)[passes], start[passes]
+        b = end[passes] - v - c
+        q = -0.5 * (b + np.copysign(np.sqrt(np.maximum(b * b - 4.0 * c * v, 0.0)), b))
+        share = v / q
+        share = np.where((share >= 0.0) & (share <= 1.0), share, q / np.where(c == 0.0, 1.0, c))
+        share = np.minimum(np.maximum(share, BESIDE), 1.0 - BESIDE)
+        places += [(passes, share - BESIDE), (passes, share + BESIDE)]
     times = [motion.time[:-1][where] + at * steps[where] for where, at in places]
     return np.setdiff1d(np.concatenate(times), motion.time)
 
@@ -292,21 +316,6 @@ def is_elastic(machine: Machine) -> bool:
 def _along_x(machine: Machine) -> Array:
     """(link,) x of the direction of each link."""
     return machine.link_table().directions[:, 0]
-
-
-def _motor(drive: Drive, time: Array, velocity: Array, acceleration: Array, force: Array) -> Motor:
-    lever = drive.speed_per_motor_speed
-    speed = velocity / lever
-    # With power towards the cart the gear takes its share from the motor; with power back, from the cart. At standstill
-    # the force counts without loss.
-    power = force * velocity
-    loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
-    torque = force * lever * loss + drive.motor_inertia * acceleration / lever
-    largest = None
-    if drive.torque_curve is not None:
-        speeds, torques = np.array(drive.torque_curve).T
-        largest = np.interp(np.abs(speed), speeds, torques, right=np.nan)
-    return Motor(speed, torque, largest, drive.rated_torque, time)
 
 
 def share_of_push(result: Result, needed: DriveRequirements) -> Array:

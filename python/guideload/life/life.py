@@ -21,7 +21,7 @@ from guideload.life.carriage_life import CarriageLife, carriage_life
 from guideload.life.causes import phase_shares
 from guideload.life.criteria import criteria_of
 from guideload.life.largest_loads import largest_loads
-from guideload.life.limits import cycles_notes, left_out, limit_notes, load_notes
+from guideload.life.limits import left_out, limit_notes, load_notes
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.life.record import Record
 from guideload.simulation.result import Result
@@ -86,7 +86,6 @@ class Life:
             *limit_notes(record.result.machine, self.carriages, record.travel, position),
             *load_notes(record, self.carriages),
             *self._note_on_preload(),
-            *cycles_notes(self.conditions, float(np.ptp(record.travel.time))),
         )
 
     @cached_property

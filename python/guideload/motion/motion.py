@@ -28,6 +28,7 @@ HISTORIES: dict[str, tuple[int, ...]] = {
     "wrench": (6,),
     "motor_speed": (),
 }
+ROUNDING = 1e-12  # of the largest velocity: one that is smaller and against those at both ends is none
 OTHERS = {"source": str, "bandwidth": float, "exact": bool, "recorded": bool}
 
 
@@ -332,13 +333,18 @@ def _starts_and_rises(history: Array, first: Integers) -> tuple[Array, Array]:
 
 
 def _velocity(motion: Motion, first: Integers, shares: Array) -> Array:
-    """The velocity (m, 3) at shares (m,) of the intervals that begin with the stamps `first`, by the acceleration."""
+    """The velocity (m, 3) at shares (m,) of the intervals that begin with the stamps `first`, by the acceleration.
+
+    Beside a standstill, rounding may turn its sign, and with it friction and power: there it is 0.
+    """
     assert motion.velocity is not None
     (_, h), (_, gain), (start, rise) = (
         _starts_and_rises(each, first) for each in (motion.time, motion.acceleration, motion.velocity)
     )
     share = shares[:, None]
-    return np.asarray(start + share * (rise - 0.5 * h * gain * (1.0 - share)))
+    found = start + share * (rise - 0.5 * h * gain * (1.0 - share))
+    against = np.sign(2.0 * start + rise) * found < 0.0
+    return np.where(against & (np.abs(found) <= ROUNDING * np.abs(motion.velocity).max()), 0.0, found)
 
 
 def _own_uncertainty(motion: Motion) -> Uncertainty | None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from guideload.base.arrays import Array, Flags, find_runs
 
+ROUNDING = 1e-12  # of the largest speed: what is slower stands
 RESTING = 0.01  # of the largest speed: slower may be a standstill
 PARTS = 5  # of a slow stretch; the quietest is in its standstill
 STEADY = 0.01  # of the largest acceleration: its noise at rest; at a reversal without a pause it is larger
@@ -58,28 +59,47 @@ def is_moving(time: Array, acceleration: Array, velocity: Array) -> Flags:
     time: (n,) s. acceleration, velocity: (n, 3) m/s2, m/s.
     """
     speed, rate = velocity[:, 0], np.abs(acceleration[:, 0])
-    moving: Flags = speed != 0.0
+    size = np.abs(speed)
+    moving: Flags = size > ROUNDING * size.max()
     place = np.append(0.0, np.cumsum(0.5 * np.diff(time) * (speed[1:] + speed[:-1])))
-    slow = np.abs(speed) <= RESTING * np.abs(speed).max()
-    for first, after in zip(*find_runs(slow), strict=True):
-        quiet = _quietest_part(rate, int(first), int(after))
-        # Planned motions stand exactly; what moves in its quietest part creeps.
-        if quiet is not None and speed[quiet].any() and np.ptp(place[quiet]) <= ROLLING:
-            moving[first:after] &= np.abs(place[first:after] - place[quiet].mean()) > ROLLING
+    stretches = [*zip(*find_runs(size <= RESTING * size.max()), strict=True)]
+    while stretches:
+        first, after = stretches.pop()
+        quiet = _quietest_part(size, first, after)
+        while quiet is not None and np.ptp(place[quiet]) > ROLLING:
+            quiet = _quietest_part(size, quiet.start, quiet.stop)
+        if quiet is None or not _is_steady(rate, quiet):
+            continue
+        near = np.abs(place[first:after] - place[quiet].mean()) <= ROLLING
+        near |= size[first:after] <= LOUD * _rms(speed[quiet])  # the place of a measured speed drifts
+        starts, ends = find_runs(near)
+        here = np.searchsorted(starts, quiet.start - first, side="right") - 1
+        rest = slice(first + starts[here], first + ends[here])
+        # Noise has both signs again and again, and goes nowhere. What creeps has one for long, as have starts and stops
+        # of planned motions.
+        turns = np.count_nonzero(np.diff(np.sign(speed[rest][moving[rest]])))
+        if turns > 1 and np.ptp(place[rest]) <= 2.0 * ROLLING * turns:
+            moving[rest] = False
+            stretches += [(first, rest.start), (rest.stop, after)]
     return moving
 
 
-def _quietest_part(rate: Array, first: int, after: int) -> slice | None:
-    """The quietest part of a slow stretch that may be a standstill; None if it is none.
+def _quietest_part(size: Array, first: int, after: int) -> slice | None:
+    """The part of a slow stretch in which a magnitude (n,) is least; None if the stretch is too short for a standstill.
 
-    rate: (n,) magnitude of the acceleration. first, after: ends of the stretch, as in a slice.
+    first, after: ends of the stretch, as in a slice.
     """
     if after - first < FEWEST:
         return None
     edges = np.linspace(first, after, PARTS + 1).astype(np.intp)
-    parts = [slice(*ends) for ends in zip(edges, edges[1:], strict=False)]
-    quietest = min(parts, key=lambda part: float(np.mean(rate[part] ** 2)))
-    return quietest if _rms(rate[quietest]) <= STEADY * rate.max() else None
+    return min(
+        (slice(*ends) for ends in zip(edges, edges[1:], strict=False)), key=lambda part: _rms(size[part])
+    )
+
+
+def _is_steady(rate: Array, part: slice) -> bool:
+    """Whether the acceleration, of magnitude (n,), is small enough there for a standstill."""
+    return _rms(rate[part]) <= STEADY * float(rate.max())
 
 
 def _rms(values: Array) -> float:
@@ -89,7 +109,7 @@ def _rms(values: Array) -> float:
 def _standstill(rate: Array, first: int, after: int) -> tuple[int, int] | None:
     """First and last instant of the standstill in a slow stretch, around its quietest part; None if there is none."""
     quietest = _quietest_part(rate, first, after)
-    if quietest is None:
+    if quietest is None or not _is_steady(rate, quietest):
         return None
     noise = NORMAL * float(np.median(rate[first:after])) if rate[quietest].any() else 0.0
     loud = first + np.flatnonzero(rate[first:after] > LOUD * noise)

@@ -85,6 +85,10 @@ def _sentences(result: Result, needed: DriveRequirements) -> Iterator[str]:
     machine, seals = needed.machine, needed.machine.seal_forces
     if seals.any() and needed.friction.any() and (machine.friction is None or machine.friction.seal is None):
         yield f"The seals of the products take {digits(seals.sum())} N together; seal in [friction] replaces it."
+    rolling = {one.name: one.friction_coefficient for one in machine.product_of_carriage if one is not None}
+    own = [f"{number(value)} of {name}" for name, value in rolling.items() if value]
+    if own and needed.friction.any() and (machine.friction is None or machine.friction.coefficient is None):
+        yield f"The friction coefficient is that of the products, {joined(own)}; coefficient in [friction] replaces it."
     yield from (one for one in _limits(needed) if not isinstance(one, WarningText))
     if needed.push.any() and needed.velocity is not None:
         shares = share_of_push(result, needed)

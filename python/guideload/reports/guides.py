@@ -18,12 +18,12 @@ MORE = "add reserve of stroke, end stops and hole pitch before ordering"
 
 
 class RailLength(NamedTuple):
-    """Least length of a rail [m]: stroke, distance of its outer carriages, and the longest carriage, nan if unknown."""
+    """Least length of a rail [m]: stroke, distance of its outer carriages, and half of each of them, nan if unknown."""
 
     rail: str
     stroke: float
     span: float
-    carriage: float
+    halves: float
 
 
 def rail_lengths(result: Result) -> Iterator[RailLength]:
@@ -31,13 +31,14 @@ def rail_lengths(result: Result) -> Iterator[RailLength]:
     machine, position = result.machine, result.history("cart_position")
     if position is None:
         return
-    lengths = [None if one is None else one.carriage_length for one in machine.product_of_carriage]
+    known = [None if one is None else one.carriage_length for one in machine.product_of_carriage]
+    lengths = np.array([length or np.nan for length in known])
     for index, rail in enumerate(machine.rails):
         on_it = np.flatnonzero(machine.rail_of_carriage == index)
         if on_it.size:
-            span = np.ptp(machine.carriage_centers[on_it, 0])
-            longest = np.max([lengths[i] or np.nan for i in on_it])
-            yield RailLength(rail.name, float(np.ptp(position[:, 0])), float(span), float(longest))
+            x = machine.carriage_centers[on_it, 0]
+            halves = 0.5 * (lengths[on_it[x.argmin()]] + lengths[on_it[x.argmax()]])
+            yield RailLength(rail.name, float(np.ptp(position[:, 0])), float(np.ptp(x)), float(halves))
 
 
 def shortest_rail(length: float) -> float:
@@ -56,12 +57,12 @@ def guides_section(result: Result) -> Section:
             mass = f", {number(each)} kg each, {digits(count * each)} kg together"
         name = f"{product.name} {preload}" if preload else product.name
         lines.append(f"{counted(count, 'carriage')} {name}{mass}")
-    for rail, stroke, span, carriage in rail_lengths(result):
-        known = not np.isnan(carriage)
-        needed = stroke + span + (carriage if known else 0.0)
+    for rail, stroke, span, halves in rail_lengths(result):
+        known = not np.isnan(halves)
+        needed = stroke + span + (halves if known else 0.0)
         rest = "" if known else " and the length of a carriage"
         shortest = f"{number(1e3 * shortest_rail(needed))} mm{rest}"
-        last = f", {digits(1e3 * carriage)} mm of a carriage" if known else ""
+        last = f", {digits(1e3 * halves)} mm of their outer halves" if known else ""
         lines.append(
             f"rail {rail}: shortest possible {shortest} ({digits(1e3 * stroke, 4)} mm of stroke, "
             f"{digits(1e3 * span, 4)} mm from the first to the last carriage{last}); {MORE}"

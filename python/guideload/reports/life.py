@@ -30,7 +30,7 @@ from guideload.life.bands import LifeBand
 from guideload.life.criteria import Criteria
 from guideload.life.equivalent_load import RULES
 from guideload.life.life import Life, life_of
-from guideload.life.limits import unverified_notes
+from guideload.life.limits import cycles_notes, unverified_notes
 from guideload.life.load_parts import CAUSES
 from guideload.life.rating_life import failure_probability
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
@@ -175,8 +175,9 @@ def life_verdict(life: float, wanted: float | None, safety: float, conditions: L
 
 
 def _notes(life: Life) -> list[str]:
-    """Limits of formulas and products, values not compared, an implausible life."""
-    return [*(f"Warning: {note}." for note in life.notes), *life_warnings(life.hours(life.machine))]
+    """Limits of formulas and products, values not compared, too many cycles, an implausible life."""
+    notes = *life.notes, *cycles_notes(life.conditions, float(np.ptp(life.record.travel.time)))
+    return [*(f"Warning: {note}." for note in notes), *life_warnings(life.hours(life.machine))]
 
 
 def unverified_lines(products: Iterable[Product | None]) -> list[str]:
@@ -262,8 +263,8 @@ def _places_section(life: Life) -> Section:
         start, end, share = place.worst_window()
         passed = (end - start) / (place.edges[-1] - place.edges[0])
         lines.append(
-            f"rail {place.rail}: most of the damage from x = {fixed(start, 2)} to {fixed(end, 2)} m, "
-            f"{fixed(100 * share)} % of it on {fixed(100 * passed)} % of the length that its carriages pass"
+            f"rail {place.rail}: the most damaged {digits(end - start)} m is x = {fixed(start, 2)} to {fixed(end, 2)} "
+            f"m: {fixed(100 * share)} % of the damage on {fixed(100 * passed)} % of the length that its carriages pass"
         )
     note = (
         "x is counted from L at the start of the record. Damage at a place: from all carriages that pass it."
