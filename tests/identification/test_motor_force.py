@@ -18,6 +18,7 @@ from guideload.identification.model import Model
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.result import identify
 from guideload.identification.unknowns import UnknownTable
+from guideload.identification.written_files import machine_text
 from guideload.reports.identification import identification_report
 
 MASS_OF = (UnknownTable(path="body.mass"),)
@@ -52,6 +53,28 @@ def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> Non
     assert found.estimates[0].value == pytest.approx(MASS, rel=1e-6)
     nuisance = found.nuisance_values(found.data[0])
     assert nuisance == pytest.approx([SEAL, VISCOUS, OFFSET, delay], rel=1e-5)
+
+
+def test_two_records_share_the_friction_of_the_machine(motion: Motion, tmp_path: Path) -> None:
+    """A record and its copy: the same values, half the variance of one, and one row of each key in the file."""
+    nominal, noise = axis(**NOMINAL), 2.0 * np.random.default_rng(2).standard_normal(motion.time.size)
+    values = force_of(axis(), motion, motion.time) + OFFSET + noise
+    names = "motor force", "copy"
+    data = [MotorForce.of(nominal, motion, motion.time, values, name=name, level=2.0) for name in names]
+    alone, both = (identify(nominal, MASS_OF, one, starts=1) for one in (data[:1], data))
+    friction = slice(1, 3)
+    assert both.fit.minimum.x[friction] == pytest.approx(alone.fit.minimum.x[friction], rel=1e-6)
+    # The sums over windows are in another order.
+    assert both.covariance[friction, friction] == pytest.approx(
+        0.5 * alone.covariance[friction, friction], rel=1e-5
+    )
+    assert len({one.value for each in both.data for one in both.nuisance_estimates(each)[:2]}) == 2
+    nominal.to_toml(tmp_path / "machine.toml")
+    text = machine_text(both, tmp_path / "machine.toml", tmp_path)
+    (tmp_path / "after.toml").write_text(text, encoding="utf-8")
+    after = Machine.from_toml(tmp_path / "after.toml").friction
+    seal, viscous = (one.value for one in both.nuisance_estimates(both.data[0])[:2])
+    assert (after.seal, after.viscous) == pytest.approx((seal, viscous), rel=1e-5)
 
 
 def test_samples_of_a_coarse_encoder_do_not_pull_the_mass(motion: Motion) -> None:

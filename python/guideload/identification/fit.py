@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from guideload.base.arrays import Array, Flags
+from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, NuisanceParameter
@@ -59,8 +59,8 @@ class Objective:
     def __init__(self, model: Model, data: Sequence[Measured], factors: Array | None = None) -> None:
         """factors: by default 1."""
         self.model, self.data = model, tuple(data)
-        nuisance = [one for each in data for one in each.nuisance]
         self.p = len(model.unknowns)
+        nuisance, self.columns = _nuisance(data, self.p)
         self.units = np.concatenate([np.ones(self.p), [one.scale for one in nuisance]])
         known: list[Unknown | NuisanceParameter] = [*model.unknowns, *nuisance]
         self.bounds = np.array([one.bounds for one in known]).T / self.units
@@ -70,7 +70,6 @@ class Objective:
         self.factors = np.ones(len(self.noise)) if factors is None else factors
         self.rows = _slices(each.noise_index.size for each in data)
         self.groups = _slices(len(each.noise) for each in data)
-        self.columns = _slices((len(each.nuisance) for each in data), first=self.p)
         starts = (each.noise_index + group.start for each, group in zip(data, self.groups, strict=True))
         self.noise_index = np.concatenate(list(starts))
         self._last: tuple[Array, Array, Array] | None = None
@@ -163,9 +162,25 @@ class Objective:
         return Minimum(placed(found.x).copy(), 2.0 * float(found.cost), bool(found.status > 0))
 
 
-def _slices(counts: Iterable[int], first: int = 0) -> list[slice]:
+def _slices(counts: Iterable[int]) -> list[slice]:
     """Ranges of these sizes, one behind the other."""
-    return [slice(start, end) for start, end in pairwise(accumulate(counts, initial=first))]
+    return [slice(start, end) for start, end in pairwise(accumulate(counts, initial=0))]
+
+
+def _nuisance(data: Sequence[Measured], first: int) -> tuple[list[NuisanceParameter], list[Indices]]:
+    """The nuisance parameters of all data, and of each data set the indices of its own, counted from `first`.
+
+    A number of the machine, such as its friction, is one parameter of all data sets that show it.
+    """
+    found: dict[str, NuisanceParameter] = {}  # by key, else by data set and place in it
+    columns: list[Indices] = []
+    for i, each in enumerate(data):
+        names = [one.key or f"{i} {k}" for k, one in enumerate(each.nuisance)]
+        for name, one in zip(names, each.nuisance, strict=True):
+            found.setdefault(name, one)
+        places = list(found)
+        columns.append(first + np.array([places.index(name) for name in names], dtype=np.intp))
+    return list(found.values()), columns
 
 
 # ---- walks into other valleys
