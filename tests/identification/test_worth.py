@@ -109,8 +109,10 @@ def test_a_measurement_narrows_as_the_ranking_said() -> None:
     name = before.unknowns[2].name
     (candidate,) = rank_measurements(before, [second], {name: 1.0})
     after = identify(MACHINE, TABLES, [still(TRUTH, 0.02), second], starts=1)
-    narrowed = np.sqrt(after.covariance[2, 2] / before.covariance[2, 2])
-    assert candidate.deviation == pytest.approx(narrowed, rel=0.02) and candidate.deviation < 0.5
+    narrowed = np.sqrt(np.diag(after.covariance) / np.diag(before.covariance))
+    assert candidate.deviation == pytest.approx(narrowed[2], rel=0.02) and candidate.deviation < 0.5
+    (of_all,) = rank_measurements(before, [second])
+    assert of_all.deviation == pytest.approx(np.exp(np.log(narrowed).mean()), rel=0.02)
 
 
 def test_the_ranking_says_what_would_be_identified() -> None:
