@@ -15,7 +15,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc
+from scipy.stats import chi2, qmc
 
 from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.errors import ArgumentError, SceneError
@@ -221,6 +221,7 @@ REACH = 1.5  # spreads around the expected values within which the other starts 
 ROUNDS = 20  # of noise levels, and of pairing
 SETTLED = 1e-3  # relative change of a noise level that ends the rounds
 STATED_VALUES = 3.0  # values that a stated but not known level of noise is worth
+LEAST = 1e-4  # estimated over stated noise: exact values, as of a simulation, would have none
 APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
@@ -374,13 +375,16 @@ def _noise(objective: Objective, x: Array) -> Array:
     """(groups,) factors on the stated noise that agree with the residuals.
 
     A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
-    small do not make all intervals small. The level of a record in time is raised as much as its serial errors raise
-    the variance of what it determines, so that it has the right weight beside other data.
+    small do not make all intervals small. If it is outside the 95 % interval that the residuals alone give, the nearer
+    end of this counts instead. The level of a record in time is raised as much as its serial errors raise the variance
+    of what it determines, so that it has the right weight beside other data.
     """
     (values, slopes), free, index = objective.of_data(x), _free_values(objective, x), objective.noise_index
     squares = np.bincount(index, (objective.factors[index] * values) ** 2, minlength=free.size)
-    estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
-    factors = np.where([one.known for one in objective.noise], 1.0, estimated)
+    low, high = (squares / chi2.ppf(end, np.maximum(free, 1.0)) for end in (0.975, 0.025))
+    stated = np.where(free < 1.0, 1.0, np.clip(1.0, low, high))
+    variances = np.maximum((STATED_VALUES * stated + squares) / (STATED_VALUES + free), LEAST**2)
+    factors = np.where([one.known for one in objective.noise], 1.0, np.sqrt(variances))
     scale = objective.factors[index] / factors[index]
     for each, rows, groups in zip(objective.data, objective.rows, objective.groups, strict=True):
         if isinstance(each, Record):
