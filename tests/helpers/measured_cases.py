@@ -79,7 +79,7 @@ def predict(found: Identification, data: MotorForce) -> Predicted:
     nuisance = found.nuisance_values(fitted)
 
     def differences(of: MotorForce) -> tuple[Array, Array]:
-        residuals, scale = of.residuals(found.model, nuisance), 1.0 / of.scale[0]
+        residuals, scale = of.residuals(found.model, nuisance), of.scales
         slopes = np.hstack([residuals.by_unknowns, residuals.by_nuisance * objective.units[objective.p :]])
         return residuals.values * scale, slopes * scale[:, None]
 

@@ -81,6 +81,11 @@ class Measured(ABC):
         """(m,) index of the noise group of each value; by default they are of one group."""
         return np.zeros(len(self.labels), dtype=np.intp)
 
+    @property
+    def scales(self) -> Array:
+        """(m,) the stated noise of each value, by which its residual is divided."""
+        return np.array([one.level for one in self.noise])[self.noise_index]
+
     @abstractmethod
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         """The residuals at one machine and nuisance parameters (q,)."""
