@@ -375,13 +375,13 @@ def _noise(objective: Objective, x: Array) -> Array:
     """(groups,) factors on the stated noise that agree with the residuals.
 
     A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
-    small do not make all intervals small. If it is outside the 95 % interval that the residuals alone give, the nearer
+    small do not make all intervals small. If it is outside the 99 % interval that the residuals alone give, the nearer
     end of this counts instead. The level of a record in time is raised as much as its serial errors raise the variance
     of what it determines, so that it has the right weight beside other data.
     """
     (values, slopes), free, index = objective.of_data(x), _free_values(objective, x), objective.noise_index
     squares = np.bincount(index, (objective.factors[index] * values) ** 2, minlength=free.size)
-    low, high = (squares / chi2.ppf(end, np.maximum(free, 1.0)) for end in (0.975, 0.025))
+    low, high = (squares / chi2.ppf(end, np.maximum(free, 1.0)) for end in (0.995, 0.005))
     stated = np.where(free < 1.0, 1.0, np.clip(1.0, low, high))
     variances = np.maximum((STATED_VALUES * stated + squares) / (STATED_VALUES + free), LEAST**2)
     factors = np.where([one.known for one in objective.noise], 1.0, np.sqrt(variances))

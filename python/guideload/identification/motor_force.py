@@ -66,7 +66,7 @@ class MotorForce(Record):
         """A measured force (n,) of a motion.
 
         level: standard deviation of the noise of one value, None if unknown. window: s; by default a 5000th of the
-        record, but four stamps of a measured trace. part: s, first and last instant used.
+        record, at least four stamps of a measured trace. part: s, first and last instant used.
         Raises ArgumentError for a machine whose drive force depends on more, TraceError for a record too short.
         """
         _require_supported(machine, motion, torque)

@@ -219,10 +219,8 @@ class SensorLog(Record):
         runs = map(model.run_once, self.deviations)
         predicted = np.array([self.predicted(model, nuisance, run)[0] for run in runs])
         errors = predicted - nuisance[: len(self.channels), None]
-        residuals, scales = (
-            self.predicted(model, nuisance)[0] - self.measured,
-            self.scales.reshape(errors[0].shape),
-        )
+        residuals = self.predicted(model, nuisance)[0] - self.measured
+        scales = self.scales.reshape(residuals.shape)
         return replace(self, whitening=Whitening.of(model.z, errors / scales, residuals / scales))
 
     def predicted(
