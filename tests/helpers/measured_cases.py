@@ -79,7 +79,7 @@ def predict(found: Identification, data: MotorForce) -> Predicted:
     nuisance = found.nuisance_values(fitted)
 
     def differences(of: MotorForce) -> tuple[Array, Array]:
-        residuals, scale = of.residuals(found.model, nuisance), 1.0 / of.scale[0]
+        residuals, scale = of.residuals(found.model, nuisance), of.scales
         slopes = np.hstack([residuals.by_unknowns, residuals.by_nuisance * objective.units[objective.p :]])
         return residuals.values * scale, slopes * scale[:, None]
 
@@ -278,7 +278,8 @@ def mill(folder: Path, name: str = "Y") -> tuple[Predicted, Predicted]:
         options = {"column": f"{name}1_ActualVelocity", "unit": "mm/s", "kind": "velocity", "rate": 10}
         motion = motion_from_trace(read_trace(folder / log, cross_check=False, **options))
         values = read_channels(folder / log, {f"{name}1_CurrentFeedback": None}, rate=10).values[:, 0]
-        return MotorForce.of(machine, motion, motion.time, values, part=(low, high))
+        # The values that are predicted are single ones, not means over windows.
+        return MotorForce.of(machine, motion, motion.time, values, window=0.05, part=(low, high))
 
     first, last = "michigan_cnc_experiment_01.csv", "michigan_cnc_experiment_18.csv"
     half = 0.5 * len(read_channels(folder / first, {"Y1_ActualVelocity": None}, rate=10).time) / 10.0

@@ -49,11 +49,12 @@ def counted(motion: Motion, quantum: float = QUANTUM) -> Array:
     return np.asarray(quantum * np.round(position / quantum))
 
 
-def seen(motion: Motion, quantum: float = QUANTUM) -> Motion:
-    """The motion as estimated from the counts of an encoder."""
-    found = smooth(motion.time, counted(motion, quantum), "position", quantum=quantum)
+def seen(motion: Motion, quantum: float = QUANTUM, step: int = 1) -> Motion:
+    """The motion as estimated from every `step`-th count of an encoder."""
+    time = motion.time[::step]
+    found = smooth(time, counted(motion, quantum)[::step], "position", quantum=quantum)
     return Motion.along_x(
-        motion.time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
+        time, found.acceleration, velocity=found.velocity, uncertainty=found.uncertainty, recorded=True
     )
 
 

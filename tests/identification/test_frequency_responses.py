@@ -12,13 +12,16 @@ import pytest
 from command_line import guideload, refused
 from hammer_tests import deflections, derivative_errors, response_curves, unknown, with_corners
 from reference import cart, preloaded
+from scipy.stats import norm
 
 from guideload import GuideloadError, Machine, frequency_response
 from guideload.identification.fit import fit
 from guideload.identification.measured import Measured
 from guideload.identification.model import Model, parse_place
+from guideload.identification.model_comparison import _scores
 from guideload.identification.response_files import read_curves
 from guideload.identification.responses import FrequencyResponses, ResponseCurve
+from guideload.identification.result import identify
 from guideload.identification.unknowns import UnknownTable
 
 HERTZ = np.linspace(10.0, 200.0, 60)
@@ -108,6 +111,44 @@ def test_noise_that_is_not_stated_is_found(stated: str) -> None:
         order, 3
     ):  # 240 residuals each: three standard deviations of their rms are 14 %
         assert found.residuals[third].std() == pytest.approx(1.0, abs=0.14)
+
+
+@pytest.mark.parametrize(("level", "floor"), [(1e-9, 0.001), (0.002, 1e-9)])
+def test_small_noise_that_is_not_stated_leaves_the_uncertainty_that_known_noise_leaves(
+    level: float, floor: float
+) -> None:
+    """720 values determine their noise to 3 %, and its dependence on their size to some percent."""
+    model, rng = model_of(cart()), np.random.default_rng(5)
+    curves = tuple(
+        replace(
+            one, value=one.value + floor * abs(one.value).max() * (rng.standard_normal((60, 2)) @ [1.0, 1.0j])
+        )
+        for one in response_curves(model, np.zeros(6), HERTZ, level, rng)
+    )
+    known = fit(model, [FrequencyResponses("known", curves, level, floor, True)], starts=1)
+    found = fit(model, [FrequencyResponses("estimated", curves, 0.05, 0.005, False, False)], starts=1)
+    assert np.diag(found.covariance) == pytest.approx(np.diag(known.covariance), rel=0.2)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_the_score_of_a_model_is_the_logarithm_of_the_density_of_the_values(known: bool) -> None:
+    """Of models of which everything is known before, so that no value that is left out changes them."""
+    machine, model = with_corners(cart()), model_of(cart())
+    curves = response_curves(model, np.zeros(6), HERTZ, 0.02, np.random.default_rng(4))
+    data = FrequencyResponses("responses", curves, 0.02, 1e-3, known)
+    for factor in (1.0, 1.02):  # of a stiffness
+        value = factor * machine.carriages[0].stiffness_y
+        table = UnknownTable(path="carriages.*.stiffness_y", expected=value, spread=1e-6)
+        found = identify(machine, (table,), [data], starts=1)
+        (test,), density = found.residuals, 0.0
+        for curve in data.curves:
+            computed = curve.computed(found.model)[0]
+            size = (test.factor or 1.0) * abs(computed)
+            noise = np.hypot(test.noise.level * size, test.noise.floor * size.max())
+            for part in (np.real, np.imag):
+                density += norm.logpdf(part(curve.value), part(computed), noise).sum()
+        # Rounds on the noise end at changes of 2 %, of which most cancel.
+        assert _scores(found).sum() == pytest.approx(density, abs=1.0)
 
 
 def test_a_table_of_guideload_response_is_read_back(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from guideload.identification.model import Model
 from guideload.identification.motor_force import MotorForce
 from guideload.identification.result import identify
 from guideload.identification.unknowns import UnknownTable
+from guideload.identification.written_files import machine_text
 from guideload.reports.identification import identification_report
 
 MASS_OF = (UnknownTable(path="body.mass"),)
@@ -54,6 +55,28 @@ def test_exact_force_gives_mass_friction_offset_and_delay(motion: Motion) -> Non
     assert nuisance == pytest.approx([SEAL, VISCOUS, OFFSET, delay], rel=1e-5)
 
 
+def test_two_records_share_the_friction_of_the_machine(motion: Motion, tmp_path: Path) -> None:
+    """A record and its copy: the same values, half the variance of one, and one row of each key in the file."""
+    nominal, noise = axis(**NOMINAL), 2.0 * np.random.default_rng(2).standard_normal(motion.time.size)
+    values = force_of(axis(), motion, motion.time) + OFFSET + noise
+    names = "motor force", "copy"
+    data = [MotorForce.of(nominal, motion, motion.time, values, name=name, level=2.0) for name in names]
+    alone, both = (identify(nominal, MASS_OF, one, starts=1) for one in (data[:1], data))
+    friction = slice(1, 3)
+    assert both.fit.minimum.x[friction] == pytest.approx(alone.fit.minimum.x[friction], rel=1e-6)
+    # The sums over windows are in another order.
+    assert both.covariance[friction, friction] == pytest.approx(
+        0.5 * alone.covariance[friction, friction], rel=1e-5
+    )
+    assert len({one.value for each in both.data for one in both.nuisance_estimates(each)[:2]}) == 2
+    nominal.to_toml(tmp_path / "machine.toml")
+    text = machine_text(both, tmp_path / "machine.toml", tmp_path)
+    (tmp_path / "after.toml").write_text(text, encoding="utf-8")
+    after = Machine.from_toml(tmp_path / "after.toml").friction
+    seal, viscous = (one.value for one in both.nuisance_estimates(both.data[0])[:2])
+    assert (after.seal, after.viscous) == pytest.approx((seal, viscous), rel=1e-5)
+
+
 def test_samples_of_a_coarse_encoder_do_not_pull_the_mass(motion: Motion) -> None:
     """A quantum of 20 um at 1 kHz: differentiated twice it would be 14 m/s2 of noise on 3 m/s2 of motion."""
     machine, rng = axis(**NOMINAL), np.random.default_rng(3)
@@ -62,6 +85,27 @@ def test_samples_of_a_coarse_encoder_do_not_pull_the_mass(motion: Motion) -> Non
     data = MotorForce.of(machine, seen(motion, 2e-5), motion.time, force)
     one = identify(machine, MASS_OF, [data], starts=1).estimates[0]
     assert one.low < MASS < one.high and one.value == pytest.approx(MASS, rel=0.01)
+
+
+def test_jumps_of_acceleration_in_a_slow_trace_do_not_pull_the_mass() -> None:
+    """Trapezoids of velocity at 100 Hz, the force at 1 kHz: errors of both signs, each of some 0.15 kg."""
+    nominal, errors = axis(**NOMINAL), []
+    for seed in range(4):
+        rng, time = np.random.default_rng(seed), np.arange(0.0, 6.0, 1e-3)
+        acceleration, start, side = np.zeros(time.size), 0.2, 1.0
+        while start < 5.0:
+            size, ramp = rng.uniform(2.0, 4.0), rng.uniform(0.15, 0.3)
+            for first, sign in ((start, side), (start + ramp + 0.1, -side)):
+                acceleration[(time >= first) & (time < first + ramp)] += sign * size
+            start, side = start + 2.0 * ramp + rng.uniform(0.2, 0.4), -side
+        velocity = np.append(0.0, np.cumsum(0.5e-3 * (acceleration[1:] + acceleration[:-1])))
+        motion = Motion.along_x(time, acceleration, velocity=velocity)
+        force = force_of(axis(), motion, time) + OFFSET + 2.0 * rng.standard_normal(time.size)
+        data = MotorForce.of(nominal, seen(motion, step=10), time, force)
+        one = identify(nominal, MASS_OF, [data], starts=1).estimates[0]
+        assert one.low < MASS < one.high
+        errors.append(one.value - MASS)
+    assert abs(np.mean(errors)) < 0.2  # three standard errors
 
 
 def test_what_the_drive_force_cannot_tell_is_refused(motion: Motion) -> None:

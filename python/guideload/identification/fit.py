@@ -15,9 +15,9 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc
+from scipy.stats import chi2, qmc
 
-from guideload.base.arrays import Array, Flags
+from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.errors import ArgumentError, SceneError
 from guideload.base.number_text import counted
 from guideload.identification.measured import Measured, NuisanceParameter
@@ -59,8 +59,8 @@ class Objective:
     def __init__(self, model: Model, data: Sequence[Measured], factors: Array | None = None) -> None:
         """factors: by default 1."""
         self.model, self.data = model, tuple(data)
-        nuisance = [one for each in data for one in each.nuisance]
         self.p = len(model.unknowns)
+        nuisance, self.columns = _nuisance(data, self.p)
         self.units = np.concatenate([np.ones(self.p), [one.scale for one in nuisance]])
         known: list[Unknown | NuisanceParameter] = [*model.unknowns, *nuisance]
         self.bounds = np.array([one.bounds for one in known]).T / self.units
@@ -70,7 +70,6 @@ class Objective:
         self.factors = np.ones(len(self.noise)) if factors is None else factors
         self.rows = _slices(each.noise_index.size for each in data)
         self.groups = _slices(len(each.noise) for each in data)
-        self.columns = _slices((len(each.nuisance) for each in data), first=self.p)
         starts = (each.noise_index + group.start for each, group in zip(data, self.groups, strict=True))
         self.noise_index = np.concatenate(list(starts))
         self._last: tuple[Array, Array, Array] | None = None
@@ -163,9 +162,25 @@ class Objective:
         return Minimum(placed(found.x).copy(), 2.0 * float(found.cost), bool(found.status > 0))
 
 
-def _slices(counts: Iterable[int], first: int = 0) -> list[slice]:
+def _slices(counts: Iterable[int]) -> list[slice]:
     """Ranges of these sizes, one behind the other."""
-    return [slice(start, end) for start, end in pairwise(accumulate(counts, initial=first))]
+    return [slice(start, end) for start, end in pairwise(accumulate(counts, initial=0))]
+
+
+def _nuisance(data: Sequence[Measured], first: int) -> tuple[list[NuisanceParameter], list[Indices]]:
+    """The nuisance parameters of all data, and of each data set the indices of its own, counted from `first`.
+
+    A number of the machine, such as its friction, is one parameter of all data sets that show it.
+    """
+    found: dict[str, NuisanceParameter] = {}  # by key, else by data set and place in it
+    columns: list[Indices] = []
+    for i, each in enumerate(data):
+        names = [one.key or f"{i} {k}" for k, one in enumerate(each.nuisance)]
+        for name, one in zip(names, each.nuisance, strict=True):
+            found.setdefault(name, one)
+        places = list(found)
+        columns.append(first + np.array([places.index(name) for name in names], dtype=np.intp))
+    return list(found.values()), columns
 
 
 # ---- walks into other valleys
@@ -206,6 +221,7 @@ REACH = 1.5  # spreads around the expected values within which the other starts 
 ROUNDS = 20  # of noise levels, and of pairing
 SETTLED = 1e-3  # relative change of a noise level that ends the rounds
 STATED_VALUES = 3.0  # values that a stated but not known level of noise is worth
+LEAST = 1e-4  # estimated over stated noise: exact values, as of a simulation, would have none
 APART = 0.2  # standard deviations by which different minima differ at least
 NEAR = 100.0  # excess of the sum of squares above which the exact place of a minimum does not matter
 ALIKE = 1.0  # standard deviations between the ends of coarse searches that go on to one minimum
@@ -359,13 +375,16 @@ def _noise(objective: Objective, x: Array) -> Array:
     """(groups,) factors on the stated noise that agree with the residuals.
 
     A stated level that is not known counts as much as `STATED_VALUES` values, so that few residuals that happen to be
-    small do not make all intervals small. The level of a record in time is raised as much as its serial errors raise
-    the variance of what it determines, so that it has the right weight beside other data.
+    small do not make all intervals small. If it is outside the 99 % interval that the residuals alone give, the nearer
+    end of this counts instead. The level of a record in time is raised as much as its serial errors raise the variance
+    of what it determines, so that it has the right weight beside other data.
     """
     (values, slopes), free, index = objective.of_data(x), _free_values(objective, x), objective.noise_index
     squares = np.bincount(index, (objective.factors[index] * values) ** 2, minlength=free.size)
-    estimated = np.sqrt((STATED_VALUES + squares) / (STATED_VALUES + free))
-    factors = np.where([one.known for one in objective.noise], 1.0, estimated)
+    low, high = (squares / chi2.ppf(end, np.maximum(free, 1.0)) for end in (0.995, 0.005))
+    stated = np.where(free < 1.0, 1.0, np.clip(1.0, low, high))
+    variances = np.maximum((STATED_VALUES * stated + squares) / (STATED_VALUES + free), LEAST**2)
+    factors = np.where([one.known for one in objective.noise], 1.0, np.sqrt(variances))
     scale = objective.factors[index] / factors[index]
     for each, rows, groups in zip(objective.data, objective.rows, objective.groups, strict=True):
         if isinstance(each, Record):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NuisanceParameter:
-    """An unknown number of one set of data alone, such as an offset, a delay or a scale; it is fitted with the rest."""
+    """An unknown number beside those that are sought, such as an offset, a delay or a scale; it is fitted with them."""
 
     name: str  # in words: "offset of sensor tool y"
     unit: str  # SI
@@ -26,7 +26,7 @@ class NuisanceParameter:
     spread: float  # standard deviation before the data; inf if nothing is known
     scale: float  # in `unit`: the search takes steps of this size
     bounds: tuple[float, float] = (-float("inf"), float("inf"))  # smallest and largest value
-    # of the machine file, such as "friction.coefficient", if it is a number of the machine; otherwise empty
+    # of the machine file, such as "friction.seal", if it is a number of the machine, which all data share; else empty
     key: str = ""
 
 
@@ -80,6 +80,11 @@ class Measured(ABC):
     def noise_index(self) -> Indices:
         """(m,) index of the noise group of each value; by default they are of one group."""
         return np.zeros(len(self.labels), dtype=np.intp)
+
+    @property
+    def scales(self) -> Array:
+        """(m,) the stated noise of each value, by which its residual is divided."""
+        return np.array([one.level for one in self.noise])[self.noise_index]
 
     @abstractmethod
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:

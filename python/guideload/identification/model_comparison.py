@@ -22,7 +22,7 @@ class ComparedModel:
 
     name: str  # its title
     unknowns: int  # the number of its unknowns
-    score: float  # logarithm of the probability density of the left-out data, summed; larger is better
+    score: float  # logarithm of the probability density of the left-out values, summed; larger is better
     behind: float  # score of the best model less its own
     uncertainty: float  # standard deviation of that difference
     is_best: bool = False  # whether it is the simplest one that is not certainly worse than the best
@@ -58,13 +58,13 @@ def _scores(found: Identification) -> Array:
     """
     fit, objective = found.fit, found.fit.objective
     hat = fit.jacobian @ fit.covariance
+    noise = objective.factors[objective.noise_index] * np.concatenate([each.scales for each in found.data])
     scores = []
     for place in objective.rows:
         rows = np.arange(place.start, place.stop)
         for block in np.array_split(rows, min(BLOCKS, rows.size)):
             left = np.eye(block.size) - hat[block] @ fit.jacobian[block].T
             r = fit.residuals[block]
-            level = np.log(objective.factors[objective.noise_index[block]]).sum()
             density = -0.5 * r @ np.linalg.solve(left, r) + 0.5 * np.linalg.slogdet(left)[1]
-            scores.append(density - level - 0.5 * block.size * np.log(2.0 * np.pi))
+            scores.append(density - np.log(noise[block]).sum() - 0.5 * block.size * np.log(2.0 * np.pi))
     return np.array(scores)

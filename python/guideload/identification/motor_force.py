@@ -7,7 +7,9 @@ The drive pushes the cart with its reaction along x and overcomes the friction, 
 measured with a constant offset (weight of a cable, a tilted rail, zero of the amplifier) and, if asked for, a delay.
 The acceleration is the mean of the trace's posterior. The error of a posterior mean is independent of the mean itself
 (Berkson's kind), so it does not pull the mass towards zero, as differentiated samples would; it is part of the
-residuals and thereby of every interval.
+residuals and thereby of every interval. At a jump of the acceleration this does not hold: the estimate is a ramp over
+some stamps of the trace, and the jump lies beyond it on both sides, which would make the mass too large. Means of both
+over some stamps are equal, so windows are no shorter.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from guideload.motion.motion import Motion
 from guideload.simulation.drive_force import friction_coefficients, require_held_x
 
 WINDOWS = 5000  # of a record by default: means over 5 ms in a record of 25 s
+STAMPS = 4.0  # of a measured trace in a window at least: an estimated acceleration shows a jump as a ramp over as many
 SLOW = 0.01  # of the largest speed: below it friction may stick, which the law of the machine does not say
 FIRST_LEVEL = 0.01  # of the force's standard deviation: where the search for its noise starts
 LONGEST_DELAY = 0.05  # s, of a current loop or of a filter in the drive
@@ -63,7 +66,7 @@ class MotorForce(Record):
         """A measured force (n,) of a motion.
 
         level: standard deviation of the noise of one value, None if unknown. window: s; by default a 5000th of the
-        record. part: s, first and last instant used.
+        record, at least four stamps of a measured trace. part: s, first and last instant used.
         Raises ArgumentError for a machine whose drive force depends on more, TraceError for a record too short.
         """
         _require_supported(machine, motion, torque)
@@ -75,7 +78,7 @@ class MotorForce(Record):
         usable = (time >= low) & (time <= high)
         usable &= abs(np.interp(time, motion.time, velocity)) > SLOW * abs(velocity).max()
         span = float(np.ptp(time[usable])) if usable.any() else 0.0
-        windows = Windows.of(time, usable, window or span / WINDOWS, name)
+        windows = Windows.of(time, usable, window or max(span / WINDOWS, STAMPS * _step(motion)), name)
         first = FIRST_LEVEL * float(values[windows.samples].std())
         return cls(
             name=name,
@@ -170,6 +173,14 @@ class MotorForce(Record):
         if key == "seal":
             return float(seals.mean()) if seals.size else 0.0
         return 0.0 if friction is None else float(getattr(friction, key))
+
+
+def _step(motion: Motion) -> float:
+    """Time [s] between the stamps of a measured trace; 0 for an exact motion."""
+    if motion.uncertainty is None:
+        return 0.0
+    stamps = motion.time if motion.uncertainty.time is None else motion.uncertainty.time
+    return float(np.median(np.diff(stamps)))
 
 
 def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:

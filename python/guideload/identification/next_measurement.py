@@ -190,7 +190,8 @@ class RankedMeasurement:
     """A measurement in a ranking.
 
     name       of the measurement
-    deviation  standard deviation of the target quantity with this measurement over that without: 1 if it adds nothing
+    deviation  standard deviation of the target quantity with this measurement over that without: 1 if it adds nothing;
+               without a target the geometric mean of this ratio over the unknowns
     identified unknowns that the data determine only with this measurement
     """
 
@@ -228,7 +229,7 @@ def rank_measurements(
         weights = 1.0 / np.array([each.spread for each in one.nuisance])
         after = np.linalg.inv(before + marginal_information(there.by_unknowns, there.by_nuisance, weights))
         if gradient is None:
-            share = float(np.exp(0.5 * (np.linalg.slogdet(after)[1] - np.linalg.slogdet(now)[1]) / p))
+            share = float(np.exp(0.5 * np.mean(np.log(np.diag(after) / np.diag(now)))))
         else:
             share = float(np.sqrt((gradient @ after @ gradient) / (gradient @ now @ gradient)))
         identified = tuple(

@@ -127,15 +127,16 @@ class Record(Measured):
         return self.windows.mean(self.values[self.windows.samples].T)
 
     @cached_property
-    def scale(self) -> Array:
-        """(k, m) 1 over the standard deviation of the noise of each mean."""
-        return np.asarray(np.sqrt(self.windows.counts) / self.levels[:, None])
+    def scales(self) -> Array:
+        """(k m,) standard deviation of the noise of each mean."""
+        return np.asarray(self.levels[:, None] / np.sqrt(self.windows.counts)).ravel()
 
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         predicted, by_unknowns, by_nuisance = self.predicted(model, nuisance)
         parts = (predicted - self.measured)[None], by_unknowns, by_nuisance
+        scales = self.scales.reshape(self.measured.shape)
         values, by_unknowns, by_nuisance = (
-            self._whitened(self.scale * one).reshape(len(one), -1).T for one in parts
+            self._whitened(one / scales).reshape(len(one), -1).T for one in parts
         )
         return Residuals(values[:, 0], by_unknowns, by_nuisance)
 

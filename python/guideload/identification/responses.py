@@ -111,6 +111,10 @@ class FrequencyResponses(Measured):
         ratio = self.floor / self.level if self.ratio is None else self.ratio
         return [self.level * np.hypot(size, ratio * size.max()) for size in sizes]
 
+    @property
+    def scales(self) -> Array:
+        return np.concatenate([np.tile(one, 2) for one in self._scales])  # of real and imaginary parts
+
     def residuals(self, model: ModelAt, nuisance: Array) -> Residuals:
         values, slopes, scales = [], [], []
         gain = float(nuisance[0]) if nuisance.size else 1.0
@@ -140,7 +144,7 @@ class FrequencyResponses(Measured):
             ratio = new._most_likely_ratio(np.concatenate(errors))
             # The machine follows the ratio: the mean of both logarithms keeps two of them from alternating.
             new = replace(new, ratio=ratio if self.ratio is None else float(np.sqrt(ratio * self.ratio)))
-        change = np.concatenate(new._scales) / np.concatenate(self._scales) - 1.0
+        change = new.scales / self.scales - 1.0
         return self if self.sizes and np.sqrt(np.mean(change**2)) < SAME else new
 
     def _most_likely_ratio(self, errors: Complex) -> float:

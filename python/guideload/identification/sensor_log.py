@@ -219,8 +219,9 @@ class SensorLog(Record):
         runs = map(model.run_once, self.deviations)
         predicted = np.array([self.predicted(model, nuisance, run)[0] for run in runs])
         errors = predicted - nuisance[: len(self.channels), None]
-        residuals = (self.predicted(model, nuisance)[0] - self.measured) * self.scale
-        return replace(self, whitening=Whitening.of(model.z, errors * self.scale, residuals))
+        residuals = self.predicted(model, nuisance)[0] - self.measured
+        scales = self.scales.reshape(residuals.shape)
+        return replace(self, whitening=Whitening.of(model.z, errors / scales, residuals / scales))
 
     def predicted(
         self, model: ModelAt, nuisance: Array, run: RunDerivatives | None = None

@@ -239,9 +239,8 @@ def _undetermined_nuisance(fit: Fit, covariance: Array) -> Iterator[Undetermined
     """Groups of nuisance parameters, as friction and offset."""
     objective = fit.objective
     weights, values = objective.weights, fit.minimum.x * objective.units
-    for data, columns in zip(objective.data, objective.columns, strict=True):
-        own = np.arange(columns.start, columns.stop)
-        others = np.delete(np.arange(values.size), columns)
+    for data, own in zip(objective.data, objective.columns, strict=True):
+        others = np.delete(np.arange(values.size), own)
         by_own = fit.jacobian[:, own] / weights[own]
         information = marginal_information(by_own, fit.jacobian[:, others], weights[others])
         for group, determined, direction in _undetermined_groups(information):

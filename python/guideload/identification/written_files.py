@@ -65,7 +65,8 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
                     f"body.inertia[{path[3]}][{path[2]}] as a number into it"
                 )
             edits.append(mirrored)
-    for one in (one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key):
+    own = [one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key]
+    for one in {one.parameter.key: one for one in own}.values():  # data sets share what has a key
         number, keys = one.parameter, tuple(one.parameter.key.split("."))
         comment = _comment(found, number.name, one, number.unit)
         edit = _edit(keys, one.value, number.unit, comment, places, text)

@@ -37,9 +37,9 @@ MOST_CANDIDATES = 12
 NEXT = "Interval: uncertainty of {figure} left after this measurement, in % of today's."
 IDENTIFIES = "Identifies: unknowns that it would identify beyond those identified now."
 LEVELS = (
-    "Score: logarithm of the probability of measured values that were left out of the fit, in turns; larger is better. "
-    "Below best: difference from the best score, with its standard deviation. The recommended model is the simplest "
-    "one that is not certainly worse."
+    "Score: logarithm of the probability density of measured values that were left out of the fit, in turns; larger is "
+    "better. Below best: difference from the best score, with its standard deviation. The recommended model is the "
+    "simplest one that is not certainly worse."
 )
 
 
