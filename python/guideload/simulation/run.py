@@ -120,9 +120,16 @@ class Run:
 
     def at_stamps(self, motion: Motion, stretches: Stretches | None) -> Run:
         """The run under its motion with more stamps, and the stretches of its payloads."""
-        travel = self.travel_at(motion.time)
+        if motion is self.motion:
+            return self
+        rails = self.straightness_loads
         return replace(
-            self, motion=motion, stretches=stretches, travel=travel, original_times=self.sample_times
+            self,
+            motion=motion,
+            stretches=stretches,
+            straightness_loads=None if rails is None else rails.at(motion.time),
+            travel=self.travel_at(motion.time),
+            original_times=self.sample_times,
         )
 
     def travel_at(self, stamps: Array) -> Array | None:

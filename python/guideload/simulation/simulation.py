@@ -14,11 +14,11 @@ from guideload.base.methods import CHOICES, METHODS, Method
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.finer_histories import with_visible_vibration
 from guideload.simulation.instants import fastest_vibration
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
+from guideload.simulation.rack_push import with_rack_push
 from guideload.simulation.result import Result
 from guideload.simulation.riders import with_riders
 from guideload.simulation.run import Run
@@ -43,7 +43,7 @@ def simulate(
 ) -> Result:
     """The load of every carriage of a machine under a motion.
 
-    If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.drive_force`.
+    If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.rack_push`.
 
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
             contacts), exponential (for preloaded contacts: the linear part exactly, the rest by collocation of order 4;
@@ -127,8 +127,7 @@ def prepared_run(
     run = Run(
         machine, motion, chosen, reason, rtol, step, instants, begin, stretches, straightness_loads, travel
     )
-    pushes = machine.drive is not None and machine.drive.push_direction is not None
-    return with_rack_push(with_visible_vibration(run) if finer or pushes else run)
+    return with_rack_push(with_visible_vibration(run) if finer else run)
 
 
 def _instants(times: ArrayLike) -> Array:
