@@ -59,7 +59,7 @@ def simulate(
             motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion, and where loads vibrate between
             them by more than 1 % of the largest dynamic load, instants in between; `times=motion.time` has the samples
-            alone, with the peaks at any time
+            alone, with the peaks at any time (where a rack pushes, with the instants that its push needs)
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
             quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
@@ -127,7 +127,8 @@ def prepared_run(
     run = Run(
         machine, motion, chosen, reason, rtol, step, instants, begin, stretches, straightness_loads, travel
     )
-    return with_rack_push(with_visible_vibration(run) if finer else run)
+    pushed = with_rack_push(run)
+    return with_visible_vibration(run) if finer and pushed is run else pushed
 
 
 def _instants(times: ArrayLike) -> Array:
