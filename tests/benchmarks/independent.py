@@ -67,7 +67,7 @@ def springs_of(machine: Machine) -> list[Spring]:
             [[0.0, np.cos(rail.roll), np.sin(rail.roll)], [0.0, -np.sin(rail.roll), np.cos(rail.roll)]]
         )
         center = np.array([one.x, *rail.position])
-        error = np.array([0.0, *np.add(one.mounting_error, rail.mounting_error)])
+        error = one.mounting_error @ turn + [0.0, *rail.mounting_error]
         rows = (0.0,) if one.width is None else (-0.5 * one.width, 0.5 * one.width)
         for end in (-0.5 * one.length, 0.5 * one.length):
             for axis, places in ((0, rows), (1, (0.0,))):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -187,8 +188,26 @@ def test_the_margin_of_torque_counts_up_to_the_last_speed_of_the_curve() -> None
         assert margins["motor speed"] == pytest.approx(0.53 / 1.2, rel=1e-12)
 
 
-@pytest.mark.parametrize("build", [cart, cart_clear, preloaded])
-def test_push_of_the_rack_belongs_to_the_force(build: object) -> None:
+def ringing() -> Machine:
+    """A table whose vibration amplifies changes of the push 2.4 times."""
+    body = Body(mass=306.0, center_of_mass=(0.3, -0.2, 0.05), inertia=np.diag([26.0, 20.0, 28.0]))
+    return table(body, 0.3, 0.66, stiffness_y=4.5e8, damping_y=1e4, damping_z=1e4)
+
+
+def pulse() -> Motion:
+    """0.3 s that begin with an acceleration of 0.1 s."""
+    time = np.arange(601) / 2000.0
+    acceleration = np.where(time < 0.1, 5.0 * np.sin(10.0 * np.pi * time) ** 2, 0.0)
+    speed = np.cumsum(acceleration) / 2000.0 - acceleration / 4000.0
+    return Motion.along_x(time, acceleration, velocity=speed)
+
+
+@pytest.mark.parametrize(
+    ("build", "motion"), [(cart, motion), (cart_clear, motion), (preloaded, motion), (ringing, pulse)]
+)
+def test_push_of_the_rack_belongs_to_the_force(
+    build: Callable[[], Machine], motion: Callable[[], Motion]
+) -> None:
     """The result is that of the push as a process force at L, and the push follows from the force of that result."""
     machine = build().model_copy(
         update={"drive": Drive(**RACK, helix_angle="15 deg"), "friction": Friction(seal=20.0)}
@@ -213,6 +232,39 @@ def test_push_does_not_depend_on_the_direction_of_travel() -> None:
     there, back = (drive_requirements(simulate(machine, motion(sign))) for sign in (1.0, -1.0))
     assert there.push.max() > 80.0
     assert back.push == pytest.approx(there.push, rel=1e-9, abs=1e-9)
+
+
+PATHS = [{}, {"times": [0.5, 1.0, 1.7, 2.0]}, {"method": "implicit", "step": 1e-3}]
+
+
+@pytest.mark.parametrize("keys", PATHS)
+def test_the_push_follows_the_force_between_the_stamps(keys: dict[str, Any]) -> None:
+    """A slow process force of four stamps along x, without inertia: the load of each carriage is in closed form."""
+    machine = slide(80.0, Friction()).model_copy(update={"drive": Drive(**RACK)})
+    time, wrench = np.array([0.0, 0.5, 1.5, 2.0]), np.zeros((4, 6))
+    wrench[:, 0] = [0.0, 1000.0, -1000.0, 0.0]
+    velocity = np.tile([0.05, 0.0, 0.0], (4, 1))
+    result = simulate(machine, Motion(time, np.zeros((4, 3)), velocity, wrench=wrench), **keys)
+    instants, loads = result.quantities["time"], result.quantities["force"][:, :, 1]
+    push = np.tan(np.radians(20.0)) * np.abs(np.interp(instants, time, wrench[:, 0]))
+    # The table swings by some 1e-6 of the weight at the corners of the force.
+    assert loads == pytest.approx(np.tile((push - 80.0 * G)[:, None] / 4.0, (1, 4)), abs=0.1)
+    if "times" not in keys:
+        mean = 0.5 * np.tan(np.radians(20.0)) * 1000.0
+        assert np.trapezoid(loads[:, 0], instants) / 2.0 == pytest.approx((mean - 80.0 * G) / 4.0, abs=0.1)
+
+
+@pytest.mark.parametrize("keys", PATHS)
+def test_the_push_does_not_depend_on_the_samples(keys: dict[str, Any]) -> None:
+    """A move given by its corners, and with 500 samples in each interval."""
+    machine = cart().model_copy(update={"drive": Drive(**RACK)})
+    coarse = Motion.along_x([0.0, 0.5, 0.55, 1.5, 1.6, 2.0], [0.0, 3.0, -2.0, -2.0, 1.0, 0.0])
+    found = simulate(machine, coarse, **keys).quantities
+    wanted = simulate(machine, refined(coarse, np.full(5, 500)), times=found["time"]).quantities["force"]
+    push = found["wrench"][:, 1].max()
+    assert push > 1000.0
+    # Between two stamps the push is followed to a quarter of a percent.
+    assert np.abs(found["force"] - wanted).max() < 0.0025 * push
 
 
 def test_share_of_the_push_in_the_peaks() -> None:

@@ -41,6 +41,26 @@ def test_a_carriage_that_is_too_high_twists_the_body() -> None:
     assert change[:, 1].sum() == pytest.approx(0.0, abs=1e-8 * vertical)
 
 
+@pytest.mark.parametrize("roll", [np.pi / 2.0, -0.4])
+def test_a_machine_that_is_turned_as_a_whole_has_the_same_loads(roll: float) -> None:
+    """The error of a carriage turns with its rail; that of a rail is along the axes of the machine."""
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(roll), -np.sin(roll)], [0.0, np.sin(roll), np.cos(roll)]])
+    machine = mounted(cart(), rail=(20e-6, -5e-6), carriage=(15e-6, 8e-6))
+    body, rails = machine.body, [*machine.rails]
+    for i, rail in enumerate(rails):
+        place, error = (turn[1:, 1:] @ each for each in (rail.position, rail.mounting_error))
+        rails[i] = having(rail, position=tuple(place), mounting_error=tuple(error), roll=roll)
+    inertia = turn @ np.array(body.inertia) @ turn.T
+    turned = having(
+        machine,
+        body=having(body, center_of_mass=tuple(turn @ body.center_of_mass), inertia=inertia.tolist()),
+        gravity=tuple(turn @ machine.gravity),
+        rails=tuple(rails),
+    )
+    wanted = machine.static_carriage_loads
+    np.testing.assert_allclose(turned.static_carriage_loads, wanted, atol=1e-9 * np.abs(wanted).max())
+
+
 def test_errors_of_rail_and_carriage_add_up() -> None:
     table = mounted(cart(), rail=("20 um", "-5 um"), carriage=(1e-6, 2e-6)).link_table()
     of = {name: offset for name, offset in zip(table.names, table.offsets, strict=True)}

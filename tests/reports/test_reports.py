@@ -11,17 +11,18 @@ import pytest
 import reference as ref
 from command_line import MACHINE, TRACE, guideload, refused
 from lives import PRODUCT
-from machines import carriage, machine
+from machines import carriage, having, machine
 from texts import one_line
 
-from guideload import ArgumentError, Link, Machine, Motion, Product, Result, plots, simulate
+from guideload import ArgumentError, Link, Machine, Motion, Payload, Product, Result, plots, simulate
 from guideload.html_report import run_page
 from guideload.machine.components import Carriage
 from guideload.machine.modes import Modes
+from guideload.machine.riders import Rider
 from guideload.reports.compare import comparison_report, differences, product_differences
 from guideload.reports.machine import machine_report, modes_report
 from guideload.reports.report import Report, Table
-from guideload.reports.run import result_report
+from guideload.reports.run import motion_lines, result_report
 
 TIME = np.linspace(0.0, 1.0, 1001)
 PUSH = Motion.along_x(TIME, np.where((TIME > 0.2) & (TIME < 0.6), 2.2, 0.0), source="a push")
@@ -48,6 +49,34 @@ def said(machine: Machine, motion: Motion) -> str:
 
 
 # ---- runs
+
+
+def test_the_samples_of_the_cart_are_counted_without_the_stamps_of_riders_payloads_and_forces() -> None:
+    inertia = ((3.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 3.0))
+    block: dict[str, Any] = {"mass": 20.0, "center_of_mass": (0.0, 0.0, 0.0), "inertia": inertia}
+    travels = {"slide": Motion.along_x(0.0003 + 0.1 * np.arange(5), [0.0, 0.002, 0.0, -0.002, 0.0])}
+    sliding = having(ref.cart(), riders=(Rider(name="slide", direction=(0, 0, 1), **block),))
+    loaded = having(ref.cart(), payloads=(Payload(name="part", times=((0.35005, 0.75),), **block),))
+    forced = PUSH.with_force((0, 0, 0), [[0, 0, 0], [1, 0, 0], [0, 0, 0]], time=[0.1001, 0.2002, 0.3003])
+    for result in (
+        simulate(sliding, PUSH, riders=travels),
+        simulate(loaded, PUSH),
+        simulate(ref.cart(), forced),
+    ):
+        assert result.quantities["time"].size > 1001
+        assert "1 s, 1001 samples, every 1 ms (median)" in one_line(result_report(result).text())
+    assert "1 s, 1001 samples, every 1 ms" in motion_lines(forced)
+
+
+def test_the_start_of_a_rider_is_zero_not_rounding() -> None:
+    slide = Rider(
+        name="slide", mass=20.0, center_of_mass=(0, 0, 0), inertia=np.eye(3).tolist(), direction=(0, 0, 1)
+    )
+    back = Motion.along_x([0.0, 1.0], [0.0, 0.0], position=[-4.647e-18, 0.6], velocity=[0.6, 0.6])
+    text = one_line(
+        result_report(simulate(having(ref.cart(), riders=(slide,)), PUSH, riders={"slide": back})).text()
+    )
+    assert "rider slide: from 0 to 0.6 m" in text
 
 
 def test_peaks_are_those_of_the_result(result: Result) -> None:

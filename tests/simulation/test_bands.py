@@ -310,7 +310,10 @@ def test_scenes_that_are_not_linear_have_bands_and_say_how(make: type) -> None:
 
 @pytest.mark.parametrize("make", [ref.cart, ref.cart_clear])
 def test_each_drawn_motion_has_its_own_push_of_a_rack(make: type) -> None:
-    """Loads under drawn motions, and their rms distance from the estimate, are those of single runs."""
+    """Loads under drawn motions, and their rms distance from the estimate, are those of single runs.
+
+    These have more stamps where |F| is not linear: 0.25 % of the push.
+    """
     rack = {"pinion_diameter": 0.1, "pressure_angle": "20 deg", "push_direction": (0.0, 1.0, 0.0)}
     machine, uncertainty = having(make(), drive=rack), uncertain(3)[0]
     motion = short(uncertainty)
@@ -320,13 +323,13 @@ def test_each_drawn_motion_has_its_own_push_of_a_rack(make: type) -> None:
     draws = np.vstack([uncertainty.draws(IN_MEMORY, rng) for _ in range(count // IN_MEMORY)])
     moved = (Motion.along_x(motion.time, motion.acceleration[:, 0] + one) for one in draws)
     singles = np.array([simulate(machine, one, times=times, start="rest").carriage_loads for one in moved])
-    exact = 1e-9 * np.abs(singles).max()  # pushes settle to 1e-10
-    np.testing.assert_allclose(list(result.drawn_loads(IN_MEMORY)), singles[:IN_MEMORY], rtol=0, atol=exact)
+    linear = 5e-4 * np.abs(singles).max()
+    np.testing.assert_allclose(list(result.drawn_loads(IN_MEMORY)), singles[:IN_MEMORY], rtol=0, atol=linear)
     rms = np.sqrt(np.mean((singles - result.carriage_loads) ** 2, axis=0))
-    np.testing.assert_allclose(result.data["force_sd"], rms[:, :, :3], rtol=0, atol=exact)
+    np.testing.assert_allclose(result.data["force_sd"], rms[:, :, :3], rtol=0, atol=1e-3 * rms.max())
     peaks = np.hypot(singles[..., 1], singles[..., 2]).max(axis=1)
     half = COVER * peaks.std(axis=0, ddof=1)
-    np.testing.assert_allclose(result.data["peak_resultant_upper"], peaks.mean(axis=0) + half, rtol=1e-9)
+    np.testing.assert_allclose(result.data["peak_resultant_upper"], peaks.mean(axis=0) + half, rtol=5e-4)
 
 
 # ---- results, files, reports, pictures

@@ -147,7 +147,7 @@ def _between(motion: Motion, ends: tuple[float, float], shift: float, last: Moti
     if last is not None:
         for name, values in histories.items():
             histories[name] = np.concatenate([getattr(last, name)[-1:], values])
-    return replace(motion, **histories, uncertainty=None, position=None)
+    return replace(motion, **histories, uncertainty=None, position=None, samples=None)
 
 
 def _tables(path: Path, rows: int) -> Iterator[tuple[Table, range]]:

@@ -226,7 +226,7 @@ class Carriage(ElasticModel):
     damping_z: Damping = Field(description=f"damping of the whole carriage along z{NO_CATALOGUE}")
     damping_in_contact: DampingInContact = False
     mounting_error: Cross = optional(
-        'y, z by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
+        'y, z of its own by which it is too high or too far across, e.g. ["5 um", "0 um"]; adds to that of its rail',
         (0.0, 0.0),
     )
     product: Name | None = optional(

@@ -247,11 +247,13 @@ class Machine(FileModel):
 
     @cached_property
     def mounting_errors(self) -> Array:
-        """Mounting error of each carriage, the sum of its own and that of its rail, shape (carriage, 3) [m]."""
-        errors = np.zeros((len(self.carriages), 3))
-        for error, carriage, rail in zip(errors, self.carriages, self.rail_of_carriage.tolist(), strict=True):
-            error[1:] = np.add(carriage.mounting_error, self.rails[rail].mounting_error)
-        return read_only(errors)
+        """Mounting error of each carriage in the axes of the machine, shape (carriage, 3) [m].
+
+        It is the sum of that of the carriage, which is along its own y and z, and that of its rail.
+        """
+        own = np.array([(0.0, *carriage.mounting_error) for carriage in self.carriages]).reshape(-1, 3)
+        rails = [(0.0, *self.rails[i].mounting_error) for i in self.rail_of_carriage]
+        return read_only(np.einsum("ij,ijk->ik", own, self.carriage_axes) + np.reshape(rails, (-1, 3)))
 
     @cached_property
     def rail_of_carriage(self) -> Indices:

@@ -45,6 +45,7 @@ class Motion(ReadOnlyArrays):
     source        name of the file or data it comes from, for reports
     notes         what was detected and chosen when the trace was read, for reports
     warnings      what speaks against the trace or its smoothing, for reports
+    samples       (m,) s, the samples as they were given, if stamps were put between them, or None
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
     exact         whether the acceleration is known between the stamps too, as that of planned moves
@@ -67,6 +68,7 @@ class Motion(ReadOnlyArrays):
     exact: bool = False
     recorded: bool = False
     warnings: tuple[str, ...] = ()
+    samples: Array | None = None
 
     def __repr__(self) -> str:
         source = f" of {self.source}" if self.source else ""
@@ -81,6 +83,8 @@ class Motion(ReadOnlyArrays):
                 object.__setattr__(self, name, checked_history(name, values, (time.size, *sample)))
         for name, kind in OTHERS.items():
             require_type(name, getattr(self, name), kind)
+        if self.samples is not None:
+            object.__setattr__(self, "samples", checked_stamps(self.samples))
         for name in ("notes", "warnings"):
             if (texts := getattr(self, name)) != ():
                 require_type(name, texts, Sequence[str])
@@ -93,6 +97,11 @@ class Motion(ReadOnlyArrays):
             if self.uncertainty.variance.size != stamps.size:
                 got = self.uncertainty.variance.size
                 raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
+
+    @property
+    def sample_times(self) -> Array:
+        """The samples [s] as they were given, without stamps that were put between them."""
+        return self.time if self.samples is None else self.samples
 
     @property
     def excitation(self) -> Motion:
@@ -275,7 +284,8 @@ def with_stamps(motion: Motion, times: Array, twice: Array) -> Motion:
         return motion
     given = {name: values for name in HISTORIES if (values := getattr(motion, name)) is not None}
     histories: dict[str, Any] = {name: values[index] for name, values in given.items()}
-    return replace(motion, time=motion.time[index], uncertainty=_own_uncertainty(motion), **histories)
+    histories |= {"time": motion.time[index], "samples": motion.sample_times}
+    return replace(motion, uncertainty=_own_uncertainty(motion), **histories)
 
 
 def find_jumps(motion: Motion) -> Array:
@@ -314,8 +324,8 @@ def _at(motion: Motion, first: Integers, shares: Array, time: Array) -> Motion:
     for values in histories.values():
         values.setflags(write=False)
     # The new stamps show no higher frequencies, and the uncertainty keeps its own.
-    bandwidth, uncertainty = motion.usable_bandwidth, _own_uncertainty(motion)
-    return _changed(motion, **histories, bandwidth=bandwidth, uncertainty=uncertainty)
+    histories |= {"bandwidth": motion.usable_bandwidth, "uncertainty": _own_uncertainty(motion)}
+    return _changed(motion, **histories, samples=motion.sample_times)
 
 
 def _changed(motion: Motion, **fields: Any) -> Motion:

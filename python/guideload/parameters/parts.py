@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from guideload.base.arrays import Integers
 from guideload.machine.components import Carriage, Link
 from guideload.machine.laws import Sides
 from guideload.machine.links import links_of
@@ -66,7 +65,11 @@ def of_rail(machine: Machine, index: int) -> Iterator[PartParameter]:
         yield PartParameter(f"position.{axis}", "m", "", rail.position[i], [*links, *centers])
     need = "a rail turned in the machine file: links of a study keep their directions"
     yield PartParameter("roll", "rad", "", None, [], need)
-    yield from _of_mounting_error(machine, rail.mounting_error, machine.links_of_rails[index])
+    directions = machine.link_table().directions
+    for i, axis in enumerate(("y", "z")):
+        along = [(k, float(directions[k, i + 1])) for k in machine.links_of_rails[index].tolist()]
+        feet = [(("offset", k, 0), share) for k, share in along if share != 0.0]
+        yield PartParameter(f"mounting_error.{axis}", "m", "", rail.mounting_error[i], feet)
 
 
 def of_carriage(machine: Machine, i: int) -> Iterator[PartParameter]:
@@ -93,15 +96,9 @@ def of_carriage(machine: Machine, i: int) -> Iterator[PartParameter]:
         number = getattr(carriage.distances, rotation)
         fixed = [(target, factor * number) for target, factor in distances[rotation] if rotation in stated]
         yield PartParameter(f"stiffness_{rotation}", "N m/rad", "> 0", None, [], need, fixed)
-    yield from _of_mounting_error(machine, carriage.mounting_error, machine.links_of_carriages[i])
-
-
-def _of_mounting_error(machine: Machine, error: Sequence[float], links: Integers) -> Iterator[PartParameter]:
-    directions = machine.link_table().directions
-    for i, axis in ((1, "y"), (2, "z")):
-        along = [(k, float(directions[k, i])) for k in links.tolist()]
-        sets = [(("offset", k, 0), share) for k, share in along if share != 0.0]
-        yield PartParameter(f"mounting_error.{axis}", "m", "", error[i - 1], sets)
+    for axis in (1, 2):
+        feet = [(("offset", k, 0), 1.0) for k, link in links if link.axis == axis]
+        yield PartParameter(f"mounting_error.{AXES[axis]}", "m", "", carriage.mounting_error[axis - 1], feet)
 
 
 def _if_linear(row: PartParameter, carriage: Carriage, axis: int) -> PartParameter:

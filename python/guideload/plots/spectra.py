@@ -87,14 +87,15 @@ def load_density(result: Result) -> tuple[Array, Array]:
 def even_step(data: Quantities) -> float:
     """The step [s] of even instants that show what the histories of a result do.
 
-    The median one; where instants were put between the samples, the shortest, so that no vibration has another
-    frequency.
+    The median one; where instants were put between the samples, the shortest mean of two in a row, so that no vibration
+    has another frequency. A single short one is beside a zero of the force of a rack.
     """
     time = data["time"]
     if data.attrs.get("instants") == "given" or data.attrs.get("motion_samples", time.size) >= time.size:
         return median_step(time)
     steps = np.diff(time)
-    return max(float(steps[steps > 0.0].min()), float(np.ptp(time)) / MOST_EVEN)
+    means = np.convolve(steps[steps > 0.0], (0.5, 0.5), "valid")
+    return max(float(means.min()), float(np.ptp(time)) / MOST_EVEN)
 
 
 def power_density(step: float, values: Array) -> tuple[Array, Array]:

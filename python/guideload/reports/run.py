@@ -25,6 +25,7 @@ from guideload.reports.points import points_section
 from guideload.reports.report import Column, Definitions, Report, Section, Table, Value, warnings_by_title
 from guideload.simulation.result import Result
 
+PLACE_DECIMALS = 9  # of m: what lies below is the rounding of a sum of travels
 ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
@@ -201,8 +202,9 @@ def _rider_lines(result: Result) -> list[str]:
             data[f"rider_{history}"][:, i] for history in ("position", "velocity", "acceleration", "force")
         )
         fastest, strongest = (digits(np.abs(history).max()) for history in (speed, acceleration))
+        low, high = (round(float(end), PLACE_DECIMALS) + 0.0 for end in (place.min(), place.max()))
         lines.append(
-            f"rider {name}: from {between(place.min(), place.max(), '4 digits')} m, up to {fastest} m/s and "
+            f"rider {name}: from {between(low, high, '4 digits')} m, up to {fastest} m/s and "
             f"{strongest} m/s2; force of its drive up to {load_in_table(np.abs(force).max())} N"
         )
     return lines
@@ -210,39 +212,45 @@ def _rider_lines(result: Result) -> list[str]:
 
 def motion_lines(motion: Motion) -> list[str]:
     """Source, duration, samples, largest speed and acceleration of a motion, and notes from its trace."""
-    return [*_motion_lines(motion.time, motion.velocity, motion.acceleration, motion.source, motion.notes)]
+    histories = motion.time, motion.velocity, motion.acceleration
+    return [*_motion_lines(*histories, motion.source, motion.notes, _samples(motion.sample_times))]
 
 
 def _run_motion_lines(data: Quantities) -> list[str]:
     """`motion_lines` of the motion of a result, at the reported instants."""
     velocity = data["cart_velocity"] if "cart_velocity" in data else None
     source, notes = str(data.attrs["motion_source"]), str(data.attrs["motion_notes"]).split("\n")
-    time, samples = data["time"], ""
-    count = int(data.attrs.get("motion_samples", time.size))  # results of older versions lack it
-    if count < time.size and data.attrs["instants"] != "given":
-        step = digits(1e3 * float(data.attrs["motion_step_s"]), 4)
-        why = "because loads vibrate between the samples"
-        samples = f"{count} samples, every {step} ms (median); histories have {time.size} instants, {why}"
+    time, attributes = data["time"], data.attrs
+    stamps = int(attributes.get("motion_samples", time.size))  # results of older versions lack it
+    count, samples = int(attributes.get("cart_samples", stamps)), _samples(time)
+    if count < time.size and attributes["instants"] != "given":
+        step = digits(1e3 * float(attributes.get("cart_step_s", attributes["motion_step_s"])), 4)
+        where = ["riders, process forces, payloads or rails change"] if count < stamps else []
+        where += ["loads are not linear between the samples"] if stamps < time.size else []
+        samples = (
+            f"{count} samples, every {step} ms (median); histories have {time.size} instants, also where "
+        )
+        samples += " and where ".join(where)
     return [*_motion_lines(time, velocity, data["cart_acceleration"], source, filter(None, notes), samples)]
 
 
-def _motion_lines(
-    time: Array,
-    velocity: Array | None,
-    acceleration: Array,
-    source: str,
-    notes: Iterable[str],
-    samples: str = "",
-) -> Iterator[str]:
-    """samples: their number and distance; by default those of `time`."""
-    if source:
-        yield source
+def _samples(time: Array) -> str:
+    """Number and distance of samples (n,) [s]; empty for a single instant."""
     steps = np.diff(time)
     steps = steps[steps > 0]
-    if steps.size:
-        uniform = "" if steps.max() - steps.min() <= 1e-6 * steps.max() else " (median; not uniform)"
-        own = f"{time.size} samples, every {digits(1e3 * float(np.median(steps)), 4)} ms{uniform}"
-        yield f"{digits(np.ptp(time), 4)} s, {samples or own}"
+    if not steps.size:
+        return ""
+    uniform = "" if steps.max() - steps.min() <= 1e-6 * steps.max() else " (median; not uniform)"
+    return f"{time.size} samples, every {digits(1e3 * float(np.median(steps)), 4)} ms{uniform}"
+
+
+def _motion_lines(
+    time: Array, velocity: Array | None, acceleration: Array, source: str, notes: Iterable[str], samples: str
+) -> Iterator[str]:
+    if source:
+        yield source
+    if samples:
+        yield f"{digits(np.ptp(time), 4)} s, {samples}"
     else:
         yield f"a single instant, {digits(time[0], 4)} s"
     speed = "" if velocity is None else f"speed {digits(_largest_norm(velocity), 4)} m/s, "

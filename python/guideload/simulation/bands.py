@@ -19,8 +19,8 @@ from guideload.base.cores import cores
 from guideload.base.methods import METHODS
 from guideload.base.quantities import Quantities, quantities
 from guideload.motion.uncertainty import COVER, TAIL, Uncertainty
-from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.peaks import resultants
+from guideload.simulation.rack_push import with_rack_push_at_stamps
 from guideload.simulation.run import Run
 
 SEED = 1
@@ -175,7 +175,9 @@ def _drawn_solutions(run: Run, uncertainty: Uncertainty, count: int) -> Iterator
     for deviation in _deviations(motion.time, uncertainty, count):
         acceleration = motion.acceleration.copy()
         acceleration[:, 0] += deviation
-        yield with_rack_push(replace(run, motion=replace(motion, acceleration=acceleration))).solution
+        yield with_rack_push_at_stamps(
+            replace(run, motion=replace(motion, acceleration=acceleration))
+        ).solution
 
 
 def _histories(run: Run, solution: Solution, loads: Array) -> tuple[Array, Array, Array, Array]:

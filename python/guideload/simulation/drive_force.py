@@ -1,25 +1,17 @@
-"""Force of the drive on the cart: reaction of the held x plus friction of the guides; and the push of a rack."""
+"""Force of the drive on the cart: reaction of the held x plus friction of the guides."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from guideload.base.arrays import Array
-from guideload.base.errors import ArgumentError, RunError
+from guideload.base.errors import ArgumentError
 from guideload.motion.standstill import is_moving
 
 if TYPE_CHECKING:
     from guideload.machine.machine import Machine
-    from guideload.motion.motion import Motion
-    from guideload.simulation.run import Run
-
-# The push changes the drive force only through the vibration that it excites: each iteration divides the change by
-# some hundred. Beyond this relative change of the largest push it is far below the tolerance of any run.
-SETTLED = 1e-10
-MOST_ITERATIONS = 50
 
 
 def require_held_x(machine: Machine) -> None:
@@ -67,39 +59,3 @@ def friction_force(machine: Machine, loads: Array, speed: Array | None) -> Array
     dry = rolling.sum(axis=1) + machine.seal_forces.sum()
     viscous = 0.0 if friction is None else friction.viscous
     return np.asarray(np.sign(speed) * dry + viscous * speed)
-
-
-def with_rack_push(run: Run) -> Run:
-    """The run with the force with which a rack pushes the pinion away, |F| tan(alpha) / cos(beta), acting at L.
-
-    F is the force of the drive, whose direction does not matter. The push moves the body, which changes F: the two are
-    iterated until they agree. Without a pressure angle the same run. Raises ArgumentError if x is free, RunError if the
-    iteration does not settle.
-    """
-    drive = run.machine.drive
-    if drive is None or drive.push_direction is None:
-        return run
-    require_held_x(run.machine)
-    direction, motion = np.array(drive.push_direction), run.motion
-    at_samples, push = replace(run, times=None), np.zeros(motion.time.size)
-    speed = None
-    if motion.velocity is not None:
-        speed = rolling_speed(motion.time, motion.acceleration, motion.velocity)
-    for _ in range(MOST_ITERATIONS):
-        force = at_samples.solution.reaction()[:, 0]
-        force += friction_force(run.machine, at_samples.carriage_loads(), speed)
-        before, push = push, drive.push_per_force * np.abs(force)
-        at_samples = replace(at_samples, motion=_pushed(motion, push, direction))
-        if np.abs(push - before).max() <= SETTLED * np.abs(push).max():
-            return replace(run, motion=at_samples.motion)
-    raise RunError(
-        f"drive: the push of the rack did not settle in {MOST_ITERATIONS} iterations: the push of the rack and the "
-        "force of the drive amplify each other; check pressure_angle, push_direction and the damping of the carriages"
-    )
-
-
-def _pushed(motion: Motion, push: Array, direction: Array) -> Motion:
-    """A motion with the push (time,) [N] along a direction at L added to its process forces."""
-    wrench = np.zeros((push.size, 6)) if motion.wrench is None else motion.wrench.copy()
-    wrench[:, :3] += push[:, None] * direction
-    return replace(motion, wrench=wrench, notes=(*motion.notes, "with the push of the rack at L"))

@@ -44,10 +44,10 @@ def with_visible_vibration(run: Run) -> Run:
     samples per period never needs it. Where even the slowest vibration has fewer than four instants per period,
     `BLIND_BOW` is too much.
 
-    Without instants in between: runs that report given instants, have a fixed step (which would end at each of them),
-    go over rails that are not straight, or have moving riders.
+    Without instants in between: runs that report given instants, have a fixed step (which would end at each of them) or
+    go over rails that are not straight.
     """
-    other = (run.times, run.step, run.straightness_loads, run.travel)
+    other = (run.times, run.step, run.straightness_loads)
     if any(each is not None for each in other) or run.motion.time.size >= MOST_INSTANTS or _bows_little(run):
         return run
     intervals, fastest, slowest = np.diff(run.motion.time), _fastest(run), slowest_vibration(run.machine)
@@ -78,8 +78,7 @@ def with_visible_vibration(run: Run) -> Run:
         # A bow of at most half a period is measured, and each halving leaves a quarter of it: no need to look again.
         is_measured = is_linear and np.all((wanted == parts) | (intervals * fastest <= np.pi * parts))
         parts = wanted
-        motion, stretches = with_parts(run.motion, run.stretches, parts)
-        finer = replace(run, motion=motion, stretches=stretches, original_times=run.motion.time)
+        finer = run.at_stamps(*with_parts(run.motion, run.stretches, parts))
         if is_measured:
             break
     return finer
@@ -95,7 +94,7 @@ def with_instants_for_peaks(run: Run) -> Run:
         return run
     if run.method != "exact":  # its steps would end at the new stamps
         return replace(run, times=motion.time)
-    return replace(run, motion=motion, stretches=stretches, original_times=run.sample_times)
+    return run.at_stamps(motion, stretches)
 
 
 def _bows_little(run: Run) -> bool:

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from guideload.base.arrays import Integers
+from guideload.base.arrays import Array, Integers
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
-from guideload.motion.motion import Motion, refined
+from guideload.motion.motion import Motion, refined, with_instants
 
 STEP = 1.05  # rad of the fastest vibration, from one instant to the next
 # Parts of the shortest interval: a motion without jumps hardly excites a vibration that is faster still.
@@ -99,3 +99,15 @@ def with_parts(
         places = np.append(0, np.cumsum(parts))
         stretches = replace(stretches, first=tuple(places[list(stretches.first)].tolist()))
     return refined(motion, parts), stretches
+
+
+def with_more_instants(
+    motion: Motion, stretches: Stretches | None, times: Array
+) -> tuple[Motion, Stretches | None]:
+    """The motion with stamps at these times [s] too, within the motion, and the stretches of its payloads."""
+    if stretches is not None:
+        first = np.array(stretches.first)
+        new = np.setdiff1d(times, motion.time)
+        first += np.searchsorted(new, motion.time[first])
+        stretches = replace(stretches, first=tuple(first.tolist()))
+    return with_instants(motion, times), stretches

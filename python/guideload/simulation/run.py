@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,6 +15,7 @@ from guideload.machine.links import own_axes
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion
+from guideload.motion.travel import travel_at
 from guideload.simulation.instants import STEP, excitation_with_enough_instants, fastest_vibration
 from guideload.simulation.start import StartState
 from guideload.simulation.straightness_loads import StraightnessLoads
@@ -111,13 +112,33 @@ class Run:
             step=self.step,
             times=times,
             start=self.start,
-            travel=self.travel,
+            travel=self.travel_at(motion.time),
         )
+
+    def at_stamps(self, motion: Motion, stretches: Stretches | None) -> Run:
+        """The run under its motion with more stamps, and the stretches of its payloads."""
+        if motion is self.motion:
+            return self
+        rails = self.straightness_loads
+        return replace(
+            self,
+            motion=motion,
+            stretches=stretches,
+            straightness_loads=None if rails is None else rails.at(motion.time),
+            travel=self.travel_at(motion.time),
+            original_times=self.sample_times,
+        )
+
+    def travel_at(self, stamps: Array) -> Array | None:
+        """The travel of the riders, as `travel`, at stamps among which are those of the motion."""
+        if self.travel is None or np.array_equal(stamps, self.motion.time):
+            return self.travel
+        return np.stack([travel_at(self.motion.time, samples, stamps) for samples in self.travel])
 
     @cached_property
     def has_long_steps(self) -> bool:
         """Whether exact steps of a machine with contacts last longer than a sixth of a period."""
-        if self.method != "exact" or self.machine.model_level == "linear" or self.travel is not None:
+        if self.method != "exact" or self.machine.model_level == "linear":
             return False
         longest = float(np.diff(self.sample_times).max(initial=0.0))
         return longest * fastest_vibration(self.machine) > STEP
@@ -140,9 +161,7 @@ class Run:
         """
         if self.times is not None or self.straightness_loads is not None:
             return None
-        machine, motion, stretches = self.machine, self.motion, self.stretches
-        if self.travel is None:
-            motion, stretches = self.excitation_for_peaks
+        machine, (motion, stretches) = self.machine, self.excitation_for_peaks
         found = (stretches or machine.scene).peaks(
             motion.time,
             motion.acceleration,
@@ -153,7 +172,7 @@ class Run:
             groups=machine.links_of_carriages,
             centers=machine.carriage_places,
             start=self.start,
-            travel=self.travel,
+            travel=self.travel_at(motion.time),
             less=self.machine_at_start.static_carriage_loads if dynamic else None,
             rules=rules,
         )

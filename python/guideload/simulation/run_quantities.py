@@ -152,6 +152,8 @@ def _attributes(run: Run) -> dict[str, str | float | int]:
         "instants": f"samples of the motion{more}" if run.times is None else "given",
         "motion_step_s": median_step(run.sample_times),
         "motion_samples": run.sample_times.size,
+        "cart_step_s": median_step(run.motion.sample_times),
+        "cart_samples": run.motion.sample_times.size,
         "motion_bandwidth_Hz": "unlimited" if np.isinf(bandwidth) else bandwidth,
         "motion_jumps": jumps if run.stretches is None else jumps + 1 - len(run.stretches.first),
         "motion_source": run.motion.source,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,11 +14,11 @@ from guideload.base.methods import CHOICES, METHODS, Method
 from guideload.base.number_text import digits
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.drive_force import with_rack_push
 from guideload.simulation.finer_histories import with_visible_vibration
 from guideload.simulation.instants import fastest_vibration
 from guideload.simulation.payload_changes import with_changes
 from guideload.simulation.peaks import Peaks, peaks_of
+from guideload.simulation.rack_push import with_rack_push
 from guideload.simulation.result import Result
 from guideload.simulation.riders import with_riders
 from guideload.simulation.run import Run
@@ -44,7 +43,7 @@ def simulate(
 ) -> Result:
     """The load of every carriage of a machine under a motion.
 
-    If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.drive_force`.
+    If the drive has a pressure angle, the push of its rack acts too: see `guideload.simulation.rack_push`.
 
     method  exact (matrix exponential between samples and contact changes: no step error; not for preloaded
             contacts), exponential (for preloaded contacts: the linear part exactly, the rest by collocation of order 4;
@@ -60,7 +59,7 @@ def simulate(
             motion
     times   (m,) s, instants to report, ascending; default: the samples of the motion, and where loads vibrate between
             them by more than 1 % of the largest dynamic load, instants in between; `times=motion.time` has the samples
-            alone, with the peaks at any time
+            alone, with the peaks at any time (where a rack pushes, with the instants that its push needs)
     start   rest (static equilibrium under the weight), quasi-static (static equilibrium under the weight, the first
             acceleration and the first external load, as if they had acted for long), or auto:
             quasi-static for a record that begins under way, else rest; see `guideload.simulation.start`
@@ -128,10 +127,8 @@ def prepared_run(
     run = Run(
         machine, motion, chosen, reason, rtol, step, instants, begin, stretches, straightness_loads, travel
     )
-    pushes = machine.drive is not None and machine.drive.push_direction is not None
-    if finer or pushes:
-        run = with_visible_vibration(run)
-    return with_rack_push(replace(run, motion_without_push=run.motion)) if pushes else run
+    pushed = with_rack_push(run)
+    return with_visible_vibration(run) if finer and pushed is run else pushed
 
 
 def _instants(times: ArrayLike) -> Array:

@@ -15,7 +15,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, refined
-from guideload.motion.stamps import sampled
+from guideload.motion.stamps import is_late, sampled
 
 # Stamps in the shortest wavelength. The polygon through them deviates from a wave by (2 pi / 200)^2 / 8 of its
 # amplitude, 1.2e-4.
@@ -42,6 +42,12 @@ class StraightnessLoads:
             return loads
         # After a jump at an instant, as the core reports it.
         return sampled(self.time, loads, times, np.ones(times.size, dtype=np.bool_))
+
+    def at(self, stamps: Array) -> StraightnessLoads:
+        """The same at other stamps (m,) [s], among which are all stamps."""
+        late = is_late(stamps)
+        parts = (sampled(self.time, loads, stamps, late) for loads in (self.elastic, self.damping))
+        return StraightnessLoads(stamps, *parts)
 
 
 def with_straightness_loads(
