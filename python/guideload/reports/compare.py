@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from guideload.audit.figures import STATICS
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
 from guideload.base.number_text import KINDS, load_in_table, number, signed
@@ -26,7 +27,7 @@ UNITS |= {f"stiffness{axis}": STIFFNESS for axis in ("", "_y", "_z")}
 UNITS |= {f"damping{axis}": DAMPING for axis in ("", "_y", "_z")}
 DEFINITIONS = (
     "Peak: largest resultant of any carriage, and where; dynamic factor: peak over the peak of a static calculation "
-    "with weight and m a; life: of all carriages together; S0: smallest static safety; drive: largest force "
+    f"with {STATICS}; life: of all carriages together; S0: smallest static safety; drive: largest force "
     "of the drive; mode 1: lowest natural frequency. In brackets: change against the first row."
 )
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from guideload.audit.figures import STATICS
 from guideload.base.arguments import checked
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
@@ -32,7 +33,7 @@ from guideload.sizing.requirements import margins_of
 Level = Literal["good", "near", "bad", "open"]
 LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
 NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
-DYNAMIC_FACTOR = "largest of a carriage: peak over the peak of a static calculation with weight and m a"
+DYNAMIC_FACTOR = f"largest of a carriage: peak over the peak of a static calculation with {STATICS}"
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from guideload.audit.audit import LABEL
+from guideload.audit.figures import STATICS
 from guideload.audit.histories import payload_changes
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
@@ -29,8 +30,8 @@ ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). Factor: dynamic factor, peak over that of a static "
-    "calculation with weight and m a. Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. "
-    "force over peak."
+    f"calculation with {STATICS}, without errors of rails. Dyn.: largest |load - static load|, of (Fy, Fz) and of "
+    "(Mx, My, Mz); share: dyn. force over peak."
 )
 
 
@@ -100,7 +101,7 @@ def _largest_load(result: Result) -> str:
         f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at "
         f"{seconds(time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
         f"{fixed(100.0 * dynamic / peak if peak else 0.0, 1)} %; the peak is "
-        f"{fixed(models.dynamic_factor[at], 2)} times that of a static calculation with m a."
+        f"{fixed(models.dynamic_factor[at], 2)} times that of a static calculation with {STATICS}."
     )
 
 
