@@ -211,7 +211,7 @@ class SimplerModels:
     # (name,) N, largest y-z resultant of the carriage, or largest load of the link, at the instants
     peak: Array
     at_any_time: Array  # (name,) N, the same between the instants too, if it is known
-    quasi_static: Array  # (name,) N, peak of the quasi-static load: K q = Q + E - M_u a, on rails without errors
+    quasi_static: Array  # (name,) N, peak on rails without errors of K q = Q + E - M_u a at every instant
     # (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the instants do not
     # contain the whole excitation from the start, or payloads come and go
     linear: Array | None

@@ -139,9 +139,9 @@ class Histories:
     @cached_property
     def rail_load(self) -> Array:
         """What errors of rails and carriages add to `quasi_static`, (time, link) [N]."""
-        at_rest = self.machine.nominal_scene.static_link_loads() - self.quasi_static + self.quasi_static_change
+        at_rest = self.quasi_static - self.quasi_static_change
         moving = 0.0 if self.foot_load is None else self.foot_load + self.rail_wrench @ self.response
-        return at_rest + moving
+        return np.asarray(self.machine.nominal_scene.static_link_loads() - at_rest + moving)
 
     @property
     def starts_at_rest(self) -> bool:

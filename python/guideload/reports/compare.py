@@ -45,7 +45,7 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
             machines[title] = result.machine
     products = (one for machine in machines.values() for one in machine.product_of_carriage)
     warned = warnings_by_title({title: one.audit.warnings for title, one in results.items()})
-    peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
+    peaks = {title: one.largest_load().size for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
     alike = ""
     if len(machines) == 1:
@@ -151,24 +151,22 @@ def _values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 def _figures_table(results: Mapping[str, Result]) -> Table:
     rows = [_figures(result) for result in results.values()]
     found = dict.fromkeys(figure for row in rows for figure in row)
-    peaks = ((one.machine.carriages, one.peak_columns["peak_resultant_N"]) for one in results.values())
     return Table(
         Column("run", [*results]),
         *(
             Column(label, [_with_change(rows, i, (label, unit, kind)) for i in range(len(rows))], unit, kind)
             for label, unit, kind in found
         ),
-        Column("on", [carriages[int(peak.argmax())].name for carriages, peak in peaks]),
+        Column("on", [one.largest_load().name for one in results.values()]),
     )
 
 
 def _figures(result: Result) -> dict[Figure, float]:
     """The figures of a run that can be computed, by label, unit and kind of quantity."""
-    peaks = result.peak_columns["peak_resultant_N"]
-    at = int(peaks.argmax())
-    factor = float(result.audit.simpler_models.dynamic_factor[at])
+    largest = result.largest_load()
+    factor = float(result.audit.simpler_models.dynamic_factor[largest.index])
     row: dict[Figure, float] = {
-        ("peak", "N", "load"): float(peaks[at]),
+        ("peak", "N", "load"): largest.size,
         ("dynamic factor", "", "4 digits"): factor,
     }
     if any(result.machine.product_of_carriage):
