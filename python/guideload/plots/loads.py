@@ -123,8 +123,8 @@ def resultant(result: Result, ax: Axes | None = None) -> Axes:
 
     Dashed lines are the quasi-static resultants: statics with m a and nominal stiffness, on rails without errors. Bars
     along the time axis mark where a link of a carriage has no contact, or an open row. If the motion has an
-    uncertainty, pale areas are the 95 % bands of the loads at each instant. Of a long record the range in each column of
-    the picture is drawn and, unless axes are given, the worst cycle below.
+    uncertainty, pale areas are the 95 % bands of the loads at each instant. Of a long record the range in each column
+    of the picture is drawn and, unless axes are given, the worst cycle below.
     """
     histories = Histories(result.machine, result.quantities)
     static = histories.machine.resultants(histories.quasi_static)

@@ -12,6 +12,7 @@ from guideload.audit.figures import STATICS
 from guideload.base.arguments import checked
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
+    beside,
     digits,
     fixed,
     joined,
@@ -78,7 +79,7 @@ class KeyFigures:
             return "open", f"Nothing is required yet: {wanted}"
         smallest = min(self.margins, key=lambda name: self.margins[name])
         open_life = "" if "life" in self.margins else ". No life to be reached is given"
-        return "good", f"Holds. Smallest margin: {digits(self.margins[smallest])}, {smallest}{open_life}"
+        return "good", f"Holds. Smallest margin: {beside(self.margins[smallest], 1.0)}, {smallest}{open_life}"
 
 
 @checked
@@ -119,7 +120,7 @@ def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level,
     if margin is None:
         return "open", ""
     level: Level = "bad" if margin < 1.0 else "near" if margin < NEAR else "good"
-    return level, f"{digits(margin, 3)} times {required}"
+    return level, f"{beside(margin, 1.0)} times {required}"
 
 
 def _life(result: Result) -> Life | str:

@@ -42,7 +42,7 @@ LEAST_RISK = 1e-4  # probability of a failure that is written as a number
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
     "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a catalogue calculation with "
-    f"{STATICS}, without errors of rails, would need to give this life, this safety."
+    f"{STATICS}, without rail errors, would need to give this life, this safety."
 )
 
 
@@ -162,8 +162,12 @@ def life_risk(life: float, wanted: float | None, conditions: LifeConditions) -> 
     if wanted is None or conditions.life is None:
         return ""
     failure = float(failure_probability(wanted, life, conditions.reliability))
-    share = percent(failure) if failure >= LEAST_RISK else f"below {percent(LEAST_RISK)}"
-    return f"The probability that one fails before {conditions.life.text} is {share}. "
+    return f"The probability that one fails before {conditions.life.text} is {risk_text(failure)}. "
+
+
+def risk_text(failure: float) -> str:
+    """The probability of a failure: `3.1 %`, `below 0.01 %`."""
+    return percent(failure) if failure >= LEAST_RISK else f"below {percent(LEAST_RISK)}"
 
 
 def life_verdict(life: float, wanted: float | None, safety: float, conditions: LifeConditions) -> str:

@@ -29,7 +29,7 @@ from guideload.simulation.result import Result
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). Factor: dynamic factor, peak over that of a static "
-    f"calculation with {STATICS}, without errors of rails. Dyn.: largest |load - static load|, of (Fy, Fz) and of "
+    f"calculation with {STATICS}, without rail errors. Dyn.: largest |load - static load|, of (Fy, Fz) and of "
     "(Mx, My, Mz); share: dyn. force over peak."
 )
 
