@@ -187,6 +187,7 @@ class Result:
     def _repr_html_(self) -> str:
         return as_html(repr(self), self.peaks())
 
+    @checked
     def largest_load(self, between: bool = True) -> LargestLoad:
         """The largest load of the carriages, or of a machine without carriages of the links, with its place and time.
 
@@ -194,10 +195,9 @@ class Result:
         Raises ArgumentError if the result reports no instant.
         """
         self.require_instants()
-        time, carriages, links = self.history("time"), self.machine.carriages, self.history("link_load")
-        assert time is not None and links is not None
-        sizes = resultants(self.carriage_loads)[0] if carriages else np.abs(links)
-        known = None
+        carriages, time, known = self.machine.carriages, self.history("time"), None
+        assert time is not None
+        sizes = resultants(self.carriage_loads)[0] if carriages else np.abs(self._estimate["link_load"])
         if between and carriages and "peak_resultant" in self._estimate:
             known = self._estimate["peak_resultant"], self._estimate["time_of_peak"]
         return LargestLoad.of([one.name for one in carriages or self.machine.links], time, sizes, known)
