@@ -6,10 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 import reference as ref
+from machines import having
 
 from guideload import Body, Link, Machine, Motion, Rail, Result, simulate
 from guideload._core import Law
 from guideload.audit.figures import BALL_ROW, ROLLERS
+from guideload.audit.plausibility import free_at_rest, machine_warnings
 from guideload.base.number_text import percent
 from guideload.machine.modes import displacement
 from guideload.reports import run as report
@@ -325,6 +327,12 @@ def test_a_body_free_at_rest_is_described_by_its_dofs() -> None:
     audit = clear_result().audit
     assert {dof for motion in audit.free_at_rest for dof in motion} == {"z", "ry"}
     assert "z" in audit.warnings[0] and "ry" in audit.warnings[0]
+    # With the weight at one corner both motions turn about y and slide along z: they are named once.
+    body = having(ref.cart_clear().body, center_of_mass=(0.18, 0.0, -0.25))
+    shifted = tuple(having(one, x=one.x - 0.09) for one in ref.cart_clear().carriages)
+    aside = having(ref.cart_clear(), body=body, carriages=shifted)
+    assert free_at_rest(aside) == (("ry", "z"), ("ry", "z"))
+    assert "within its clearance in 2 motions of ry and z:" in machine_warnings(aside)[0]
 
 
 def test_later_instants_of_a_motion_that_begins_under_way_have_no_warning() -> None:

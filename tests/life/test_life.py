@@ -145,12 +145,12 @@ def test_slow_motion_needs_no_load_factor_and_fast_motion_does(life: Life) -> No
         assert fast.factor_safety > 1.1 > one.factor_safety
 
 
-def test_the_load_factor_in_the_catalogue_formula_gives_the_simulated_life(
-    life: Life,
-) -> None:
-    """Of a machine so stiff that its loads are those of statics, with f_W in the formula."""
+@pytest.mark.parametrize("error", [0.0, 10e-6])
+def test_the_load_factor_in_the_catalogue_formula_gives_the_simulated_life(error: float) -> None:
+    """Of a machine so stiff that its loads are those of statics, on straight rails, with f_W in the formula."""
     stiff = with_carriages(cart(), stiffness_y=4e11, stiffness_z=4e11)
     static = simulate(stiff, moved(BRISK))
+    life = life_of(simulate(with_carriages(cart(), "1a", mounting_error=(error, 0.0)), moved(BRISK)))
     for one in life.carriages:
         conditions = LifeConditions(load_factor=one.factor_life)
         catalogue = life_of(static, conditions).carriages[one.index]

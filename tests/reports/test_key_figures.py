@@ -3,9 +3,10 @@
 import lives
 import pytest
 from machines import with_carriages
-from moves import GENTLE
+from moves import BRISK, GENTLE
 
 import guideload
+from guideload.base.number_text import load_in_table, seconds
 from guideload.machine.machine import DOFS
 from guideload.reports import KeyFigures, key_figures
 from guideload.reports.key_figures import _judged
@@ -77,6 +78,21 @@ def test_carriages_without_product_are_not_judged() -> None:
         "near",
         f"Not all is judged: no product with ratings is named at carriage {first}",
     )
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.01])
+def test_the_largest_load_is_that_of_the_report(offset: float) -> None:
+    """On the same carriage at the same time, also where peaks between coarse samples are nearly equal."""
+    body = lives.cart().body.model_copy(update={"center_of_mass": (0.0, 0.3, offset)})
+    machine = lives.cart().model_copy(update={"body": body})
+    result = guideload.simulate(machine, lives.moved(BRISK, 90.0))
+    card, largest, peaks = key_figures(result).figures[0], result.largest_load(), result.peaks()
+    row = peaks.loc[largest.name]
+    assert largest.size == row["peak_resultant_N"] and largest.time == row["time_of_peak_s"]
+    assert largest.size == pytest.approx(peaks["peak_resultant_N"].max(), rel=1e-9)
+    where = f"on carriage {largest.name} at {seconds(largest.time)} s"
+    assert (card.value, card.place) == (f"{load_in_table(largest.size)} N", where)
+    assert f"the largest load is {card.value}, {where}." in result_report(result).answer[0]
 
 
 def test_without_requirements_nothing_is_judged() -> None:

@@ -14,10 +14,12 @@ from guideload.base.errors import NotFinite
 from guideload.base.number_text import (
     KINDS,
     NARROW_SPACE,
+    beside,
     digits,
     fixed,
     load_in_table,
     load_with_unit,
+    percent,
     signed,
 )
 from guideload.reports.report import Column, Definitions, Report, Section, Table
@@ -61,6 +63,18 @@ def test_what_fits_is_one_table_and_what_is_empty_is_left_out() -> None:
     assert "noise" not in empty and "none" not in empty and "nothing" not in text_of("nothing"[:0])
     nothing = Report("title", answer=["yes"], sections=[Section("Empty", "", None, Definitions(""))])
     assert nothing.text() == "yes\n\nNo warnings.\n"
+
+
+@given(st.floats(1e-8, 1e-2), st.sampled_from((-1.0, 1.0)), st.floats(0.1, 9e3))
+def test_a_figure_and_its_limit_that_differ_are_written_differently(
+    difference: float, side: float, limit: float
+) -> None:
+    """By more than rounding, and on the right side."""
+    ratio = 1.0 + side * difference
+    written = [float(text.removesuffix(" %")) for text in (percent(ratio), beside(ratio, 1.0))]
+    assert np.sign(written[0] - 100.0) == np.sign(written[1] - 1.0) == side
+    assert beside(ratio * limit, limit) != digits(limit)
+    assert percent(1.0 + 1e-10) == "100 %" and beside(1.0 + 1e-10, 1.0) == "1"
 
 
 def test_a_number_is_never_broken_at_its_thousands_nor_cut() -> None:

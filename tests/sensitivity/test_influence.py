@@ -4,7 +4,7 @@ import lives
 import numpy as np
 import pytest
 from command_line import MACHINE, TRACE, guideload, refused
-from machines import having, with_mass
+from machines import having, one_mass, with_mass
 from moves import GENTLE
 from reference import cart, piece, pulse
 
@@ -46,6 +46,8 @@ def test_report_and_picture_name_the_strongest_first() -> None:
     assert len(plots.influence(cart(), found).patches) == 5
     with pytest.raises(ArgumentError, match="carriage: expected one of 1a, 1b, 2a"):
         rank_influences(cart(), MOTION, carriage="9")
+    with pytest.raises(ArgumentError, match="expected a machine with carriages, .* got links only"):
+        rank_influences(one_mass(1.0, stiffness=1e6, damping=1e3), MOTION)
     with pytest.raises(ArgumentError, match="of: expected one of peak_resultant"):
         rank_influences(cart(), MOTION, "weight")
 

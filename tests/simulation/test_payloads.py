@@ -66,11 +66,11 @@ def test_stretches_are_runs_of_machines_with_fixed_masses(machine: Machine):
 
 @pytest.mark.parametrize("error", [0.0, 1e-12, 2e-6])
 def test_quasi_static_loads_are_those_of_the_machine_that_carries_the_payload(error: float):
-    """Whether a carriage has a mounting error or not; the weight of a payload is a change of the quasi-static load."""
+    """Without the mounting error of a carriage; the weight of a payload is a change of the quasi-static load."""
     machine = with_carriages(ref.cart(), "1a", mounting_error=(error, 0.0))
     part, time = payload(times=[(0.5, 1.5)]), np.arange(2001) / 1000.0
     result = simulate(add_payloads(machine, part), Motion.along_x(time, np.zeros(2001)))
-    scenes = [one.scene for one in (add_payloads(machine, part).with_payloads(["part"]), machine)]
+    scenes = [one.scene for one in (add_payloads(ref.cart(), part).with_payloads(["part"]), ref.cart())]
     groups = machine.links_of_carriages, machine.carriage_places
     laden, bare = (np.linalg.norm(one.static_group_loads(*groups)[:, 1:3], axis=1) for one in scenes)
     models = result.audit.simpler_models

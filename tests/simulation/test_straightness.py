@@ -77,7 +77,7 @@ def test_a_slow_passage_gives_the_loads_at_rest_of_each_place() -> None:
     # Not while it starts and stops, which excites vibration.
     steady = slice(place.size // 4, 3 * place.size // 4)
     histories = Histories(result.machine, result.quantities)
-    quasi_static = histories.machine.resultants(histories.quasi_static)
+    quasi_static = histories.machine.resultants(histories.quasi_static + histories.rail_load)
     np.testing.assert_allclose(
         result.data["resultant"].values[steady], quasi_static[steady], atol=2e-3 * size
     )
@@ -88,6 +88,22 @@ def test_a_slow_passage_gives_the_loads_at_rest_of_each_place() -> None:
     np.testing.assert_allclose(parts["weight"][0], straight, atol=1e-9 * size)
     for k, here in at_rest.items():
         np.testing.assert_allclose(parts["rail error"][k], here - straight, atol=2e-3 * size)
+
+
+def test_the_static_calculation_knows_no_errors_of_rails() -> None:
+    """It is that at rest on straight rails, where the gravity of the machine is g - a."""
+    motion, errors = move(distance="0.7 m"), {"waviness": WAVES, "mounting_error": (20e-6, 5e-6)}
+    wavy = on(cart(), errors, {"waviness": WAVES | {"seed": 4}})
+    gx, gy, gz = cart().gravity
+    at_rest = [having(cart(), gravity=(gx - a, gy, gz)) for a in (*np.unique(motion.acceleration[:, 0]), 0.0)]
+    by_hand = [np.linalg.norm(one.static_carriage_loads[:, 1:3], axis=1) for one in at_rest]
+    result = simulate(wavy, motion)
+    models, of_parts = result.audit.simpler_models, load_parts(result).quasi_static
+    peak = np.linalg.norm(of_parts[:, :, 1:3], axis=2).max(axis=0)
+    for found in (models.quasi_static, peak, models.at_any_time / models.dynamic_factor):
+        np.testing.assert_allclose(found, np.max(by_hand, axis=0), rtol=1e-9)
+    assert models.dynamic_factor.max() > 1.2
+    assert any("is not enough" in line for line in result.audit.lines if line.startswith("static"))
 
 
 def test_a_constant_profile_is_a_mounting_error() -> None:

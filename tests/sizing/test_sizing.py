@@ -29,6 +29,7 @@ from guideload import (
     simulate,
 )
 from guideload.audit.motion_plausibility import input_warnings
+from guideload.audit.plausibility import machine_warnings
 from guideload.base.number_text import digits
 from guideload.base.warnings import WarningText
 from guideload.cli.inputs import EXAMPLES
@@ -531,7 +532,9 @@ def test_a_product_replaces_type_stated_rotations_and_keeps_the_structure() -> N
     machine = cart().model_copy(update={"carriages": tables, "carriage_types": {"wagon": shared}})
     curve = {"press": [[0, 0], [1e-5, 4e3]], "lift": [[0, 0], [1e-5, 3e3]], "side": [[0, 0], [1e-5, 2e3]]}
     new = product("new", 2e4, preload_classes=[{"name": "Z", "curve": curve}], row_spacing=0.03)
-    before, after = machine.carriages[0], with_product(machine, new, "Z").carriages[0]
+    equipped = with_product(machine, new, "Z")
+    assert not any("carriage type" in text for text in machine_warnings(equipped))  # that no carriage has now
+    before, after = machine.carriages[0], equipped.carriages[0]
     assert (after.type, after.stiffness_roll, after.stiffness_y, after.width) == (None, None, None, 0.03)
     stiffness = [one.laws[0].stiffness for one in (before, after)]
     assert stiffness == pytest.approx([2e8 / 1.8, 4e8 / 2.6], rel=1e-12)
@@ -600,6 +603,17 @@ def test_a_limit_is_told_as_the_share_that_is_used() -> None:
     assert found.smallest is not None and found.smallest.margins is not None
     share = digits(100.0 / found.smallest.margins.ratios["drive force"])
     assert f"drive force is {share} % of its limit" in sizing_report(machine, found).answer[0]
+
+
+def test_a_limit_of_the_drive_is_among_the_requirements_that_are_named() -> None:
+    conditions, found = LifeConditions(safety=1e-6), {}
+    for force in (1.0, 2e4, None):
+        machine = cart().model_copy(update={"drive": Drive(linear_motor=True, max_force=force)})
+        sizing = size(machine, MOTION, CATALOGUE, conditions=conditions)
+        (found[force],) = sizing_report(machine, sizing).answer
+    limits = "(no life is required) within the limits of drive and product"
+    assert limits in found[1.0] and limits in found[2e4] and "within" not in found[None]
+    assert "none of" in found[1.0] and "The nearest is" in found[1.0]
 
 
 @pytest.mark.parametrize("is_checked", [True, False])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,6 +50,7 @@ class Answer:
     result: guideload.Result  # of the run; of a measured motion without its credible bands
     time: Array  # (n,) s, of the samples
     loads: Array  # (n, carriage) resultant of Fy and Fz [N], or of a machine without carriages (n, link)
+    peak: tuple[int, int]  # index of the instant and of the carriage, or link, of the largest load
     figures: guideload.reports.KeyFigures
     # of the run, as the command line prints it; None until the page is at rest for a moment
     report: guideload.reports.Report | None = None
@@ -59,12 +59,6 @@ class Answer:
     def verdict(self) -> tuple[guideload.reports.Level, str]:
         """The worst judgement, and its reason."""
         return self.figures.verdict
-
-    @cached_property
-    def peak(self) -> tuple[int, int]:
-        """Index of the instant and of the carriage, or link, with the largest load."""
-        instant, place = np.unravel_index(int(self.loads.argmax()), self.loads.shape)
-        return int(instant), int(place)
 
     @property
     def names(self) -> list[str]:
@@ -95,6 +89,7 @@ class Solver:
             result = guideload.simulate(machine, replace(motion, uncertainty=None))
             time, loads = _histories(result)
             step("life and drive")
+            peak = _peak(result, between=False)
             figures = guideload.reports.key_figures(result, audited=False)
         except guideload.ConfigError as error:
             own = error.file == str(self.folder.path(self.machine_name))
@@ -103,7 +98,7 @@ class Solver:
             return Refusal(state, tuple(found))
         except guideload.GuideloadError as error:
             return Refusal(state, (Problem(part, (), str(error)),))
-        return Answer(state, machine, motion, result, time, loads, figures)
+        return Answer(state, machine, motion, result, time, loads, peak, figures)
 
     def judged(self, answer: Answer, step: Step) -> Answer | Refusal:
         """The answer with the report of the run: its warnings, credible bands and the factor f_W."""
@@ -116,7 +111,7 @@ class Solver:
             report = guideload.reports.result_report(result)
         except guideload.GuideloadError as error:
             return Refusal(answer.state, (Problem("machine", (), str(error)),))
-        return replace(answer, figures=figures, report=report)
+        return replace(answer, peak=_peak(result, between=True), figures=figures, report=report)
 
     def machine(self, state: State) -> guideload.Machine:
         """The machine of a state, whose links support it. Raises GuideloadError."""
@@ -143,6 +138,11 @@ class Solver:
                 motion = guideload.Moves.from_text(state.moves, self.moves_name).motion()
             self._motion = key, motion
         return self._motion[1]
+
+
+def _peak(result: guideload.Result, between: bool) -> tuple[int, int]:
+    largest = result.largest_load(between)
+    return largest.instant, largest.index
 
 
 def _histories(result: guideload.Result) -> tuple[Array, Array]:

@@ -173,7 +173,7 @@ class Audit:
         peaks = f"peaks are {factor} times its peaks ({name})"
         change = f"its change of load is {_error_text(dynamic, link)}"
         verdict = "enough" if enough else "not enough"
-        yield "static", f"a static calculation (weight and m a{nominal}) is {verdict}: {peaks}, {change}"
+        yield "static", f"a static calculation ({figures.STATICS}{nominal}) is {verdict}: {peaks}, {change}"
 
     def _of_samples(self) -> Iterator[tuple[str, str]]:
         """Labels and sentences on samples, excitation and trace compared with the modes, and on the energy balance."""

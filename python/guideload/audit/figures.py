@@ -17,6 +17,7 @@ POWER_SHARE = 0.99  # of the excitation's power that lies within its bandwidth
 BALL_ROW = 2.0**1.5
 ROLLER_ROW = 2.0 ** (10 / 9)
 ROLLERS = BALL_ROW / ROLLER_ROW
+STATICS = "weight, m a and process forces"  # what a static calculation knows; it knows no errors of rails
 
 
 @dataclass(frozen=True)
@@ -210,14 +211,14 @@ class SimplerModels:
     # (name,) N, largest y-z resultant of the carriage, or largest load of the link, at the instants
     peak: Array
     at_any_time: Array  # (name,) N, the same between the instants too, if it is known
-    quasi_static: Array  # (name,) N, peak of the quasi-static load: K q = Q + E - M_u a at every instant
+    quasi_static: Array  # (name,) N, peak on rails without errors of K q = Q + E - M_u a at every instant
     # (name,) N, peak with the nominal stiffness of every link; None if all links are linear, or if the instants do not
     # contain the whole excitation from the start, or payloads come and go
     linear: Array | None
     links: tuple[str, ...]  # names of the links
     # (link,) N, largest |load - static load|; of links, because the resultant of a carriage has no moments
     dynamic: Array
-    quasi_static_dynamic: Array  # (link,) N, largest |quasi-static load - static load|
+    quasi_static_dynamic: Array  # (link,) N, largest change of the quasi-static load from rest
 
     @property
     def dynamic_factor(self) -> Array:
@@ -256,7 +257,7 @@ def simpler_models(histories: Histories) -> SimplerModels:
 
 def vibration(histories: Histories) -> tuple[float, float]:
     """Largest difference of a resultant from the quasi-static one, and the largest one [N]; else of link loads."""
-    load, quasi_static = histories.data["link_load"], histories.quasi_static
+    load, quasi_static = histories.data["link_load"], histories.quasi_static + histories.rail_load
     if histories.machine.carriages:
         load, quasi_static = histories.data["resultant"], histories.machine.resultants(quasi_static)
     return float(np.abs(load - quasi_static).max()), float(np.abs(load).max())

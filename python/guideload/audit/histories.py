@@ -122,15 +122,26 @@ class Histories:
         return np.where(apart, 0.0, self.links.damping)
 
     @cached_property
+    def rail_wrench(self) -> Array:
+        """Force and moment about L (time, 6) of rails that are not straight: a part of the excitation."""
+        return np.zeros((self.time.size, 6)) if self.foot_load is None else -self.foot_load @ self.rows
+
+    @cached_property
     def quasi_static_change(self) -> Array:
-        """Quasi-static link loads (time, link) [N] less those at rest, of E - M_u a and payloads that come and go."""
-        loads = (self.excitation + self.payload_weight) @ self.response
-        return loads if self.foot_load is None else loads + self.foot_load
+        """Change of `quasi_static` from rest, (time, link) [N]."""
+        return np.asarray((self.excitation - self.rail_wrench + self.payload_weight) @ self.response)
 
     @cached_property
     def quasi_static(self) -> Array:
-        """Quasi-static link loads (time, link) [N]: K q = Q + E - M_u a at every instant."""
-        return np.asarray(self.machine.nominal_scene.static_link_loads() + self.quasi_static_change)
+        """Quasi-static link loads (time, link) [N]: K q = Q + E - M_u a, on rails without errors."""
+        return np.asarray((self.weight - self.payload_weight) @ self.response + self.quasi_static_change)
+
+    @cached_property
+    def rail_load(self) -> Array:
+        """What errors of rails and carriages add to `quasi_static`, (time, link) [N]."""
+        at_rest = self.quasi_static - self.quasi_static_change
+        moving = 0.0 if self.foot_load is None else self.foot_load + self.rail_wrench @ self.response
+        return np.asarray(self.machine.nominal_scene.static_link_loads() - at_rest + moving)
 
     @property
     def starts_at_rest(self) -> bool:

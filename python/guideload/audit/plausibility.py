@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
@@ -58,7 +59,10 @@ def free_at_rest(machine: Machine) -> tuple[tuple[str, ...], ...]:
 def _free_at_rest(machine: Machine) -> Iterator[WarningText]:
     """On the starting position of a body that is free at rest."""
     if motions := free_at_rest(machine):
-        dofs = ", and in ".join(" with ".join(motion) for motion in motions)
+        dofs = ", and in ".join(
+            " with ".join(motion) if count == 1 else f"{count} motions of {joined(motion)}"
+            for motion, count in Counter(motions).items()
+        )
         yield WarningText(
             "free at rest",
             f"Warning: at rest the body is free within its clearance in {dofs}: it starts where very weak springs "

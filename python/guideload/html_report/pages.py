@@ -130,7 +130,7 @@ def _worst_charts(results: Mapping[str, Result]) -> Iterator[Chart]:
     """The resultant of the most loaded carriage of each run."""
     for i, (title, result) in enumerate(results.items()):
         data = result.quantities
-        at = int(result.peak_columns["peak_resultant_N"].argmax())
+        at = result.largest_load().index
         line = Line(result.machine.carriages[at].name, data["resultant"][:, at], carriage_look(i).color)
         words = f"{title}: resultant of the most loaded carriage"
         yield chart(words, "N", data["time"], [line], group="runs")
@@ -144,7 +144,7 @@ def _load_charts(result: Result) -> Iterator[Chart]:
         return
     resultant = data["resultant"]
     yield _chart("Resultant of Fy and Fz", "N", time, resultant, names)
-    largest = time[int(resultant.max(axis=1).argmax())]
+    largest = result.largest_load().time
     near = np.flatnonzero(np.abs(time - largest) <= AROUND_PEAK)
     part = worst_cycle(result) if is_long(result) else slice(near[0], near[-1] + 1)
     if time[part].size < time.size:

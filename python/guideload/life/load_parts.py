@@ -32,8 +32,9 @@ class LoadParts(dict[str, Array]):
 
     @cached_property
     def quasi_static(self) -> Array:
-        """Quasi-static loads, inertia forces included: what catalogues put into their formulas."""
-        return np.asarray(sum(part for cause, part in self.items() if cause != "vibration"))
+        """Quasi-static loads on rails without errors: what catalogues put into their formulas."""
+        left_out = ("vibration", "rail error")
+        return np.asarray(sum(part for cause, part in self.items() if cause not in left_out))
 
 
 def load_parts(result: Result) -> LoadParts:
@@ -70,10 +71,9 @@ def load_parts(result: Result) -> LoadParts:
     parts["acceleration"] = quasi_static(inertia)
     process = histories.wrench
     if histories.foot_load is not None:
-        of_rails = -histories.foot_load @ histories.rows
-        process = process - of_rails
-        process[np.abs(process) <= ROUNDING * np.abs(of_rails).max(axis=0)] = 0.0
-        moving = quasi_static(of_rails) + (histories.foot_load @ to_carriages).reshape(shape)
+        process = process - histories.rail_wrench
+        process[np.abs(process) <= ROUNDING * np.abs(histories.rail_wrench).max(axis=0)] = 0.0
+        moving = quasi_static(histories.rail_wrench) + (histories.foot_load @ to_carriages).reshape(shape)
         parts["rail error"] = parts.get("rail error", 0.0) + moving
     if process.any():
         parts["process force"] = quasi_static(process)

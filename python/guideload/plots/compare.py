@@ -31,8 +31,7 @@ def comparison(results: Mapping[str, Result]) -> tuple[Axes, Axes]:
         width = 0.8 / len(results)
         for i, (title, result) in enumerate(results.items()):
             data, style = result.quantities, carriage_look(i)
-            peaks = result.peak_columns["peak_resultant_N"]
-            at = int(peaks.argmax())
+            peaks, at = result.peak_columns["peak_resultant_N"], result.largest_load().index
             line, envelope = data["resultant"][:, at], is_long(result)
             draw_history(above, data["time"], line, envelope, color=style.color, linestyle=style.dash)
             places = np.arange(peaks.size) + (i - 0.5 * (len(results) - 1)) * width

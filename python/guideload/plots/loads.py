@@ -121,10 +121,10 @@ def paper_figures(result: Result) -> list[Axes]:
 def resultant(result: Result, ax: Axes | None = None) -> Axes:
     """Resultant load sqrt(Fy² + Fz²) of every carriage in newtons over time.
 
-    Dashed lines are the quasi-static resultants: statics with m a and nominal stiffness. Bars along the time axis mark
-    where a link of a carriage has no contact, or an open row. If the motion has an uncertainty, pale areas are the 95 %
-    bands of the loads at each instant. Of a long record the range in each column of the picture is drawn and, unless
-    axes are given, the worst cycle below.
+    Dashed lines are the quasi-static resultants: statics with m a and nominal stiffness, on rails without errors. Bars
+    along the time axis mark where a link of a carriage has no contact, or an open row. If the motion has an
+    uncertainty, pale areas are the 95 % bands of the loads at each instant. Of a long record the range in each column
+    of the picture is drawn and, unless axes are given, the worst cycle below.
     """
     histories = Histories(result.machine, result.quantities)
     static = histories.machine.resultants(histories.quasi_static)
@@ -182,8 +182,8 @@ def _load(result: Result, carriage: str, axis: str, ax: Axes | None, part: slice
             _draw_band(ax, time, load, deviation, color, BAND_ALPHA, _band_label(deviation))
         label = f"static {load_with_unit(static)}"
         ax.axhline(static, color=INK, linewidth=0.8, linestyle=DASHED, label=label)
-        largest = load[peak]
-        if part is None and "peak_force" in data:  # between the instants too
+        largest, highest = load[peak], np.abs(data["force"][:, index, component]).max()
+        if "peak_force" in data and np.abs(largest) == highest:  # between the instants too
             largest = np.copysign(data["peak_force"][index, component], largest)
         label = f"{_peak(part)} {load_with_unit(float(largest))} at {time[peak]:.2f} s"
         ax.plot(time[peak], load[peak], "o", color=color, markersize=5, clip_on=False, label=label)
@@ -225,8 +225,11 @@ def _carriages(result: Result, loads: _Loads, title: str, ax: Axes | None) -> Ax
         set_run_title(ax, result, title)
         _draw_carriages(ax, result, loads, None)
         if cycle is not None:
-            part = worst_cycle(result, loads.values)
-            first, *_, last = result.quantities["time"][part]
+            time, at = result.quantities["time"], None
+            if loads.peaks is None:
+                at = float(time[loads.values.max(axis=1).argmax()])
+            part = worst_cycle(result, at)
+            first, *_, last = time[part]
             cycle.set_title(f"Worst cycle, {first:.2f} to {last:.2f} s")
             _draw_carriages(cycle, result, loads, part)
     return ax
@@ -245,7 +248,7 @@ def _draw_carriages(ax: Axes, result: Result, loads: _Loads, part: slice | None)
         width = 0.8 + 1.4 * (1 - (index + 1) / len(carriages))
         style = {"color": color, "linestyle": dash, "linewidth": width, "alpha": LINE_ALPHA}
         at, peak = time[load.argmax()], load.max()
-        if part is None and loads.peaks is not None:
+        if loads.peaks is not None and time[0] <= loads.peaks[index, 0] <= time[-1]:
             at, peak = loads.peaks[index]
         label = f"{plain(str(name))}: {_peak(part)} {load_with_unit(peak, loads.unit)}"
         draw_history(ax, time, load, envelope, label=label, **style)

@@ -77,19 +77,15 @@ def draw_history(
     ax.fill_between(stamps, low, high, color=color, alpha=ENVELOPE_ALPHA, linewidth=0.8, label=label)
 
 
-def worst_cycle(result: Result, loads: Array | None = None) -> slice:
+def worst_cycle(result: Result, at: float | None = None) -> slice:
     """The instants of the cycle with the largest load: its move and the standstill after it.
 
     Where the motion has no standstill, or its cycles are long against the vibration, the periods of the lowest mode
-    around the largest load. loads: (time, ...) whose largest value counts; by default the resultants of the carriages,
-    or the loads of the links.
+    around the largest load. at: s, of another load whose cycle is wanted.
     """
     data = result.quantities
-    if loads is None:
-        loads = data["resultant"] if result.machine.carriages else np.abs(data["link_load"])
-    time, load = data["time"], loads.reshape(len(loads), -1).max(axis=1)
-    lowest = float(result.modes.frequency.min(initial=np.inf))
-    at = float(time[int(load.argmax())])
+    time, lowest = data["time"], float(result.modes.frequency.min(initial=np.inf))
+    at = result.largest_load().time if at is None else at
     start, end = at - AROUND / lowest, at + AROUND / lowest
     for span in move_spans(time, data["cart_acceleration"], result.history("cart_velocity")):
         margin = MARGIN * (span.until - span.start)

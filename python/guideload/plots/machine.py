@@ -179,14 +179,17 @@ def _draw_weight(ax: Axes3D, machine: Machine, size: float) -> None:
 def _draw_loads(ax: Axes3D, result: Result, centers: Array, size: float) -> Array:
     """Arrows of the carriages' loads at the instant of the peak; returns these loads (carriage, 3) [N]."""
     data = result.quantities  # not `data`, which takes the time to import xarray
-    instant = int(data["resultant"].max(axis=1).argmax())
-    force = cast(Array, data["force_global" if "force_global" in data else "force"][instant])
+    time, peaks, largest = data["time"], result.peak_columns, result.largest_load()
+    force = cast(Array, data["force_global" if "force_global" in data else "force"][largest.instant])
     sizes = np.linalg.norm(force, axis=1)
+    # Of a carriage that peaks beside the instant, the peak of the report.
+    low, high = time[max(largest.instant - 1, 0)], time[min(largest.instant + 1, time.size - 1)]
+    beside = (peaks["time_of_peak_s"] >= low) & (peaks["time_of_peak_s"] <= high)
+    sizes = np.where(beside, peaks["peak_resultant_N"], sizes)
     if sizes.max() == 0:
         return force
     newtons_per_metre = _round_up(sizes.max() / (LOAD_ARROW * size))
-    time = data["time"][instant]
-    ax.plot([], [], " ", label=f"\nloads: the body on the carriages, {time:.3f} s")
+    ax.plot([], [], " ", label=f"\nloads: the body on the carriages, {largest.time:.3f} s")
     for index, (center, load) in enumerate(zip(centers, force, strict=True)):
         style = {"color": carriage_look(index).color, "linewidth": 2.4, "arrow_length_ratio": 0.18}
         name = plain(str(data["carriage"][index]))

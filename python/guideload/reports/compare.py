@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from guideload.audit.figures import STATICS
 from guideload.base.arguments import checked
 from guideload.base.errors import ArgumentError, GuideloadError, LifeError, shown
 from guideload.base.number_text import KINDS, load_in_table, number, signed
@@ -26,7 +27,7 @@ UNITS |= {f"stiffness{axis}": STIFFNESS for axis in ("", "_y", "_z")}
 UNITS |= {f"damping{axis}": DAMPING for axis in ("", "_y", "_z")}
 DEFINITIONS = (
     "Peak: largest resultant of any carriage, and where; dynamic factor: peak over the peak of a static calculation "
-    "with weight and m a; life: of all carriages together; S0: smallest static safety; drive: largest force "
+    f"with {STATICS}; life: of all carriages together; S0: smallest static safety; drive: largest force "
     "of the drive; mode 1: lowest natural frequency. In brackets: change against the first row."
 )
 
@@ -44,7 +45,7 @@ def comparison_report(results: Mapping[str, Result]) -> Report:
             machines[title] = result.machine
     products = (one for machine in machines.values() for one in machine.product_of_carriage)
     warned = warnings_by_title({title: one.audit.warnings for title, one in results.items()})
-    peaks = {title: float(one.peak_columns["peak_resultant_N"].max()) for title, one in results.items()}
+    peaks = {title: one.largest_load().size for title, one in results.items()}
     largest = ", ".join(f"{title} {load_in_table(peak)} N" for title, peak in peaks.items())
     alike = ""
     if len(machines) == 1:
@@ -150,24 +151,22 @@ def _values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 def _figures_table(results: Mapping[str, Result]) -> Table:
     rows = [_figures(result) for result in results.values()]
     found = dict.fromkeys(figure for row in rows for figure in row)
-    peaks = ((one.machine.carriages, one.peak_columns["peak_resultant_N"]) for one in results.values())
     return Table(
         Column("run", [*results]),
         *(
             Column(label, [_with_change(rows, i, (label, unit, kind)) for i in range(len(rows))], unit, kind)
             for label, unit, kind in found
         ),
-        Column("on", [carriages[int(peak.argmax())].name for carriages, peak in peaks]),
+        Column("on", [one.largest_load().name for one in results.values()]),
     )
 
 
 def _figures(result: Result) -> dict[Figure, float]:
     """The figures of a run that can be computed, by label, unit and kind of quantity."""
-    peaks = result.peak_columns["peak_resultant_N"]
-    at = int(peaks.argmax())
-    factor = float(result.audit.simpler_models.dynamic_factor[at])
+    largest = result.largest_load()
+    factor = float(result.audit.simpler_models.dynamic_factor[largest.index])
     row: dict[Figure, float] = {
-        ("peak", "N", "load"): float(peaks[at]),
+        ("peak", "N", "load"): largest.size,
         ("dynamic factor", "", "4 digits"): factor,
     }
     if any(result.machine.product_of_carriage):

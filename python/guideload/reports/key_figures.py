@@ -8,9 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from guideload.audit.figures import STATICS
 from guideload.base.arguments import checked
 from guideload.base.errors import LifeError
 from guideload.base.number_text import (
+    beside,
     digits,
     fixed,
     joined,
@@ -32,7 +34,6 @@ from guideload.sizing.requirements import margins_of
 Level = Literal["good", "near", "bad", "open"]
 LEVELS: tuple[Level, ...] = ("open", "good", "near", "bad")
 NEAR = 1.2  # margin below which a requirement is nearly missed: catalogues are no better than some percent
-DYNAMIC_FACTOR = "largest of a carriage: peak over the peak of a static calculation with weight and m a"
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class KeyFigures:
             return "open", f"Nothing is required yet: {wanted}"
         smallest = min(self.margins, key=lambda name: self.margins[name])
         open_life = "" if "life" in self.margins else ". No life to be reached is given"
-        return "good", f"Holds. Smallest margin: {digits(self.margins[smallest])}, {smallest}{open_life}"
+        return "good", f"Holds. Smallest margin: {beside(self.margins[smallest], 1.0)}, {smallest}{open_life}"
 
 
 @checked
@@ -91,10 +92,13 @@ def key_figures(result: Result, *, audited: bool = True) -> KeyFigures:
     life, drive = _life(result), drive_requirements(result)
     factor = fixed(float(np.nanmax(result.audit.simpler_models.dynamic_factor)), 2) if audited else "..."
     margins = margins_of(life, drive).ratios if isinstance(life, Life) else drive.margins
+    kind, largest = "carriage" if result.machine.carriages else "link", result.largest_load(audited)
+    where = f"on {kind} {largest.name} at {seconds(largest.time)} s"
+    meant = f"largest of a {kind}: peak over the peak of a static calculation with {STATICS}"
     figures = (
-        _largest_load(result, audited),
+        KeyFigure("Largest load", f"{load_in_table(largest.size)} N", where),
         *_life_figures(life, margins, audited),
-        KeyFigure("Dynamic factor", factor, DYNAMIC_FACTOR),
+        KeyFigure("Dynamic factor", factor, meant),
         *_drive_figures(drive, margins),
         *_settling(result),
     )
@@ -116,7 +120,7 @@ def _judged(margins: dict[str, float], name: str, required: str) -> tuple[Level,
     if margin is None:
         return "open", ""
     level: Level = "bad" if margin < 1.0 else "near" if margin < NEAR else "good"
-    return level, f"{digits(margin, 3)} times {required}"
+    return level, f"{beside(margin, 1.0)} times {required}"
 
 
 def _life(result: Result) -> Life | str:
@@ -126,21 +130,6 @@ def _life(result: Result) -> Life | str:
         return life_of(result)
     except LifeError as error:
         return str(error)
-
-
-def _largest_load(result: Result, audited: bool) -> KeyFigure:
-    machine, time, loads = result.machine, result.history("time"), result.carriage_loads
-    assert time is not None
-    if machine.carriages:
-        kind, sizes = "carriage", np.hypot(loads[:, :, 1], loads[:, :, 2])
-    else:
-        kind, sizes = "link", np.abs(result.quantities["link_load"])
-    instant, place = np.unravel_index(int(sizes.argmax()), sizes.shape)
-    between_samples = audited and bool(machine.carriages)
-    largest = result.peak_columns["peak_resultant_N"].max() if between_samples else sizes[instant, place]
-    name = (machine.carriages or machine.links)[int(place)].name
-    where = f"on {kind} {name} at {seconds(float(time[instant]))} s"
-    return KeyFigure("Largest load", f"{load_in_table(float(largest))} N", where)
 
 
 def _life_figures(life: Life | str, margins: dict[str, float], audited: bool) -> Iterator[KeyFigure]:

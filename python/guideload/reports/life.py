@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from guideload.audit.figures import STATICS
 from guideload.audit.motion_plausibility import life_warnings
 from guideload.base.arguments import checked
 from guideload.base.errors import LifeError
@@ -40,8 +41,8 @@ ENDLESS = 1e5  # h, eleven years day and night: seals, grease and dirt end a gui
 LEAST_RISK = 1e-4  # probability of a failure that is written as a number
 LIFE_DEFINITION = (
     "P_m: mean equivalent load over distance. Life: rating life L (ISO 14728-1), fatigue of steel alone. S0: static "
-    "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a "
-    "catalogue calculation with weight and m a would need to give this life, this safety."
+    "safety C0/P0 at the worst instant (ISO 14728-2). f_W L, f_W S0: load factor that a catalogue calculation with "
+    f"{STATICS}, without rail errors, would need to give this life, this safety."
 )
 
 
@@ -161,8 +162,12 @@ def life_risk(life: float, wanted: float | None, conditions: LifeConditions) -> 
     if wanted is None or conditions.life is None:
         return ""
     failure = float(failure_probability(wanted, life, conditions.reliability))
-    share = percent(failure) if failure >= LEAST_RISK else f"below {percent(LEAST_RISK)}"
-    return f"The probability that one fails before {conditions.life.text} is {share}. "
+    return f"The probability that one fails before {conditions.life.text} is {risk_text(failure)}. "
+
+
+def risk_text(failure: float) -> str:
+    """The probability of a failure: `3.1 %`, `below 0.01 %`."""
+    return percent(failure) if failure >= LEAST_RISK else f"below {percent(LEAST_RISK)}"
 
 
 def life_verdict(life: float, wanted: float | None, safety: float, conditions: LifeConditions) -> str:

@@ -12,7 +12,6 @@ from guideload.base.number_text import (
     kilometres,
     load_in_table,
     number,
-    percent,
     seconds,
 )
 from guideload.life.limits import cycles_notes
@@ -23,6 +22,7 @@ from guideload.reports.life import (
     life_verdict,
     life_words,
     rating_formulas,
+    risk_text,
     unverified_lines,
 )
 from guideload.reports.report import Column, Definitions, Report, Section, Table
@@ -105,7 +105,7 @@ def _answer(run: LongRun) -> str:
     words = life_words(run.machine_life, run.repetition, conditions, duty, run.wanted)
     return (
         f"{text} In {kilometres(run.distance)} km of travel the probability that a carriage fails is "
-        f"{percent(run.used)}; with {words}. {life_risk(run.machine_life, run.wanted, conditions)}"
+        f"{risk_text(run.used)}; with {words}. {life_risk(run.machine_life, run.wanted, conditions)}"
     ).rstrip()
 
 

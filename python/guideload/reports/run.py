@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from guideload.audit.audit import LABEL
+from guideload.audit.figures import STATICS
 from guideload.audit.histories import payload_changes
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
@@ -26,12 +27,11 @@ from guideload.reports.report import Column, Definitions, Report, Section, Table
 from guideload.simulation.result import Result
 
 PLACE_DECIMALS = 9  # of m: what lies below is the rounding of a sum of travels
-ANSWER = ("peak_resultant_N", "time_of_peak_s", "dynamic_resultant_N")
 DEFINITIONS = (
     "Forces of the body on the carriage, in its rail's axes, static load included; moments about the carriage's "
     "centre. Peak, static: resultant sqrt(Fy^2 + Fz^2). Factor: dynamic factor, peak over that of a static "
-    "calculation with weight and m a. Dyn.: largest |load - static load|, of (Fy, Fz) and of (Mx, My, Mz); share: dyn. "
-    "force over peak."
+    f"calculation with {STATICS}, without rail errors. Dyn.: largest |load - static load|, of (Fy, Fz) and of "
+    "(Mx, My, Mz); share: dyn. force over peak."
 )
 
 
@@ -84,24 +84,22 @@ def comparison(results: Mapping[str, Result]) -> Report:
 
 def _largest_load(result: Result) -> str:
     """The largest load with place, time, credible band and dynamic share."""
-    data, models, band = result.quantities, result.audit.simpler_models, ""
+    models, largest, band = result.audit.simpler_models, result.largest_load(), ""
+    at, peak = largest.index, largest.size
     if result.machine.carriages:
         kind, peaks = "carriage", result.peak_columns
-        at = int(peaks["peak_resultant_N"].argmax())
-        peak, time, dynamic = (peaks[column][at] for column in ANSWER)
+        dynamic = peaks["dynamic_resultant_N"][at]
         if "peak_lower_N" in peaks:
             lower, upper = (load_in_table(peaks[f"peak_{end}_N"][at]) for end in ("lower", "upper"))
             if lower != upper:
                 band = f" (noise of the trace alone: {lower} to {upper} N, 95 %)"
     else:
-        kind, loads = "link", np.abs(data["link_load"])
-        instant, at = divmod(int(loads.argmax()), loads.shape[1])
-        peak, time, dynamic = loads[instant, at], data["time"][instant], models.dynamic[at]
+        kind, dynamic = "link", models.dynamic[at]
     return (
-        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {models.names[at]} at "
-        f"{seconds(time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
+        f"{result.machine.name}: the largest load is {load_in_table(peak)} N, on {kind} {largest.name} at "
+        f"{seconds(largest.time)} s{band}. Its dynamic part is {load_in_table(dynamic)} N, "
         f"{fixed(100.0 * dynamic / peak if peak else 0.0, 1)} %; the peak is "
-        f"{fixed(models.dynamic_factor[at], 2)} times that of a static calculation with m a."
+        f"{fixed(models.dynamic_factor[at], 2)} times that of a static calculation with {STATICS}."
     )
 
 

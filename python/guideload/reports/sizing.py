@@ -10,7 +10,17 @@ import numpy as np
 
 from guideload.audit.motion_plausibility import input_warnings
 from guideload.audit.plausibility import machine_warnings
-from guideload.base.number_text import between, counted, digits, first_names, fixed, joined, number, vector
+from guideload.base.number_text import (
+    beside,
+    between,
+    counted,
+    digits,
+    first_names,
+    fixed,
+    joined,
+    number,
+    vector,
+)
 from guideload.catalogue.conditions import LifeConditions
 from guideload.catalogue.life_target import HOUR
 from guideload.catalogue.product import PRINTED
@@ -125,7 +135,7 @@ def _candidates_table(sizing: Sizing, shown: Sequence[Candidate]) -> Table:
 
 def _answer(machine: Machine, sizing: Sizing) -> str:
     conditions, found, best = sizing.conditions, sizing.smallest, sizing.best
-    wanted = requirements(conditions)
+    wanted = requirements(conditions, *(one.margins for one in sizing.candidates if one.margins is not None))
     if found is None:
         text = f"{machine.name}: none of {counted(len(sizing.candidates), 'candidate')} reaches {wanted}."
         if best is None or best.margins is None:
@@ -154,24 +164,28 @@ def _words(margins: Margins, conditions: LifeConditions) -> str:
 
 def _margin(name: str, ratio: float, conditions: LifeConditions) -> str:
     if name == "life":
-        return f"life is {digits(ratio)} times what is wanted"
+        return f"life is {beside(ratio, 1.0)} times what is wanted"
     if name == "static safety":
         least = conditions.least_safety
-        return f"static safety is {digits(ratio)} times the least of {number(least)} (S0 {fixed(ratio * least, 2)})"
-    return f"{name} is {digits(100.0 / ratio)} % of its limit"
+        times = f"{beside(ratio, 1.0)} times the least of {number(least)}"
+        return f"static safety is {times} (S0 {fixed(ratio * least, 2)})"
+    return f"{name} is {beside(100.0 / ratio, 100.0)} % of its limit"
 
 
-def requirements(conditions: LifeConditions) -> str:
-    """The requirements in words: `20 000 km with 90 % reliability and a static safety of 3`."""
+def requirements(conditions: LifeConditions, *judged: Margins) -> str:
+    """The requirements in words: `20 000 km with 90 % reliability and a static safety of 3`, and judged limits."""
+    limited = any(one.ratios.keys() - {"life", "static safety"} for one in judged)
+    limits = " within the limits of drive and product" if limited else ""
     safety = f"a static safety of {number(conditions.least_safety)}"
     if conditions.life is None:
-        return f"{safety} (no life is required)"
-    return f"{conditions.life.text} with {number(100 * conditions.reliability)} % reliability and {safety}"
+        return f"{safety} (no life is required){limits}"
+    reliability = number(100 * conditions.reliability)
+    return f"{conditions.life.text} with {reliability} % reliability and {safety}{limits}"
 
 
 def limit_report(machine: Machine, limit: Limit, conditions: LifeConditions) -> Report:
     """The largest value of a quantity, and what would fail beyond it."""
-    wanted, (value, unit) = requirements(conditions), WORDS[limit.quantity]
+    wanted, (value, unit) = requirements(conditions, limit.margins), WORDS[limit.quantity]
     largest = value.format(digits(min(limit.value, limit.tried[1]), 4), _place(limit))
     text = f"{machine.name}: the requirement, {wanted}, is met "
     if limit.value == float("inf"):

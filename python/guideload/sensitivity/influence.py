@@ -17,6 +17,7 @@ from guideload.parameters.parameters import Parameter, Parameters
 from guideload.sensitivity.columns import Column
 from guideload.sensitivity.figures import UNITS, CarriageQuantities, most_critical
 from guideload.sensitivity.varied import VariedMachine
+from guideload.simulation.peaks import LargestLoad
 from guideload.simulation.start import Start
 
 SHARE, SHIFT, ERROR = 0.01, 1e-3, 1e-5  # of a value; of a place [m], which may be 0; of a mounting error [m]
@@ -56,23 +57,28 @@ def rank_influences(
 
     to: paths; by default all numbers that can vary, except clearances of 0, which have no derivative. The change is 1 %
     of a number, 1 mm of a place, 10 um of a mounting error. If the peak occurs at several instants, the derivative is
-    that of the instant whose load grows most. Raises the errors of `sensitivities`, and LifeError for a carriage
-    without load.
+    that of the instant whose load grows most. Raises the errors of `sensitivities`, ArgumentError for a machine without
+    carriages, and LifeError for a carriage without load.
     """
     if figure not in UNITS:
         raise ArgumentError(f"of: expected one of {joined(UNITS)}, got {figure!r}")
+    names = [one.name for one in machine.carriages]
+    if not names:
+        raise ArgumentError(
+            "expected a machine with carriages, whose figures have derivatives; got links only"
+        )
+    if carriage is not None and carriage not in names:
+        raise ArgumentError(f"carriage: expected one of {joined(names)}, got {carriage!r}")
     parameters = Parameters(machine, motion)
     paths = tuple(to) or [one.path for one in parameters if one.floor != ">= 0" or one.value > 0.0]
     varied = VariedMachine(machine, paths, motion)
     figures = CarriageQuantities(varied.run(motion, start=start))
-    names = [one.name for one in machine.carriages]
-    if carriage is not None and carriage not in names:
-        raise ArgumentError(f"carriage: expected one of {joined(names)}, got {carriage!r}")
     known = {parameter.path: _step(parameter) for parameter in parameters}
     steps = [known[column.name] for column in varied.columns]
     sizes = np.array([step for step, _ in steps])
     if figure == "peak_resultant":
-        index = int(figures.resultants.max(axis=0).argmax()) if carriage is None else names.index(carriage)
+        largest = LargestLoad.of(names, figures.at_peaks.motion.time, figures.resultants)
+        index = largest.index if carriage is None else names.index(carriage)
         value, changes = figures.peak_changes(index, sizes)
     else:
         values, derivatives = getattr(figures, figure)()

@@ -14,6 +14,7 @@ from guideload.motion.uncertainty import COVER
 from guideload.simulation.point_motion import QuantityRow
 from guideload.simulation.run import AXES, Run
 
+TIE = 1e-9  # relative difference of the peaks of symmetric carriages, of which the first counts: rounding
 MOST_STEPS = 2_000_000  # of a run that is made again for its extremes: some seconds
 
 
@@ -35,6 +36,29 @@ class Peaks:
     def of(cls, machine: Machine, arrays: Sequence[Array]) -> Peaks:
         """The arrays in their order here, with the names of the carriages."""
         return cls(tuple(carriage.name for carriage in machine.carriages), *arrays)
+
+
+@dataclass(frozen=True)
+class LargestLoad:
+    """The largest resultant of Fy and Fz of a carriage; of a machine without carriages the largest load of a link."""
+
+    size: float  # N
+    time: float  # s
+    instant: int  # index of the reported instant, of those beside the time the one with the larger load
+    index: int  # of the carriage or link
+    name: str
+
+    @classmethod
+    def of(
+        cls, names: Sequence[str], time: Array, sizes: Array, known: tuple[Array, Array] | None = None
+    ) -> LargestLoad:
+        """From the loads (time, name) [N]; known: peaks [N] at any time and their times [s], each (name,)."""
+        peaks, times = known or (sizes.max(axis=0), time[sizes.argmax(axis=0)])
+        index = int(np.argmax(peaks >= (1.0 - TIE) * peaks.max()))
+        at = float(times[index])
+        first, end = max(int(np.searchsorted(time, at)) - 1, 0), int(np.searchsorted(time, at, "right")) + 1
+        instant = first + int(sizes[first:end, index].argmax())
+        return cls(float(peaks[index]), at, instant, index, names[index])
 
 
 def resultants(loads: Array) -> tuple[Array, Array]:

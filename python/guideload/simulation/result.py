@@ -22,7 +22,7 @@ from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
 from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, drawn_loads, with_bands
-from guideload.simulation.peaks import peak_columns
+from guideload.simulation.peaks import LargestLoad, peak_columns, resultants
 from guideload.simulation.point_motion import Settling, point_columns, settling_of
 from guideload.simulation.run import HISTORIES, Extremes, Run
 from guideload.simulation.run_quantities import quantities_of
@@ -180,12 +180,27 @@ class Result:
             doubts, warnings = grave, counted(len(self.audit.warnings), "warning")
         except GuideloadError as error:  # a representation never fails
             doubts, warnings = (f"Doubtful: the audit failed: {error}",), ""
-        load = self._estimate["resultant" if self.machine.carriages else "link_load"]
-        head = f"Result({self.machine.name!r}, method={self.method!r}, largest load {digits(np.abs(load).max(), 4)} N"
+        load = digits(self.largest_load().size, 4)
+        head = f"Result({self.machine.name!r}, method={self.method!r}, largest load {load} N"
         return f"{head}, {' '.join(doubts) or warnings})"
 
     def _repr_html_(self) -> str:
         return as_html(repr(self), self.peaks())
+
+    @checked
+    def largest_load(self, between: bool = True) -> LargestLoad:
+        """The largest load of the carriages, or of a machine without carriages of the links, with its place and time.
+
+        between: between the reported instants too, where it is known as in `peaks`; takes about as long as the run.
+        Raises ArgumentError if the result reports no instant.
+        """
+        self.require_instants()
+        carriages, time, known = self.machine.carriages, self.history("time"), None
+        assert time is not None
+        sizes = resultants(self.carriage_loads)[0] if carriages else np.abs(self._estimate["link_load"])
+        if between and carriages and "peak_resultant" in self._estimate:
+            known = self._estimate["peak_resultant"], self._estimate["time_of_peak"]
+        return LargestLoad.of([one.name for one in carriages or self.machine.links], time, sizes, known)
 
     def peaks(self) -> pd.DataFrame:
         """A row per carriage: peak resultant (y-z) and its time, static and dynamic resultant, peaks of the components.
@@ -247,7 +262,8 @@ class Result:
 
     def require_instants(self) -> None:
         """Raise ArgumentError if the result reports no instant."""
-        if not self._estimate["time"].size:
+        time = self.history("time")
+        if time is None or not time.size:
             raise ArgumentError("times: the result reports no instant, so it has no peaks and no audit")
 
     @checked

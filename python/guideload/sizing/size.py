@@ -292,9 +292,8 @@ def with_product(machine: Machine, product: Product, preload_class: str | None) 
         shared |= {"clearance_y": 0.0, "clearance_z": 0.0, "damping_in_contact": False}
         shared |= laws["y"] | laws["z"]
     carriages = [with_same_damping_ratio(one, one.model_copy(update=shared)) for one in machine.carriages]
-    return machine.model_copy(
-        update={"carriages": tuple(carriages), "products": (product,), "catalogue": None}
-    )
+    parts: dict[str, Any] = {"carriages": tuple(carriages), "carriage_types": {}}
+    return machine.model_copy(update=parts | {"products": (product,), "catalogue": None})
 
 
 def with_same_damping_ratio(before: Carriage, new: Carriage) -> Carriage:
