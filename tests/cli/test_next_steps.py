@@ -13,7 +13,9 @@ from unrendered import leave_unrendered
 from guideload.cli.inputs import EXAMPLES
 from guideload.cli.main import main
 
-KINDS_OF_EXAMPLES = ("machine", "moves", "catalogue", "study", "identify")
+EXAMPLES_BY_KIND = {name: name for name in ("machine", "catalogue", "study", "identify")} | {
+    "motion": "moves"
+}
 
 
 @pytest.fixture
@@ -56,7 +58,7 @@ def test_step_by_step_from_an_empty_folder_to_a_life(folder: Path) -> None:
         moves = moves.replace(long, short)  # `size` runs them 181 times
     Path("moves.toml").write_text(moves, encoding="utf-8")
     text, commands = told()
-    assert "machine.toml (machine), moves.toml (moves)" in text and "No life yet" in text
+    assert "machine.toml (machine), moves.toml (motion)" in text and "No life yet" in text
     run_all(commands, "run")
     machine = Path("machine.toml").read_text(encoding="utf-8")
     machine = machine.replace("stiffness_y", 'product = "HGH25CA"\npreload_class = "ZA"\nstiffness_y')
@@ -70,7 +72,10 @@ def test_step_by_step_from_an_empty_folder_to_a_life(folder: Path) -> None:
 
 
 def test_every_kind_of_file_is_known_by_its_content(folder: Path) -> None:
-    examples = {name: (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8") for name in KINDS_OF_EXAMPLES}
+    examples = {
+        kind: (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8")
+        for kind, name in EXAMPLES_BY_KIND.items()
+    }
     for name, text in (examples | {"duty": '[[cases]]\nname = "laden"\n'}).items():
         (folder / f"a {name}.toml").write_text(text, encoding="utf-8")
     found = " ".join(guideload().stdout.split())
