@@ -50,6 +50,17 @@ def test_frequency_and_damping_are_found_and_halve_the_error(frequency, damping,
     assert rms(found.acceleration - acceleration) < 0.5 * rms(without.acceleration - acceleration)
 
 
+@pytest.mark.parametrize(("frequency", "damping"), [(50.0, 0.1), (60.0, 0.1), (90.0, 0.05)])
+def test_fast_ringing_that_dies_away_within_two_periods_is_found(frequency, damping):
+    """Its few samples can be driven in every model: only the likelihood, which counts each driven segment, tells."""
+    time, position, *_ = axis(frequency, damping)
+    value = rounded(position + 1e-8 * np.random.default_rng(SEED).standard_normal(time.size), 1e-7)
+    found = estimate(time, value, "position", 1e-7).oscillation
+    assert found is not None
+    assert found.natural_frequency == pytest.approx(frequency, rel=0.01)
+    assert found.damping_ratio == pytest.approx(damping, rel=0.15)
+
+
 @pytest.mark.parametrize("family", ["jerk-limited", "trapezoid"])
 def test_what_does_not_ring_has_no_oscillator(family):
     for seed in range(2):
