@@ -5,6 +5,7 @@ import pytest
 from made_traces import case, ringing
 from signals import check_draws, rms, rounded
 
+from guideload.cli.inputs import EXAMPLES
 from guideload.smoothing import selection
 from guideload.smoothing.estimation import estimate
 
@@ -59,6 +60,12 @@ def test_fast_ringing_that_dies_away_within_two_periods_is_found(frequency, damp
     assert found is not None
     assert found.natural_frequency == pytest.approx(frequency, rel=0.01)
     assert found.damping_ratio == pytest.approx(damping, rel=0.15)
+
+
+def test_corners_of_a_short_ramp_are_not_ringing():
+    """The example has ramps of 8 ms and no oscillator; one at the upper limit of the search would round them off."""
+    time, speed = np.loadtxt(EXAMPLES / "manipulator.csv", delimiter=",", skiprows=1).T
+    assert estimate(time, speed, "velocity", 0.1).oscillation is None
 
 
 @pytest.mark.parametrize("family", ["jerk-limited", "trapezoid"])

@@ -76,7 +76,10 @@ def find_oscillator(
     points = results(submit, lambda start: search.adapted(start, GRID_ROUNDS), starts)
     best = search.improved(max(points, key=lambda point: point.likelihood))
     found = best.oscillator
-    if found is None or found.damping > DECAYING[1] or best.likelihood <= alone.likelihood:
+    if found is None or best.likelihood <= alone.likelihood:
+        return None
+    # At the end of a range the likelihood has no maximum: it only rounds off the corners of the drive.
+    if found.damping > DECAYING[1] or found.frequency > search.fastest / STRIDES[0]:
         return None
     return found._replace(frequency=found.frequency / search.factor)
 
