@@ -55,6 +55,11 @@ class OscillatorTrial:
     likelihood: float  # logarithm
     parts: list[Adaptation]
 
+    @property
+    def predictive(self) -> float:
+        """Sum of the leave-one-out log predictive densities."""
+        return sum(float(part.predictive.sum()) for part in self.parts)
+
 
 def find_oscillator(
     excerpts: list[ScaledSamples], fits: Sequence[StationaryFit], submit: Submit
@@ -78,8 +83,9 @@ def find_oscillator(
     found = best.oscillator
     if found is None or best.likelihood <= alone.likelihood:
         return None
-    # At the end of a range the likelihood has no maximum: it only rounds off the corners of the drive.
-    if found.damping > DECAYING[1] or found.frequency > search.fastest / STRIDES[0]:
+    # At the upper limit of the frequency it may only round off the corners of the drive.
+    at_limit = found.frequency > search.fastest / STRIDES[0]
+    if found.damping > DECAYING[1] or (at_limit and best.predictive <= alone.predictive):
         return None
     return found._replace(frequency=found.frequency / search.factor)
 
