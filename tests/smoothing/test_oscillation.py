@@ -5,6 +5,7 @@ import pytest
 from made_traces import case, ringing
 from signals import check_draws, rms, rounded
 
+from guideload.cli.inputs import EXAMPLES
 from guideload.smoothing import selection
 from guideload.smoothing.estimation import estimate
 
@@ -48,6 +49,23 @@ def test_frequency_and_damping_are_found_and_halve_the_error(frequency, damping,
     without = estimate(time, value, kind)
     assert without.oscillation is None
     assert rms(found.acceleration - acceleration) < 0.5 * rms(without.acceleration - acceleration)
+
+
+@pytest.mark.parametrize(("frequency", "damping"), [(50.0, 0.1), (60.0, 0.1), (90.0, 0.05)])
+def test_fast_ringing_that_dies_away_within_two_periods_is_found(frequency, damping):
+    """Its few samples can be driven in every model: only the likelihood, which counts each driven segment, tells."""
+    time, position, *_ = axis(frequency, damping)
+    value = rounded(position + 1e-8 * np.random.default_rng(SEED).standard_normal(time.size), 1e-7)
+    found = estimate(time, value, "position", 1e-7).oscillation
+    assert found is not None
+    assert found.natural_frequency == pytest.approx(frequency, rel=0.01)
+    assert found.damping_ratio == pytest.approx(damping, rel=0.15)
+
+
+def test_corners_of_a_short_ramp_are_not_ringing():
+    """The example has ramps of 8 ms and no oscillator; one at the upper limit of the search would round them off."""
+    time, speed = np.loadtxt(EXAMPLES / "manipulator.csv", delimiter=",", skiprows=1).T
+    assert estimate(time, speed, "velocity", 0.1).oscillation is None
 
 
 @pytest.mark.parametrize("family", ["jerk-limited", "trapezoid"])

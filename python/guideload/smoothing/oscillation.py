@@ -1,8 +1,11 @@
 """Search for an oscillator between the drive and the encoder: an axis that rings after each change of its acceleration.
 
 One density of the process noise for all samples cannot separate ringing from driving, because a drive acts only now
-and then. The densities are therefore adapted at each frequency of a grid; the best few frequencies are then improved
-together with their damping. At most 1500 samples are used.
+and then. The densities are therefore adapted at each frequency of a grid; the best frequency is then improved together
+with its damping. At most 1500 samples are used.
+
+Oscillators are compared by the likelihood of the adapted model, with rounding as normal noise. Each segment in which a
+wrong oscillator must be driven costs likelihood; the leave-one-out predictive densities hardly differ.
 """
 
 from __future__ import annotations
@@ -35,50 +38,56 @@ ROUNDED_BELOW = 3.0
 # noise) and per sample, and ratio of two neighbours.
 PERIODS, FASTEST, LARGEST_ANGLE, RATIO = 5.0, 1.0, 1.6, 1.1
 DAMPING, DAMPINGS = 0.07, (0.001, 0.35)  # damping ratio at the start of the search, and its limits
-DECAYING = 0.006  # least damping ratio of an axis that rings: a vibration with less is driven
-IMPROVED = 3  # frequencies that are improved
-# Rounds of adaptation: at each frequency of the grid, and after each improvement.
+# Damping ratios of an axis that rings: with less the vibration is driven; with more a seventh of it is left after a
+# period, which the drive may have done as well.
+DECAYING = (0.006, 0.3)
+# Rounds of adaptation: at each frequency of the grid, and after each improvement of the best.
 GRID_ROUNDS, IMPROVED_ROUNDS = 4, (3, 3, 6)
 # First strides of frequency and damping, as factors, and most moves between two adaptations.
 STRIDES, MOVES = (1.05, 1.6), 6
-# Least gain in score over that without an oscillator, for an oscillator to be tried on all samples.
-LEAST_GAIN = -5.0
 
 
 @dataclass(frozen=True, eq=False)
 class OscillatorTrial:
-    """Adaptation with an oscillator; its score is -inf if it failed."""
+    """Adaptation with an oscillator; its likelihood is -inf if it failed."""
 
     oscillator: Oscillator | None
-    score: float
+    likelihood: float  # logarithm
     parts: list[Adaptation]
+
+    @property
+    def predictive(self) -> float:
+        """Sum of the leave-one-out log predictive densities."""
+        return sum(float(part.predictive.sum()) for part in self.parts)
 
 
 def find_oscillator(
-    excerpts: list[ScaledSamples], stationary: StationaryFit, submit: Submit
+    excerpts: list[ScaledSamples], fits: Sequence[StationaryFit], submit: Submit
 ) -> Oscillator | None:
-    """The oscillator that explains the samples best; None if its score is more than 5 below that without one.
+    """The likeliest oscillator; None if the samples are as likely without one.
 
-    submit: runs a task on a thread (`base/cores.py`).
+    fits: without an oscillator, one for each order of the drive, the highest last. submit: runs a task on a thread
+    (`base/cores.py`).
     """
-    if _slowest(excerpts) >= _fastest(stationary):
+    fits = [fit for fit in fits if _slowest(excerpts) < _fastest(fit)]
+    searches = [search for search in Search.of(excerpts, fits) if search.slowest < search.fastest]
+    if not searches:
         return None
-    search = Search.of(excerpts, stationary)
-    slowest, fastest = _slowest(search.parts), _fastest(search.stationary)
-    if slowest >= fastest:
-        return None
-    grid = np.exp(np.arange(np.log(slowest), np.log(fastest), np.log(RATIO)))
-    starts = [Oscillator(float(frequency), DAMPING, stationary.acceleration) for frequency in grid]
-    alone = submit(lambda rounds: search.adapted(None, rounds), sum(IMPROVED_ROUNDS))
+    without = results(submit, lambda search: search.adapted(None, sum(IMPROVED_ROUNDS)), searches)
+    # In too low or too high an order a slow oscillator could be the likeliest, as it acts as another order does.
+    search, alone = max(zip(searches, without, strict=True), key=lambda pair: pair[1].likelihood)
+    grid = np.exp(np.arange(np.log(search.slowest), np.log(search.fastest), np.log(RATIO)))
+    starts = [Oscillator(float(frequency), DAMPING, search.stationary.acceleration) for frequency in grid]
     points = results(submit, lambda start: search.adapted(start, GRID_ROUNDS), starts)
-    scores = np.array([-np.inf, *(point.score for point in points), -np.inf])
-    peaks = np.flatnonzero((scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]))
-    tried = peaks[np.argsort(-scores[1 + peaks])][:IMPROVED]
-    improved = results(submit, search.improved, [points[i] for i in tried])
-    best = max(improved, key=lambda point: point.score, default=alone.result())
-    if best.oscillator is None or best.score <= alone.result().score + LEAST_GAIN:
+    best = search.improved(max(points, key=lambda point: point.likelihood))
+    found = best.oscillator
+    if found is None or best.likelihood <= alone.likelihood:
         return None
-    return best.oscillator._replace(frequency=best.oscillator.frequency / search.factor)
+    # At the upper limit of the frequency it may only round off the corners of the drive.
+    at_limit = found.frequency > search.fastest / STRIDES[0]
+    if found.damping > DECAYING[1] or (at_limit and best.predictive <= alone.predictive):
+        return None
+    return found._replace(frequency=found.frequency / search.factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,24 +100,41 @@ class Search:
     noise: float  # before rounding
 
     @classmethod
-    def of(cls, excerpts: list[ScaledSamples], stationary: StationaryFit) -> Search:
+    def of(cls, excerpts: list[ScaledSamples], fits: Sequence[StationaryFit]) -> list[Search]:
+        """One for each fit, all on the same samples: as many as the last fit needs."""
+        if not fits:
+            return []
         # Those with the longest travel, as an axis at rest does not ring.
         excerpts = sorted(excerpts, key=lambda part: -float(np.ptp(part.value)))[:SEARCHED]
         count = sum(part.value.size for part in excerpts)
-        factor = max(1, int(stationary.time_constant / PER_CONSTANT), -(-count // SAMPLES))
+        factor = max(1, int(fits[-1].time_constant / PER_CONSTANT), -(-count // SAMPLES))
         rounding = excerpts[0].rounding
-        quiet = stationary.noise - rounding < ROUNDED_BELOW * rounding
+        quiet = fits[-1].noise - rounding < ROUNDED_BELOW * rounding
         parts = [_every(part, factor) if quiet else _means(part, factor) for part in excerpts]
-        noise = stationary.noise if quiet else stationary.noise / factor
-        density = stationary.density * float(factor) ** stationary.power
-        fit = replace(stationary, noise=noise, time_constant=(noise / density) ** (1.0 / stationary.power))
-        return cls(parts, factor, fit, max(noise - parts[0].rounding, parts[0].least_noise))
+        searches = []
+        for fit in fits:
+            noise = fit.noise if quiet else fit.noise / factor
+            density = fit.density * float(factor) ** fit.power
+            scaled = replace(fit, noise=noise, time_constant=(noise / density) ** (1.0 / fit.power))
+            before_rounding = max(noise - parts[0].rounding, parts[0].least_noise)
+            searches.append(cls(parts, factor, scaled, before_rounding))
+        return searches
+
+    @property
+    def slowest(self) -> float:
+        """Lowest frequency of the search, in radians per unit of time."""
+        return _slowest(self.parts)
+
+    @property
+    def fastest(self) -> float:
+        """Highest frequency of the search, in radians per unit of time."""
+        return _fastest(self.stationary)
 
     def adapted(
         self, oscillator: Oscillator | None, rounds: int, start: OscillatorTrial | None = None
     ) -> OscillatorTrial:
         """Densities, noise and sites adapted with this oscillator."""
-        found = []
+        found, sums = [], 0.0
         for number, (alone, (segment, density)) in enumerate(self._smoothers):
             smoother = alone.with_oscillator(oscillator)
             noise, sites = self.noise, None
@@ -120,8 +146,10 @@ class Search:
                 found.append(smoother.adapt((segment, density), noise, rounds, weight, sites))
             except RunError:  # beyond the range of numbers
                 return OscillatorTrial(oscillator, -np.inf, [])
-        score = sum(float(each.predictive.sum()) for each in found)
-        return OscillatorTrial(oscillator, score if np.isfinite(score) else -np.inf, found)
+            samples, variance = smoother.samples, found[-1].noise + smoother.samples.rounding
+            normal = samples.value, np.full(samples.value.size, variance)
+            sums += sum(smoother.likelihood((segment, found[-1].density), normal))
+        return OscillatorTrial(oscillator, -0.5 * sums if np.isfinite(sums) else -np.inf, found)
 
     def improved(self, point: OscillatorTrial) -> OscillatorTrial:
         """Frequency and damping improved: moves by likelihood and rounds of adaptation in turns."""

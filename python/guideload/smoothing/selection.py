@@ -108,15 +108,18 @@ def _trials(excerpts: list[ScaledSamples], taken: int) -> list[Trial]:
         plain = [StationaryFit(order, taken) for order in ORDERS]
         tried = dict(zip(ORDERS, results(submit, lambda model: _tried(excerpts, model), plain), strict=True))
         trials = _sound(tried.values())
-        driven = tried[DRIVEN[-1]]
-        oscillator = None if driven is None else find_oscillator(excerpts, driven.fit, submit)
+        driven = [trial.fit for trial in _sound(tried[order] for order in DRIVEN)]
+        oscillator = find_oscillator(excerpts, driven, submit)
         if oscillator:
             # Else an order that jumps could take noise for jumps.
             noise = max(trials, key=lambda trial: trial.score).models[0].fit.noise
             noisy = [replace(part, least_noise=max(part.least_noise, 0.5 * noise)) for part in excerpts]
             driving = [StationaryFit(order, taken, oscillator=oscillator) for order in DRIVEN]
             ringing = _sound(results(submit, lambda model: _ringing(noisy, model), driving))
-            trials += [it for it in ringing if it.fit.oscillator and it.fit.oscillator.damping >= DECAYING]
+            least, most = DECAYING
+            trials += [
+                it for it in ringing if it.fit.oscillator and least <= it.fit.oscillator.damping <= most
+            ]
         near = [trial for trial in trials if trial.score > _best(trials, trial.rings) - TRIED]
         return trials + _sound(results(submit, lambda trial: _adapted(excerpts, trial, EVEN), near))
 
