@@ -178,10 +178,11 @@ class Result:
         try:
             grave = tuple(text for text in self.audit.warnings if text.startswith(("Doubtful", "Not judged")))
             doubts, warnings = grave, counted(len(self.audit.warnings), "warning")
+            load = self.largest_load()
         except GuideloadError as error:  # a representation never fails
             doubts, warnings = (f"Doubtful: the audit failed: {error}",), ""
-        load = digits(self.largest_load().size, 4)
-        head = f"Result({self.machine.name!r}, method={self.method!r}, largest load {load} N"
+            load = self.largest_load(between=False)
+        head = f"Result({self.machine.name!r}, method={self.method!r}, largest load {digits(load.size, 4)} N"
         return f"{head}, {' '.join(doubts) or warnings})"
 
     def _repr_html_(self) -> str:
