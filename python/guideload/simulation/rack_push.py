@@ -13,6 +13,7 @@ import numpy as np
 from guideload.base.arrays import Array
 from guideload.base.errors import RunError
 from guideload.machine.drive import Drive
+from guideload.motion.motion import HISTORIES, Motion
 from guideload.motion.stamps import is_late, sampled
 from guideload.simulation.drive_force import friction_force, require_held_x, rolling_speed
 from guideload.simulation.finer_histories import (
@@ -25,11 +26,14 @@ from guideload.simulation.finer_histories import (
 )
 from guideload.simulation.instants import with_more_instants
 from guideload.simulation.run import Run
+from guideload.simulation.start import StartState
 
 # Relative change of the largest push, far below the tolerance of any run. Where no vibration amplifies a change, an
 # iteration divides it by some hundred.
 SETTLED = 1e-10
-MOST_ITERATIONS = 50  # without a stamp more that has settled
+ITERATIONS = 20  # of a whole record
+WINDOW = 100  # stamps
+MOST_ITERATIONS = 500  # of a window; of a whole record where a run cannot begin in its middle
 MOST_PUSH = 10.0  # times the largest push of the first iteration: what has not settled may grow without limit
 
 
@@ -68,31 +72,73 @@ def with_rack_push_at_stamps(run: Run) -> Run:
 def _settled(bare: Run, drive: Drive, push: Array) -> Array:
     """The push (n,) [N] at the stamps that agrees with the force of the drive, from a first guess.
 
-    A force depends only on the push until then, so what agrees from the start on is kept. After it, changes may grow
-    from iteration to iteration, where a vibration amplifies them.
+    Where a vibration amplifies changes, they grow from iteration to iteration. What has not settled after some is
+    iterated in short windows, each from the state at the end of the one before, in which nothing has time to grow.
     """
-    settled, without_gain, first = 0, 0, 0.0
-    while without_gain < MOST_ITERATIONS:
-        found = drive.push_per_force * np.abs(_drive_force(_pushed(bare, drive, push)))
-        first = first or float(found.max())
-        late = np.flatnonzero(np.abs(found - push)[settled:] > SETTLED * first)
-        push = np.append(push[:settled], np.minimum(found[settled:], MOST_PUSH * first))
-        if not late.size:
-            return push
-        settled += int(late[0])
-        without_gain = 0 if late[0] else without_gain + 1
-    raise RunError(
-        f"drive: the push of the rack at {bare.motion.time[settled]:g} s did not settle in {MOST_ITERATIONS} "
-        "iterations: it and the force of the drive amplify each other without delay; check pressure_angle, "
-        "push_direction and center_of_mass"
+    speed = _rolling_speed(bare.motion)
+    restarts = all(each is None for each in (bare.stretches, bare.travel, bare.straightness_loads))
+    push, settled, most = _iterated(
+        bare, drive, speed, push, np.inf, ITERATIONS if restarts else MOST_ITERATIONS
     )
+    count, start = push.size, bare.start
+    if settled < count and restarts:
+        at = max(settled - 1, 0)
+        if at:
+            start = _pushed(_part(bare, slice(0, at + 1), start), drive, push[: at + 1]).solution.end()
+        while settled < count:
+            window = slice(at, min(at + WINDOW, count))
+            part = _part(bare, window, start)
+            own = None if speed is None else speed[window]
+            push[window], inside, _ = _iterated(part, drive, own, push[window], most, MOST_ITERATIONS)
+            settled = at + inside
+            if inside < push[window].size:
+                break
+            start, at = _pushed(part, drive, push[window]).solution.end(), window.stop - 1
+    if settled < count:
+        raise RunError(
+            f"drive: the push of the rack at {bare.motion.time[settled]:g} s did not settle in {MOST_ITERATIONS} "
+            "iterations: it and the force of the drive amplify each other; check pressure_angle, push_direction, "
+            "center_of_mass and the damping of the carriages"
+        )
+    return push
 
 
-def _drive_force(run: Run) -> Array:
+def _iterated(
+    bare: Run, drive: Drive, speed: Array | None, push: Array, most: float, iterations: int
+) -> tuple[Array, int, float]:
+    """The push (n,) [N] after some iterations, the number of stamps from the first on at which it has settled.
+
+    And the largest push that is allowed [N]: `most`, or if that is infinite, so many times that of the first iteration.
+    """
+    settled = 0
+    for _ in range(iterations):
+        found = drive.push_per_force * np.abs(_drive_force(_pushed(bare, drive, push), speed))
+        most = min(most, MOST_PUSH * (float(found.max()) or np.inf))
+        change = np.abs(found - push)[settled:] > SETTLED * most / MOST_PUSH
+        push = np.append(push[:settled], np.minimum(found[settled:], most))
+        if not change.any():
+            return push, push.size, most
+        settled += int(change.argmax())
+    return push, settled, most
+
+
+def _part(run: Run, stamps: slice, start: StartState | Array) -> Run:
+    """The run over some stamps of its motion, from a state."""
+    motion = run.motion
+    histories = {name: values[stamps] for name in HISTORIES if (values := getattr(motion, name)) is not None}
+    part = Motion(motion.time[stamps], **histories)
+    return replace(run, motion=part, start=start, original_times=None)
+
+
+def _rolling_speed(motion: Motion) -> Array | None:
+    """Speed of the cart along x (n,) [m/s] by which friction is known, 0 at standstill; None if it is unknown."""
+    if motion.velocity is None:
+        return None
+    return rolling_speed(motion.time, motion.acceleration, motion.velocity)
+
+
+def _drive_force(run: Run, speed: Array | None) -> Array:
     """Force of the drive with friction (n,) [N] at the stamps."""
-    motion, speed = run.motion, None
-    if motion.velocity is not None:
-        speed = rolling_speed(motion.time, motion.acceleration, motion.velocity)
     force = run.solution.reaction()[:, 0] + friction_force(run.machine, run.carriage_loads(), speed)
     return np.asarray(force)
 
@@ -105,7 +151,7 @@ def _bends(bare: Run, drive: Drive, push: Array) -> Array:
     inside = time[starts] + PLACE * steps
     finer = _with_instants(bare, inside)
     line = _at_stamps_of(finer, bare, push)
-    force = _drive_force(_pushed(finer, drive, line))
+    force = _drive_force(_pushed(finer, drive, line), _rolling_speed(finer.motion))
     there = np.searchsorted(finer.motion.time, inside)
     bow = np.abs(drive.push_per_force * np.abs(force[there]) - line[there]) / SHARE
     bent = bow > AIMED_BOW * push.max()
