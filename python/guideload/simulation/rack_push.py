@@ -70,37 +70,45 @@ def with_rack_push_at_stamps(run: Run) -> Run:
 
 
 def _settled(bare: Run, drive: Drive, push: Array) -> Array:
-    """The push (n,) [N] at the stamps that agrees with the force of the drive, from a first guess.
-
-    Where a vibration amplifies changes, they grow from iteration to iteration. What has not settled after some is
-    iterated in short windows, each from the state at the end of the one before, in which nothing has time to grow.
-    """
+    """The push (n,) [N] at the stamps that agrees with the force of the drive, from a first guess."""
     speed = _rolling_speed(bare.motion)
-    restarts = all(each is None for each in (bare.stretches, bare.travel, bare.straightness_loads))
-    push, settled, most = _iterated(
-        bare, drive, speed, push, np.inf, ITERATIONS if restarts else MOST_ITERATIONS
-    )
-    count, start = push.size, bare.start
-    if settled < count and restarts:
-        at = max(settled - 1, 0)
-        if at:
-            start = _pushed(_part(bare, slice(0, at + 1), start), drive, push[: at + 1]).solution.end()
-        while settled < count:
-            window = slice(at, min(at + WINDOW, count))
-            part = _part(bare, window, start)
-            own = None if speed is None else speed[window]
-            push[window], inside, _ = _iterated(part, drive, own, push[window], most, MOST_ITERATIONS)
-            settled = at + inside
-            if inside < push[window].size:
-                break
-            start, at = _pushed(part, drive, push[window]).solution.end(), window.stop - 1
-    if settled < count:
+    # A run with payloads, riders or rails that are not straight cannot begin in the middle of its motion.
+    in_windows = all(each is None for each in (bare.stretches, bare.travel, bare.straightness_loads))
+    iterations = ITERATIONS if in_windows else MOST_ITERATIONS
+    push, settled, most = _iterated(bare, drive, speed, push, np.inf, iterations)
+    if in_windows:
+        settled = _settle_in_windows(bare, drive, speed, push, settled, most)
+    if settled < push.size:
         raise RunError(
             f"drive: the push of the rack at {bare.motion.time[settled]:g} s did not settle in {MOST_ITERATIONS} "
             "iterations: it and the force of the drive amplify each other; check pressure_angle, push_direction, "
             "center_of_mass and the damping of the carriages"
         )
     return push
+
+
+def _settle_in_windows(
+    bare: Run, drive: Drive, speed: Array | None, push: Array, settled: int, most: float
+) -> int:
+    """Settle the push of all stamps, of which the first `settled` have; returns how many have in the end.
+
+    Where a vibration amplifies changes of the push, they grow over the record from iteration to iteration. In short
+    windows, each from the state at the end of the one before, they have no time to grow.
+    """
+    first, start = 0, bare.start
+    while settled < push.size:
+        if settled > first + 1:
+            before = slice(first, settled)
+            start = _pushed(_part(bare, before, start), drive, push[before]).solution.end()
+            first = settled - 1
+        window = slice(first, min(first + WINDOW, push.size))
+        own = None if speed is None else speed[window]
+        part = _part(bare, window, start)
+        push[window], inside, _ = _iterated(part, drive, own, push[window], most, MOST_ITERATIONS)
+        settled = first + inside
+        if settled < window.stop:
+            break
+    return settled
 
 
 def _iterated(
