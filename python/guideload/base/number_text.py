@@ -49,8 +49,8 @@ def digits(value: float, count: int = 3) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def _telling(value: float, limit: float, count: int) -> int:
-    """Significant digits, `count` or more, that tell a value from a limit; a difference of 1e-9 is rounding."""
+def _distinct(value: float, limit: float, count: int) -> int:
+    """Significant digits, `count` or more, with which a value differs from a limit; 1e-9 of it is rounding."""
     while abs(value - limit) > 1e-9 * abs(limit) and f"{value:.{count - 1}e}" == f"{limit:.{count - 1}e}":
         count += 1
     return count
@@ -58,8 +58,8 @@ def _telling(value: float, limit: float, count: int) -> int:
 
 @_finite
 def beside(value: float, limit: float) -> str:
-    """A number with three digits, or with as many as tell it from a limit: `0.9996` beside 1."""
-    return digits(value, _telling(value, limit, 3))
+    """A number with three digits, or with so many that it differs from a limit: `0.9996` beside 1."""
+    return digits(value, _distinct(value, limit, 3))
 
 
 def number(value: float) -> str:
@@ -106,7 +106,7 @@ def length_in_table(value: float) -> str:
 def percent(part: float) -> str:
     """A fraction as percentage with two digits, more beside 100 %: `3.1 %`; `0 %` up to 1e-9, which is rounding."""
     value = 100.0 * part if part > 1e-9 else 0.0
-    count = _telling(value, 100.0, 2)
+    count = _distinct(value, 100.0, 2)
     return f"{float(f'{value:.{count}g}'):.{max(count, 6)}g} %"
 
 

@@ -360,7 +360,7 @@ def _doubts(state: LimitState, estimates: Array, variation: float, wanted: float
     if lost == size and high > LEAST:
         doubts.append(
             "No population came to the limit: the quantity changes in steps so large, as with measured values, that no "
-            f"sample came nearer. The runs tell only that its probability is at most {digits(high, 2)}."
+            f"sample came nearer. So many runs only show that its probability is at most {digits(high, 2)}."
         )
     elif lost == size:
         doubts.append(

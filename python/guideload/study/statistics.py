@@ -181,7 +181,7 @@ def _proportion(share: Array, counts: Any, samples: Any, tail: float) -> tuple[A
     """Standard error of a share (...), and the number of independent samples whose interval it has.
 
     counts (replicate, ...) in `samples` (replicate,). Where fewer samples than replicates, or than `FEWEST_EVENTS`,
-    have the event or have it not, their scatter tells nothing, and the samples count as independent. A count is a whole
+    have the event or have it not, their scatter says nothing, and the samples count as independent. A count is a whole
     number, so that its scatter in a replicate is at least that of rounding. The standard error of a share of 0 or 1 is
     unknown, NaN.
     """

@@ -121,7 +121,7 @@ _Static_assert(sizeof(guideload_prepared) == 4772, "guideload_monitor.h does not
 int32_t guideload_start(guideload_monitor *monitor, const guideload_prepared *machine);
 
 /* Takes a sample: its time stamp in ticks (or its number) and the counter; both may wrap. A pause of 2^31 ticks or more
- * cannot be told. Returns what became of it. */
+ * is not recognised. Returns what became of it. */
 int32_t guideload_push(guideload_monitor *monitor, const guideload_prepared *machine, uint32_t stamp, uint32_t count);
 
 /* Loads of a carriage, `lag` samples before the last one. Returns 1 while they still depend on the start, else 0. */

@@ -55,14 +55,14 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         totals: Totals::NONE,
     };
 
-    /// Takes a sample: its time stamp in ticks and the counter of the encoder, both of which may wrap. A pause of 2^31 ticks or more cannot be
-    /// told. Computes at most [`PERIODS_PER_CALL`] periods.
+    /// Takes a sample: its time stamp in ticks and the counter of the encoder, both of which may wrap. A pause of 2^31 ticks or more is not
+    /// recognised. Computes at most [`PERIODS_PER_CALL`] periods.
     pub fn push(&mut self, prepared: &Prepared<T, S, C, N>, stamp: u32, count: u32) -> Sample {
         let stamp = self.input.widened(stamp);
         self.step(prepared, stamp, count)
     }
 
-    /// As `push`, with a time stamp of 64 bits, which tells a pause of any length; one of a clock of 32 bits may wrap.
+    /// As `push`, with a time stamp of 64 bits, by which a pause of any length is known; one of a clock of 32 bits may wrap.
     #[inline(always)]
     pub fn push_wide(&mut self, prepared: &Prepared<T, S, C, N>, stamp: i64, count: u32) -> Sample {
         self.input.wrap(stamp);
