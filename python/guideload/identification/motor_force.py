@@ -179,8 +179,7 @@ def _step(motion: Motion) -> float:
     """Time [s] between the stamps of a measured trace; 0 for an exact motion."""
     if motion.uncertainty is None:
         return 0.0
-    stamps = motion.time if motion.uncertainty.time is None else motion.uncertainty.time
-    return float(np.median(np.diff(stamps)))
+    return float(np.median(np.diff(motion.uncertainty.stamps(motion.time))))
 
 
 def _require_supported(machine: Machine, motion: Motion, torque: bool) -> None:

@@ -255,7 +255,7 @@ def draw_deviations(motion: Motion, time: Array) -> tuple[Excitation, ...]:
     if motion.uncertainty is None:
         return ()
     count = int(np.clip(SAMPLES // time.size, 2, MOST_DRAWS))
-    stamps = motion.time if motion.uncertainty.time is None else motion.uncertainty.time
+    stamps = motion.uncertainty.stamps(motion.time)
     drawn = motion.uncertainty.draws(count, np.random.default_rng(0))
     return tuple(Excitation(Motion.along_x(time, np.interp(time, stamps, one)), "rest") for one in drawn)
 

@@ -93,10 +93,9 @@ class Motion(ReadOnlyArrays):
             raise TraceError(f"bandwidth: expected > 0 Hz, inf if it is unknown, got {self.bandwidth:g}")
         if self.uncertainty is not None:
             require_type("uncertainty", self.uncertainty, Uncertainty)
-            stamps = time if self.uncertainty.time is None else self.uncertainty.time
-            if self.uncertainty.variance.size != stamps.size:
-                got = self.uncertainty.variance.size
-                raise TraceError(f"uncertainty: expected one of {stamps.size} stamps, got {got}")
+            expected, got = self.uncertainty.stamps(time).size, self.uncertainty.variance.size
+            if got != expected:
+                raise TraceError(f"uncertainty: expected one of {expected} stamps, got {got}")
 
     @property
     def sample_times(self) -> Array:

@@ -51,6 +51,14 @@ class Uncertainty(ReadOnlyArrays):
         """The state-space model as the core takes it."""
         return self.step, self.variance, self.covariance, self.segment, self.density, self.oscillator
 
+    def stamps(self, time: Array) -> Array:
+        """Its time stamps (n,) [s], beside a motion with the stamps `time`."""
+        return time if self.time is None else self.time
+
+    def for_core(self, time: Array) -> tuple[StateSpaceModel, int, Array, Array]:
+        """Model, index of the acceleration, its unit and stamps, as the core takes them; time: that of the motion."""
+        return self.model, self.derivative, self.unit, self.stamps(time)
+
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, n) m/s2, draws of the deviation from the posterior; reproducible by the state of `rng`.
 

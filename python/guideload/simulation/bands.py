@@ -97,8 +97,7 @@ def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
 
 def _through_linear_scene(run: Run, uncertainty: Uncertainty, loads: Array) -> CredibleBands:
     machine = run.machine
-    stamps = run.motion.time if uncertainty.time is None else uncertainty.time
-    motion = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
+    motion = uncertainty.for_core(run.motion.time)
     groups = machine.links_of_carriages, machine.carriage_places
     quasi_static = run.start == "quasi-static"
     standard_deviations = load_spread(

@@ -59,8 +59,6 @@ def _is_negligible(vectors: Array) -> bool:
 def _first_deviation(machine: Machine, motion: Motion) -> float:
     """Standard deviation [m/s2] of the first acceleration along x."""
     assert motion.uncertainty is not None
-    uncertainty = motion.uncertainty
-    stamps = motion.time if uncertainty.time is None else uncertainty.time
-    deviation = uncertainty.model, uncertainty.derivative, uncertainty.unit, stamps
+    deviation = motion.uncertainty.for_core(motion.time)
     no_groups: tuple[Array, list[Integers], Array] = np.zeros((1, 0, 6)), [], np.zeros((0, 3))
     return float(load_spread(machine.nominal_scene, *deviation, motion.time[:1], *no_groups)[0][0])

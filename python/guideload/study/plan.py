@@ -83,9 +83,8 @@ class Plan:
         """The draws of the motion at instants, times a factor."""
         uncertainty = self.motion.uncertainty
         assert uncertainty is not None and self.draw_seed is not None
-        stamps = self.motion.time if uncertainty.time is None else uncertainty.time
-        unit = factor * uncertainty.unit
-        return MotionDraws(uncertainty.model, uncertainty.derivative, unit, stamps, time, self.draw_seed)
+        model, derivative, unit, stamps = uncertainty.for_core(self.motion.time)
+        return MotionDraws(model, derivative, factor * unit, stamps, time, self.draw_seed)
 
     def values_at(self, uniforms: Array) -> Array:
         """(n, factors) values of machines with these uniform numbers (factors, n), which are correlated in place."""
