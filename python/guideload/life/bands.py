@@ -9,7 +9,6 @@ import numpy as np
 
 from guideload.base.arrays import Array
 from guideload.life.carriage_life import CarriageLife
-from guideload.life.mean_load import Travel, integrals, mean_load
 from guideload.life.rating_life import system_life
 from guideload.life.record import Record
 from guideload.motion.uncertainty import COVER
@@ -35,7 +34,7 @@ class LifeBand:
 def life_bands(record: Record, carriages: Sequence[CarriageLife]) -> LifeBand | None:
     """The bands; None without uncertainty, or for a result without its run: from a file, a pickle or a deepcopy."""
     lives = [
-        [_life(record.travel, loads[:, one.index], one) for one in carriages]
+        [float(one.life_under(one.mean_under(loads[:, one.index]))) for one in carriages]
         for loads in record.result.drawn_loads(SAMPLES)
     ]
     if not lives:
@@ -48,8 +47,3 @@ def life_bands(record: Record, carriages: Sequence[CarriageLife]) -> LifeBand | 
         f"{COVER} standard deviations"
     )
     return LifeBand(lower[:-1], upper[:-1], (float(lower[-1]), float(upper[-1])), method)
-
-
-def _life(travel: Travel, loads: Array, one: CarriageLife) -> float:
-    exponent = one.rating.exponent
-    return float(one.life_under(mean_load(*integrals(travel, loads, one.rule, exponent), exponent)))

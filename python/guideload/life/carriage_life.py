@@ -40,12 +40,15 @@ class CarriageLife(Criteria):
         total = float(self.power.sum())
         return read_only(self.power * (self.distance / self.life / total if total else 0.0))
 
+    def mean_under(self, loads: Array) -> float:
+        """Mean load [N] over the travel of the record under other loads of the carriage (time, 6) [N, N m]."""
+        exponent = self.rating.exponent
+        return mean_load(*integrals(self.record.travel, loads, self.rule, exponent), exponent)
+
     @cached_property
     def factor_life(self) -> float:
         """Load factor f_W of catalogues for the life: mean load over the mean load of the quasi-static loads."""
-        quasi_static = self.record.parts.quasi_static[:, self.index]
-        exponent = self.rating.exponent
-        mean = mean_load(*integrals(self.record.travel, quasi_static, self.rule, exponent), exponent)
+        mean = self.mean_under(self.record.parts.quasi_static[:, self.index])
         return self.mean_load / mean if mean else float("nan")
 
     @cached_property
