@@ -213,11 +213,7 @@ class Run:
 
     @cached_property
     def _total_loads(self) -> Array:
-        loads = self._group_loads(
-            self.machine.links_of_carriages, self.machine.carriage_places, "total", None
-        )
-        loads.setflags(write=False)
-        return loads
+        return self.carriage_loads("total", self.solution)
 
     def carriage_loads(self, part: str = "total", solution: Solution | None = None) -> Array:
         """Loads (time, carriage, 6): force [N] and moment about the carriage centre [N m].
