@@ -245,10 +245,7 @@ class _Histories(NamedTuple):
         assert self.speed is not None and self.rolling is not None
         lever, force = drive.speed_per_motor_speed, self.reaction + self.friction
         speed = self.speed / lever
-        # With power towards the cart the gear takes its share from the motor; with power back, from the cart. At
-        # standstill the force counts without loss.
-        power = force * self.rolling
-        loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
+        loss = drive.gear_loss(force * self.rolling)
         torque = force * lever * loss + drive.motor_inertia * self.acceleration / lever
         largest = None
         if drive.torque_curve is not None:

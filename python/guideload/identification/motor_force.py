@@ -153,9 +153,7 @@ class MotorForce(Record):
             return 1.0, 0.0
         drive = self.machine.drive
         assert drive is not None
-        power = force * velocity
-        loss = np.where(power > 0.0, 1.0 / drive.efficiency, np.where(power < 0.0, drive.efficiency, 1.0))
-        return self._lever * loss, drive.motor_inertia / self._lever
+        return self._lever * drive.gear_loss(force * velocity), drive.motor_inertia / self._lever
 
     @property
     def _speed(self) -> Array:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field, StrictBool, field_validator, model_validator
 
+from guideload.base.arrays import Array
 from guideload.base.config import ConfigModel, in_range, listed, optional
 from guideload.base.errors import ArgumentError, ValueRefused
 from guideload.base.ranges import (
@@ -124,6 +126,14 @@ class Drive(ConfigModel):
             return 0.5 * diameter / self.gear_ratio
         assert self.screw_lead is not None
         return self.screw_lead / (2.0 * math.pi) / self.gear_ratio
+
+    def gear_loss(self, power: Array) -> Array:
+        """Torque of the motor over that of a drive without loss, by the power (n,) [W] at the cart.
+
+        With power towards the cart the gear takes its share from the motor; with power back, from the cart. At
+        standstill the force counts without loss.
+        """
+        return np.where(power > 0.0, 1.0 / self.efficiency, np.where(power < 0.0, self.efficiency, 1.0))
 
     @property
     def push_per_force(self) -> float:
