@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
+# Name, dimensions, values, units, long_name.
+QuantityRow = tuple[str, tuple[str, ...], NDArray[Any], str, str]
 # Order of the dimensions of every array.
 DIMENSIONS = ("time", "motion_time", "carriage", "rail", "link", "point", "axis", "dof")
 
@@ -91,8 +93,8 @@ class Quantities:
         return data
 
 
-def quantities(rows: Iterable[tuple[str, tuple[str, ...], NDArray[Any], str, str]]) -> dict[str, Quantity]:
-    """Quantities by name, from rows of (name, dimensions, values, units, long_name)."""
+def quantities(rows: Iterable[QuantityRow]) -> dict[str, Quantity]:
+    """Quantities by name, from their rows."""
     return {
         name: Quantity(dims, values, {"units": units, "long_name": text})
         for name, dims, values, units, text in rows

@@ -18,12 +18,12 @@ from guideload.machine.machine import DOFS, Machine
 from guideload.motion.motion import Motion, velocity_at
 from guideload.simulation.drive_force import friction_force, rolling_speed
 from guideload.simulation.finer_histories import with_instants_for_peaks
+from guideload.simulation.peaks import RESULTANT
 from guideload.simulation.result import Result
 from guideload.simulation.run import Run
 from guideload.simulation.simulation import peak_loads
 from guideload.simulation.start import StartState
 
-RESULTANT = 6  # column of `Peaks`
 BESIDE = 1e-6  # of an interval, from a standstill to an instant beside it
 ROUNDING = 1e-9  # of the static loads of all links: what they leave along x if gravity has no part there
 NO_RACK = {"pressure_angle": None, "helix_angle": 0.0, "push_direction": None}

@@ -24,14 +24,12 @@ from guideload.life.mean_load import Travel, integrals, load_bows
 from guideload.life.rating_life import failure_probability, system_life
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion
-from guideload.simulation.peaks import Peaks
+from guideload.simulation.peaks import RESULTANT, Peaks
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start
 
 if TYPE_CHECKING:
     import pandas as pd
-
-RESULTANT = 6  # column of `Peaks`
 
 
 @dataclass(frozen=True, eq=False)

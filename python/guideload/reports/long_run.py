@@ -15,7 +15,7 @@ from guideload.base.number_text import (
     seconds,
 )
 from guideload.life.limits import cycles_notes
-from guideload.long_runs.long_run import RESULTANT, LongRun
+from guideload.long_runs.long_run import LongRun
 from guideload.reports.life import (
     duty_text,
     life_risk,
@@ -26,6 +26,7 @@ from guideload.reports.life import (
     unverified_lines,
 )
 from guideload.reports.report import Column, Definitions, Report, Section, Table
+from guideload.simulation.peaks import RESULTANT
 
 DEFINITION = (
     "R: resultant of Fy and Fz, its largest value and when. P_m: mean equivalent load over the distance. Life: "

@@ -18,12 +18,12 @@ from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, with_instants
 from guideload.sensitivity.linearised import Linearised
 from guideload.simulation.instants import fastest_vibration, with_enough_instants
+from guideload.simulation.peaks import RESULTANT
 from guideload.simulation.simulation import prepared_run
 from guideload.simulation.start import Start, start_of
 
 # Method and tolerance of the histories themselves; the exact method does not use the tolerance.
 EXACT, WITH_PRELOAD = ("exact", 1e-6), ("implicit", 1e-11)
-RESULTANT = 6  # among the columns of `Scene.peaks`
 
 
 @dataclass(frozen=True, eq=False)

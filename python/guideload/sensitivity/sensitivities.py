@@ -20,14 +20,13 @@ from guideload.sensitivity.modes import ModeDerivatives
 from guideload.sensitivity.run import RunDerivatives
 from guideload.sensitivity.varied import VariedMachine
 from guideload.simulation.point_motion import moved
+from guideload.simulation.run import AXES
+from guideload.simulation.run_quantities import ACCELERATION_UNITS, LOAD_UNITS, POSITION_UNITS, SPEED_UNITS
 from guideload.simulation.start import Start
 
 if TYPE_CHECKING:
     import xarray as xr
 
-AXES = ("x", "y", "z")
-LOADS, POSITIONS = "N, N, N, N m, N m, N m", "m, m, m, rad, rad, rad"
-SPEEDS, ACCELERATIONS = "m/s, m/s, m/s, rad/s, rad/s, rad/s", "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
 Of = str | Sequence[str]
 
 
@@ -71,17 +70,17 @@ ARRAYS: dict[str, tuple[Callable[[_Derivatives], Array], str, tuple[str, ...]]] 
     "moment": (lambda d: d.run.history("carriage_loads")[..., 3:], "N m", OF_CARRIAGE),
     "resultant": (lambda d: d.resultant(), "N", ("time", "carriage")),
     "link_load": (lambda d: d.run.history("link_loads"), "N", ("time", "link")),
-    "reaction": (lambda d: d.run.history("reaction"), LOADS, ("time", "dof")),
-    "displacement": (lambda d: d.run.history("displacement"), POSITIONS, ("time", "dof")),
-    "velocity": (lambda d: d.run.history("velocity"), SPEEDS, ("time", "dof")),
-    "acceleration": (lambda d: d.run.history("acceleration"), ACCELERATIONS, ("time", "dof")),
+    "reaction": (lambda d: d.run.history("reaction"), LOAD_UNITS, ("time", "dof")),
+    "displacement": (lambda d: d.run.history("displacement"), POSITION_UNITS, ("time", "dof")),
+    "velocity": (lambda d: d.run.history("velocity"), SPEED_UNITS, ("time", "dof")),
+    "acceleration": (lambda d: d.run.history("acceleration"), ACCELERATION_UNITS, ("time", "dof")),
     "point_displacement": (lambda d: d.points("displacement"), "m", OF_POINT),
     "point_velocity": (lambda d: d.points("velocity"), "m/s", OF_POINT),
     "point_acceleration": (lambda d: d.points("acceleration"), "m/s2", OF_POINT),
     "static_force": (lambda d: d.at_rest.d_static_carriage_loads[..., :3], "N", OF_CARRIAGE[1:]),
     "static_moment": (lambda d: d.at_rest.d_static_carriage_loads[..., 3:], "N m", OF_CARRIAGE[1:]),
     "static_link_load": (lambda d: d.at_rest.d_static_link_loads, "N", ("link",)),
-    "static_displacement": (lambda d: d.at_rest.d_static_position, POSITIONS, ("dof",)),
+    "static_displacement": (lambda d: d.at_rest.d_static_position, POSITION_UNITS, ("dof",)),
 }
 MODES = {"frequency": "Hz", "damping_ratio": "1"}
 NAMES = (*ARRAYS, *MODES, *UNITS)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from guideload.base.arrays import Array, read_only
-from guideload.base.quantities import Quantities
+from guideload.base.quantities import Quantities, QuantityRow
 from guideload.machine.machine import Machine
 from guideload.motion.uncertainty import COVER
-from guideload.simulation.point_motion import QuantityRow
 from guideload.simulation.run import AXES, Run
 
+RESULTANT = 6  # of Fy and Fz, among the columns of `Peaks`
 TIE = 1e-9  # relative difference of the peaks of symmetric carriages, of which the first counts: rounding
 MOST_STEPS = 2_000_000  # of a run that is made again for its extremes: some seconds
 
@@ -93,10 +93,10 @@ def peak_rows(run: Run) -> Iterator[QuantityRow]:
     yield "peak_force", along, size[:, :3], "N", text
     text = f"largest magnitude of the moment about the carriage centre {when}"
     yield "peak_moment", along, size[:, 3:6], "N m", text
-    yield "peak_resultant", of, largest[:count, 6], "N", f"largest resultant load in y and z {when}"
-    yield "time_of_peak", of, times[:count, 6], "s", "time of the largest resultant load"
+    yield "peak_resultant", of, largest[:count, RESULTANT], "N", f"largest resultant load in y and z {when}"
+    yield "time_of_peak", of, times[:count, RESULTANT], "s", "time of the largest resultant load"
     text = f"largest resultant in y and z of the load less the static one {when}"
-    yield "peak_dynamic_resultant", of, largest[count:, 6], "N", text
+    yield "peak_dynamic_resultant", of, largest[count:, RESULTANT], "N", text
     text = f"largest magnitude of the moment less the static one {when}"
     yield "peak_dynamic_moment", of, largest[count:, 7], "N m", text
 

@@ -11,14 +11,13 @@ from guideload.audit.histories import Histories
 from guideload.base.arrays import Array, read_only
 from guideload.base.errors import ArgumentError
 from guideload.base.maxima import maxima_between
-from guideload.base.quantities import Quantities
+from guideload.base.quantities import Quantities, QuantityRow
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import Modes, displacement
 from guideload.motion.standstill import MoveSpan, move_spans
 from guideload.simulation.finer_histories import with_instants_for_peaks
 from guideload.simulation.run import Run
 
-QuantityRow = tuple[str, tuple[str, ...], Array, str, str]
 DIMS = {
     "point_displacement": ("time", "point", "axis"),
     "point_velocity": ("time", "point", "axis"),

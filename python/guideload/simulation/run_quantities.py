@@ -8,17 +8,19 @@ import numpy as np
 
 from guideload.base.arrays import Array, median_step
 from guideload.base.finite import finite_json
-from guideload.base.quantities import Quantities, Quantity, quantities
+from guideload.base.quantities import Quantities, Quantity, QuantityRow, quantities
 from guideload.base.versions import version
 from guideload.machine.machine import DOFS
 from guideload.motion.consistency import motion_texts
 from guideload.simulation.peaks import peak_rows, resultants
-from guideload.simulation.point_motion import QuantityRow, point_rows
+from guideload.simulation.point_motion import point_rows
 from guideload.simulation.run import AXES, Run
 
 MOST_STORED = 200_000  # samples of the motion beside other instants: 5 MB
 LOAD_UNITS = "N, N, N, N m, N m, N m"
 POSITION_UNITS = "m, m, m, rad, rad, rad"
+SPEED_UNITS = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
+ACCELERATION_UNITS = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
 
 
 def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
@@ -82,10 +84,9 @@ def _reference_point(run: Run) -> Iterator[QuantityRow]:
     solution, dims = run.solution, ("time", "dof")
     yield "reaction", dims, solution.reaction(), LOAD_UNITS, "reaction of the held dofs; x: the drive force"
     yield "displacement", dims, solution.position(), POSITION_UNITS, "displacement of L, sag included"
-    units = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
-    yield "velocity", dims, solution.velocity(), units, "velocity of L in the travelling frame"
-    units = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
-    yield "acceleration", dims, solution.acceleration(), units, "acceleration of L in the travelling frame"
+    yield "velocity", dims, solution.velocity(), SPEED_UNITS, "velocity of L in the travelling frame"
+    words = "acceleration of L in the travelling frame"
+    yield "acceleration", dims, solution.acceleration(), ACCELERATION_UNITS, words
 
 
 def _static(run: Run) -> Iterator[QuantityRow]:

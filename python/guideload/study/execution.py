@@ -18,7 +18,7 @@ from guideload.base.arguments import checked, whole_number
 from guideload.base.arrays import Array
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, GuideloadError, RunError, SceneError
-from guideload.base.quantities import Quantities, Quantity, quantities
+from guideload.base.quantities import Quantities, Quantity, QuantityRow, quantities
 from guideload.simulation.run import AXES
 from guideload.simulation.simulation import simulate
 from guideload.study.plan import Plan
@@ -316,7 +316,6 @@ def _executor_error(error: Exception) -> GuideloadError:
 # ---- histories of the requested samples, with the labels of a single run
 
 
-VariableRow = tuple[str, tuple[str, ...], NDArray[Any], str, str]  # name, dimensions, values, unit, meaning
 TOGETHER = 16  # samples whose loads are computed at a time
 COPIES = 4  # of the loads: themselves, with resultants, the file made in memory, and what HDF5 needs for it
 
@@ -371,7 +370,7 @@ def _room(samples: int, times: int, carriages: int) -> Array:
         ) from None
 
 
-def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[VariableRow]:
+def _rows(dims: tuple[str, ...], loads: Array, prefix: str, text: str) -> list[QuantityRow]:
     """Rows of `quantities` for loads (..., time, carriage, 6)."""
     resultant = np.hypot(loads[..., 1], loads[..., 2])
     return [
