@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 NAME = re.compile(r"(f|force|kraft|m|moment|t|torque)([xyz])")
 SUFFIX = re.compile(r"(.*?)_(m?N|kN|Nm|N_m|kNm)")  # units at the end of a name without brackets: Fx_N, Mz_Nm
+FILL = "fill the cells, or cut the rows"
 FROM_FIRST = "from the first"  # in the note on stamps that count from the first one
 
 
@@ -78,21 +79,16 @@ def scaled_columns(
         clock, *others = note.split("; ")
         note = "; ".join((f"{clock}, {FROM_FIRST}", *others))
     if column is not None:
-        _require_numbers(table, column, stamps)
+        table.require_numbers(column, stamps, FILL)
     if (back := np.flatnonzero(np.diff(stamps) < 0.0) + 1).size:
         raise TraceError(f"the time of {subject} goes back in {table.rows(back)}; sort or cut them")
     values = []
     for name, scale in scales.items():
         numbers = table.values(name)
         table.require_size(name, numbers)
-        _require_numbers(table, name, numbers)
+        table.require_numbers(name, numbers, FILL)
         values.append(scale * numbers)
     return Channels(stamps, np.column_stack(values), table.source, note)
-
-
-def _require_numbers(table: Table, name: str, values: Array) -> None:
-    if (bad := np.flatnonzero(~np.isfinite(values))).size:
-        raise table.no_number(name, bad, "fill the cells, or cut the rows")
 
 
 @checked

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Indices, Integers
+from guideload.base.arrays import Array, Indices, Integers
 from guideload.base.errors import TraceError, ValueRefused, shortened
 from guideload.base.units import factor
 from guideload.traces.format.dialect_detection import decimal_by_groups
@@ -136,6 +136,11 @@ class Table:
                 f"{self.source}: column {name}: expected at most {largest:g}{unit and ' '}{unit}, got "
                 f"{values[far[0]]:.6g} in {self.rows(far)}; check the unit, or cut the trace to a sound part"
             )
+
+    def require_numbers(self, name: str, values: Array, hint: str) -> None:
+        """Raise TraceError for values of a column that are not finite. hint: as for `no_number`."""
+        if (bad := np.flatnonzero(~np.isfinite(values))).size:
+            raise self.no_number(name, bad, hint)
 
     def no_number(self, name: str, bad: Indices, hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.
