@@ -128,8 +128,7 @@ class StudyColumns:
         if name in self.store.columns:
             return self.store.column(name)
         names = [*self.names(), *self.store.columns]
-        near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
-        raise ValueRefused("a column of the study", name, f"nearest: {', '.join(near)}")
+        raise ValueRefused("a column of the study", name, nearest(name, names))
 
     def _quantity(self, name: str, owner: str) -> Array:
         """(runs,) a quantity of a carriage, or with the name "" of the machine."""
@@ -200,3 +199,9 @@ def summarised(metadata: StudyMetadata) -> tuple[str, ...]:
     names = available(metadata)
     in_summary = tuple(name for name in names if QUANTITIES[name].in_summary)
     return in_summary if set(in_summary) - {CONTACT} else names
+
+
+def nearest(name: str, names: list[str]) -> str:
+    """Those of `names` that are nearest to a wrong name, or the first ones, as a hint."""
+    near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
+    return f"nearest: {', '.join(near)}"

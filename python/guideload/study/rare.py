@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from os import PathLike
 
 import numpy as np
@@ -23,7 +22,7 @@ from guideload.base.arrays import Array, Indices
 from guideload.base.cores import cores
 from guideload.base.errors import ArgumentError, ValueRefused, shown
 from guideload.base.number_text import digits, percent, scientific
-from guideload.study.columns import StudyColumns
+from guideload.study.columns import StudyColumns, nearest
 from guideload.study.distributions import HIGHEST, LOWEST
 from guideload.study.plan import Plan
 from guideload.study.quantities import CONTACT, LIMITS, MEAN_LOAD, PEAK_LOAD, QUANTITIES, require_limit
@@ -199,10 +198,8 @@ def _limit(plan: Plan, name: str, limit: float | str | None) -> tuple[float, flo
     columns = StudyColumns(SampleStore(plan.metadata), plan.metadata)
     names = [one for one in columns.names() if QUANTITIES[one.partition("[")[0]].worse is not None]
     if name not in names:
-        near = get_close_matches(name, names, n=3, cutoff=0.4) or names[:3]
-        raise ArgumentError(
-            f"name: expected a quantity of the study, got {shown(name)}; nearest: {', '.join(near)}"
-        )
+        hint = nearest(name, names)
+        raise ArgumentError(f"name: expected a quantity of the study, got {shown(name)}; {hint}")
     if stem == CONTACT:
         hint = "nothing tells how near a machine is to lost contact: count it in a study with more samples"
         raise ArgumentError(f"name: expected a quantity with a limit, got {shown(name)}; {hint}")
