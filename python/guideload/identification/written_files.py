@@ -48,33 +48,29 @@ def machine_text(found: Identification, source: Path, folder: Path) -> str:
     text = source.read_bytes().decode("utf-8-sig")
     places = read_toml(source)[1]
     edits = [*_of_files(places, text, source, folder)]
+
+    def change(path: KeyPath, value: float, unit: str, comment: str, lacking: str) -> None:
+        """Add the change that sets a key. Raises RunError with the text `lacking` if the file has no place for it."""
+        edit = _edit(path, value, unit, comment, places, text)
+        if edit is None:
+            raise RunError(lacking)
+        edits.append(edit)
+
     for parameter, value, estimate in found.identified:
         path, unit = key_path(found.nominal, parameter), parameter.unit
-        edit = _edit(path, value, unit, _comment(found, estimate.name, estimate, estimate.unit), places, text)
-        if edit is None:
-            way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
-            raise RunError(
-                f"{parameter.path}: the machine file has no place for the identified value; {way_out}"
-            )
-        edits.append(edit)
+        no_place = f"{parameter.path}: the machine file has no place for the"
+        way_out = f"write {'.'.join(str(key) for key in path)} as a number into the machine file"
+        comment = _comment(found, estimate.name, estimate, estimate.unit)
+        change(path, value, unit, comment, f"{no_place} identified value; {way_out}")
         if path[:2] == ("body", "inertia") and path[2] != path[3]:
-            mirrored = _edit((*path[:2], path[3], path[2]), value, unit, "", places, text)
-            if mirrored is None:
-                raise RunError(
-                    f"{parameter.path}: the machine file has no place for the mirrored value: write "
-                    f"body.inertia[{path[3]}][{path[2]}] as a number into it"
-                )
-            edits.append(mirrored)
+            way_out = f"write body.inertia[{path[3]}][{path[2]}] as a number into it"
+            change((*path[:2], path[3], path[2]), value, unit, "", f"{no_place} mirrored value: {way_out}")
     own = [one for data in found.data for one in found.nuisance_estimates(data) if one.parameter.key]
     for one in {one.parameter.key: one for one in own}.values():  # data sets share what has a key
         number, keys = one.parameter, tuple(one.parameter.key.split("."))
         comment = _comment(found, number.name, one, number.unit)
-        edit = _edit(keys, one.value, number.unit, comment, places, text)
-        if edit is None:
-            raise RunError(
-                f"{number.key}: the machine file has no table [{keys[0]}] for the identified value: add one"
-            )
-        edits.append(edit)
+        lacking = f"{number.key}: the machine file has no table [{keys[0]}] for the identified value: add one"
+        change(keys, one.value, number.unit, comment, lacking)
     for edit in sorted(edits, reverse=True):
         text = _with_comment(text[: edit.first] + edit.text + text[edit.last :], edit)
     return text.replace("\r\n", "\n").replace("\n", "\r\n") if "\r\n" in text else text
@@ -111,7 +107,7 @@ def _in_unit_as_written(written: str, value: float, unit: str) -> str:
     if match is None:
         return f"{value:.{DIGITS}g}"
     try:
-        return json.dumps(f"{value / factor(match[1], unit):.{DIGITS}g} {match[1]}", ensure_ascii=False)
+        return _quoted(f"{value / factor(match[1], unit):.{DIGITS}g} {match[1]}")
     except ValueRefused:
         return f"{value:.{DIGITS}g}"
 
@@ -137,7 +133,7 @@ def _of_files(places: dict[KeyPath, TomlPlace], text: str, source: Path, folder:
         if path == ("catalogue",) or (path[0] == "rails" and path[-1] in FILES):
             name = text[place.first : place.last].strip("\"'")
             new = os.path.relpath(source.parent / name, folder)
-            yield _Edit(place.first, place.last, json.dumps(new.replace(os.sep, "/"), ensure_ascii=False), "")
+            yield _Edit(place.first, place.last, _quoted(new.replace(os.sep, "/")), "")
 
 
 # ---- the study file

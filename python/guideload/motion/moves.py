@@ -130,9 +130,7 @@ class Moves(FileModel):
     def _of_file(cls, values: dict[str, Any], file: Path) -> Moves:
         if "moves" not in values:
             hint = "`guideload init --moves` writes a motion file"
-            if "body" in values:
-                hint = "this is a machine file: give the motion file after it"
-            raise refused_at(("moves",), "[[moves]] tables, as a motion file has", None, hint)
+            raise refused_at(("moves",), cls.REQUIRED[1], None, hint)
         moves = cls(**values)
         moves._source = file.name
         return moves
