@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from guideload.audit.audit import Audit
+from guideload.audit.histories import Histories
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, DoubtfulResult, GuideloadError, ValueRefused, shown
@@ -20,13 +21,14 @@ from guideload.base.quantities import Quantities
 from guideload.base.units import quantity
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
+from guideload.motion.motion import Motion
 from guideload.simulation import result_files
 from guideload.simulation.bands import bands_of, drawn_loads, with_bands
 from guideload.simulation.peaks import LargestLoad, peak_columns, resultants
 from guideload.simulation.point_motion import Settling, point_columns, settling_of
 from guideload.simulation.run import HISTORIES, Extremes, Run
 from guideload.simulation.run_quantities import quantities_of
-from guideload.simulation.stored_run import stored_run
+from guideload.simulation.start import StartState
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -140,7 +142,7 @@ class Result:
     @cached_property
     def whole_run(self) -> Run | None:
         """The run, if it can be computed at other instants too; else None."""
-        run = self._run or stored_run(self.machine, self._estimate)
+        run = self._run or _stored_run(self.machine, self._estimate)
         return run if run is not None and run.times is None and run.straightness_loads is None else None
 
     @checked
@@ -302,3 +304,24 @@ class Result:
         Raises ReadError if the file holds no result.
         """
         return cls(*result_files.read(path))
+
+
+def _stored_run(machine: Machine, data: Quantities) -> Run | None:
+    """The run whose samples the quantities of a file contain; None at given instants, and on rails not straight."""
+    histories = Histories(machine, data)
+    if not histories.has_motion or "motion_acceleration" in data or histories.foot_load is not None:
+        return None
+    start: StartState = "quasi-static" if histories.start == "quasi-static" else "rest"
+    step = data.attrs.get("step_s")
+    return Run(
+        machine,
+        Motion(histories.time, histories.cart_acceleration, wrench=data.get("wrench")),
+        str(data.attrs["method"]),
+        str(data.attrs["method_reason"]),
+        float(data.attrs["rtol"]),
+        None if step is None else float(step),
+        None,
+        start,
+        histories.stretches_at(histories.time),
+        travel=histories.travel,
+    )
