@@ -172,10 +172,10 @@ def joined(names: Iterable[str]) -> str:
     return f"{', '.join(head)} and {last}" if head else last
 
 
-def first_names(names: Sequence[str], most: int = 2) -> str:
+def first_names(names: Sequence[str]) -> str:
     """`a`, `a, b`, `a, b and 3 more`."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
+    more = f" and {len(names) - 2} more" if len(names) > 2 else ""
+    return ", ".join(names[:2]) + more
 
 
 def capitalised(text: str) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 
 from guideload._core import equivalent_load_integrals
 from guideload.base.arrays import Array
+from guideload.base.errors import LifeError
 from guideload.life.equivalent_load import PLAIN_SUM, EquivalentLoad
 from guideload.motion.motion import Motion
 from guideload.simulation.result import Result
@@ -30,8 +31,9 @@ class Travel(NamedTuple):
 
     @classmethod
     def of(cls, motion: Motion) -> Travel:
-        """The travel of a motion, which has a velocity."""
-        assert motion.velocity is not None
+        """The travel of a motion. Raises LifeError if it has no velocity."""
+        if motion.velocity is None:
+            raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
         speed = np.ascontiguousarray(motion.velocity[:, 0])
         return cls(motion.time, speed, np.ascontiguousarray(motion.acceleration[:, 0]))
 

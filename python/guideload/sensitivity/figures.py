@@ -124,10 +124,8 @@ class CarriageQuantities:
 
     def _means(self) -> Iterator[tuple[Criteria, float, Array]]:
         """Criteria, mean load [N] of straight lines between the instants, and its derivatives (p,)."""
-        motion, machine, all_loads = self.run.motion, self.run.machine, self.run.carriage_loads()
-        if motion.velocity is None:
-            raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
-        travel = Travel.of(motion)
+        machine, all_loads = self.run.machine, self.run.carriage_loads()
+        travel = Travel.of(self.run.motion)
         for one in criteria_of(machine, machine.life):
             preload, by_columns = self._preload(one)
             rule = replace(one.rule, preload=preload)

@@ -46,13 +46,12 @@ def rated_study(
 ) -> RatedStudy:
     """Life and static safety of the carriages whose products have ratings, by the machine's table [life]."""
     try:
-        criteria = criteria_of(machine, machine.life)
-        _require_possible(machine, motion, criteria, factors, cases)
+        criteria, travel = criteria_of(machine, machine.life), Travel.of(motion)
+        _require_possible(machine, travel, criteria, factors, cases)
     except LifeError as error:
         has_products = any(machine.product_of_carriage)
         notes = (f"Life and static safety are not computed: {error}.",) if has_products else ()
         return RatedStudy(reason=str(error), notes=notes)
-    travel = Travel.of(motion)
     told = (*limit_notes(machine, criteria, travel, motion.position), *_preload_notes(criteria, factors))
     return RatedStudy(criteria, notes=tuple(f"Warning: {note}." for note in told), travel=travel.distance)
 
@@ -75,7 +74,7 @@ def _preload_notes(criteria: Sequence[Criteria], factors: Sequence[Factor]) -> I
 
 def _require_possible(
     machine: Machine,
-    motion: Motion,
+    travel: Travel,
     criteria: Sequence[Criteria],
     factors: Sequence[Factor],
     cases: Array | None,
@@ -84,9 +83,7 @@ def _require_possible(
 
     The rule depends on whether carriages of a rail are side by side, which must be so in all samples or in none.
     """
-    if motion.velocity is None:
-        raise LifeError("the motion has no velocity, and the mean load is a mean over distance")
-    if not motion.velocity[:, 0].any():
+    if not travel.velocity.any():
         raise LifeError("the cart does not move along x, so there is no mean load over distance")
     exponents = {one.rating.exponent: one.name for one in reversed(criteria)}
     if len(exponents) > 1:
