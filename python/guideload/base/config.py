@@ -125,6 +125,20 @@ def in_range(within: Range, **checks: Any) -> PlainValidator:
     return PlainValidator(partial(number, unit=within.unit, within=within, **checks))
 
 
+def whole_number(value: object, least: int, most: int | None = None) -> int:
+    """`value` as a whole number. Raises ValueRefused unless it is one from `least` to `most`, by default 2^53."""
+    end = 2**53 if most is None else most
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= end:
+        reach = f", at least {least}" if most is None else f" from {least} to {most}"
+        raise ValueRefused(f"a whole number{reach}", value)
+    return int(value)
+
+
+def whole(**ends: int) -> PlainValidator:
+    """The validator of a whole number; ends: least and most of `whole_number`."""
+    return PlainValidator(partial(whole_number, **ends))
+
+
 def entries(value: object, names: tuple[str, ...]) -> object:
     """`value` as a list or tuple. Raises ValueRefused unless it has one entry per name; entries are not checked."""
     if isinstance(value, np.ndarray):

@@ -6,15 +6,14 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
-import numpy as np
-from pydantic import Field, PlainValidator, PrivateAttr, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from guideload.base.arguments import checked
-from guideload.base.config import ConfigModel, exactly, in_range, optional
+from guideload.base.config import ConfigModel, exactly, in_range, optional, whole
 from guideload.base.errors import (
     ArgumentError,
     ConfigError,
@@ -50,12 +49,6 @@ SHORTEST = LENGTH.least  # m: a shorter distance is rounding of positions
 MOST_MOVES = 20  # that are described one by one
 NO_JERK = "no jerk beside a trapezoid"
 FASTEST = 'its acceleration jumps; with a limit of the jerk, "jerk limited" is the fastest profile'
-
-
-def _whole_number(value: object, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= 2**53:
-        raise ValueRefused(f"a whole number, at least {least}", value)
-    return int(value)
 
 
 class MoveLimits(ConfigModel):
@@ -117,9 +110,7 @@ class Moves(FileModel):
         "of all moves that do not give their own", MoveLimits()
     )
     start: Annotated[float, in_range(POSITION)] = optional("position of the cart before the first move", 0.0)
-    repeat: Annotated[int, PlainValidator(partial(_whole_number, least=1))] = optional(
-        "how often the list of moves is run", 1
-    )
+    repeat: Annotated[int, whole(least=1)] = optional("how often the list of moves is run", 1)
     rate: Annotated[float, in_range(RATE, above=0.0)] = optional(
         "least number of stamps per second, at which loads are reported; rounded up to a power of two", 2048.0
     )
