@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, field_validator
+from pydantic import Field, PrivateAttr, StrictStr, field_validator
 
-from guideload.base.config import ConfigModel, number, optional
+from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, refused_at
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import CYCLES, PERIOD
@@ -31,7 +30,7 @@ class CaseFile(ConfigModel):
     motion: FileName = Field(
         description='one cycle: a measured trace, e.g. "trace.csv", or planned moves, e.g. "moves.toml"'
     )
-    cycles: Annotated[float, PlainValidator(partial(number, unit="1", above=0.0, within=CYCLES))] = Field(
+    cycles: Annotated[float, in_range(CYCLES, above=0.0)] = Field(
         description="repetitions of the motion in each period"
     )
     machine: FileName | None = optional("a machine file, instead of that of the duty cycle")
@@ -49,7 +48,7 @@ class DutyFile(FileModel):
     REQUIRED: ClassVar = ("cases", "[[cases]] tables, as a duty file has")
 
     machine: FileName | None = optional('machine file of all cases that have none, e.g. "machine.toml"')
-    period: Annotated[float, PlainValidator(partial(number, unit="s", above=0.0, within=PERIOD))] = optional(
+    period: Annotated[float, in_range(PERIOD, above=0.0)] = optional(
         'time in which each case runs its cycles, e.g. "1 h" or a shift, "8 h"', HOUR
     )
     cases: tuple[CaseFile, ...] = Field(min_length=1, description="one [[cases]] table for each load case")
