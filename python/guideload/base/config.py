@@ -125,6 +125,18 @@ def in_range(within: Range, **checks: Any) -> PlainValidator:
     return PlainValidator(partial(number, unit=within.unit, within=within, **checks))
 
 
+def whole_number(value: object, least: int, most: int) -> int:
+    """`value` as a whole number in these bounds. Raises ValueRefused."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise ValueRefused(f"a whole number from {least} to {most}", value)
+    return int(value)
+
+
+def whole(least: int, most: int) -> PlainValidator:
+    """The validator of a whole number in these bounds."""
+    return PlainValidator(partial(whole_number, least=least, most=most))
+
+
 def entries(value: object, names: tuple[str, ...]) -> object:
     """`value` as a list or tuple. Raises ValueRefused unless it has one entry per name; entries are not checked."""
     if isinstance(value, np.ndarray):

@@ -22,7 +22,7 @@ from pydantic import (
     model_validator,
 )
 
-from guideload.base.config import ConfigModel, in_range, optional
+from guideload.base.config import ConfigModel, in_range, optional, whole, whole_number
 from guideload.base.errors import ConfigError, KeyPath, ValueRefused, refused_at
 from guideload.base.methods import Method
 from guideload.base.ranges import FACTOR, PERIOD, TIME, TOLERANCE
@@ -42,19 +42,9 @@ from guideload.traces.reading import motion_from_trace, read_trace
 REPLICATES = 8  # fewer have wider intervals, more leave each of them less even
 
 
-def _integer(value: object, least: int, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
-        raise ValueRefused(f"a whole number from {least} to {most}", value)
-    return int(value)
-
-
-def _whole(least: int, most: int) -> PlainValidator:
-    return PlainValidator(partial(_integer, least=least, most=most))
-
-
 def _indices(value: object) -> int | tuple[int, ...]:
     """Indices of runs, ascending; or the number of first runs."""
-    index = partial(_integer, least=0, most=2**63 - 1)
+    index = partial(whole_number, least=0, most=2**63 - 1)
     if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
         return tuple(sorted({index(one) for one in value}))
     return index(value)
@@ -65,7 +55,7 @@ SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
 CHECKED: dict[Any, Any] = {  # types of options in a file, by name or by type in code; all others are text
     "window": Annotated[float, in_range(PERIOD, above=0.0)],
     float | str | None: NumberOrText,
-    int | None: Annotated[int, _whole(0, 62)],
+    int | None: Annotated[int, whole(0, 62)],
     float | None: Positive,
     bool | None: StrictBool,
 }
@@ -140,12 +130,12 @@ class StudyOptions(ConfigModel):
         "life": "life follows from the machine file: a product with dynamic and static rating for each carriage "
         "(catalogue, or a [[products]] table), and conditions in its table [life]",
     }
-    samples: Annotated[int, _whole(1, 2**Sobol.BITS)] | None = optional("number of samples, e.g. 10_000")
-    seed: Annotated[int, _whole(0, 2**63 - 1)] = Field(
+    samples: Annotated[int, whole(1, 2**Sobol.BITS)] | None = optional("number of samples, e.g. 10_000")
+    seed: Annotated[int, whole(0, 2**63 - 1)] = Field(
         default_factory=lambda: secrets.randbelow(2**32), description="seed of all draws; random by default"
     )
     sampling: Sampling = optional("sequence of the samples", "sobol")
-    replicates: Annotated[int, _whole(1, 1024)] | None = optional(
+    replicates: Annotated[int, whole(1, 1024)] | None = optional(
         "independent scrambles of the sequence, among which the samples are divided; their scatter gives the standard "
         f"errors; 1: one scramble, and cautious intervals; default {REPLICATES}, for random samples none"
     )
