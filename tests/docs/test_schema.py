@@ -91,14 +91,24 @@ def test_the_file_that_init_writes_is_valid(
         ("motion", {"moves": [{"distance": 1, "profile": "triangle"}]}),
         ("motion", {"limits": {"speed": 0}}),
         ("study", {"vary": [{"path": "body.mass", "distribution": "gaussian"}]}),
+        ("duty", {"cases": [{"name": "a", "motion": "m.toml", "cycles": 1, "change": {"mass": 1}}]}),
+        ("duty", {"cases": [{"name": "a", "motion": "m.toml", "cycles": 1, "change": "mass"}]}),
     ],
     ids=str,
 )
 def test_what_the_program_refuses_is_not_valid(kind: str, change: dict[str, Any]) -> None:
     names = {"machine": "manipulator", "study": "study", "motion": "moves", "catalogue": "catalogue"}
-    name = f"{names[kind]}.toml"
-    values = tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
+    file = EXAMPLES / f"{names[kind]}.toml" if kind in names else None
+    values = tomllib.loads(file.read_text(encoding="utf-8")) if file else {}
     assert list(schema(kind).iter_errors(values | change))
+
+
+@pytest.mark.parametrize(
+    "change", [{"body": {"mass": "1400 kg"}}, {"free": ["y"]}, {"carriages": [{"name": "a"}], "name": "b"}]
+)
+def test_a_change_of_a_duty_file_has_the_form_of_a_machine_file(change: dict[str, Any]) -> None:
+    case = {"name": "a", "motion": "moves.toml", "cycles": 900, "change": change}
+    assert not list(schema("duty").iter_errors({"machine": "machine.toml", "cases": [case]}))
 
 
 def test_a_number_tells_its_unit_and_may_be_text() -> None:

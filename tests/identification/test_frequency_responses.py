@@ -14,7 +14,7 @@ from hammer_tests import deflections, derivative_errors, response_curves, unknow
 from reference import cart, preloaded
 from scipy.stats import norm
 
-from guideload import GuideloadError, Machine, frequency_response
+from guideload import GuideloadError, Machine, TraceError, frequency_response
 from guideload.identification.fit import fit
 from guideload.identification.measured import Measured
 from guideload.identification.model import Model, parse_place
@@ -242,8 +242,11 @@ unclosed = pytest.mark.filterwarnings(
         ((), ("g", "N"), 9.80665),
         ((), ("g", "lbf"), 9.80665 / POUND),
         ((), ("mm/s^2/N", ""), 1e-3),
+        ((), ("g/lbf", ""), 9.80665 / POUND),
+        ((), ("1/kg", "NONE"), 1.0),
         ((INCH_POUND,), ("", ""), 0.0254 / POUND),
         ((INCH_POUND,), ("inch/s^2", "lbf"), 0.0254 / POUND),
+        ((INCH_POUND,), ("inch/s^2", "NONE"), 0.0254 / POUND),
     ],
 )
 def test_units_of_universal_files_count(
@@ -255,9 +258,37 @@ def test_units_of_universal_files_count(
 
 @unclosed
 @pytest.mark.parametrize(
+    ("label", "per_hertz"), [("", 1.0), ("Hz", 1.0), ("HZ", 1.0), ("kHz", 1e-3), ("rad/s", 2.0 * np.pi)]
+)
+def test_the_unit_of_frequencies_counts(tmp_path: Path, label: str, per_hertz: float) -> None:
+    """10 to 100 Hz in any unit are 10 to 100 Hz."""
+    hertz = 10.0 * np.arange(1.0, 11.0)
+    file = universal(tmp_path / "h.uff", x=per_hertz * hertz, abscissa_axis_units_lab=label)
+    (curve,) = read_curves(file, model_of(cart()).machine, None, {"1": "p0"}, 0.0, 1e4)
+    assert curve.frequency == pytest.approx(hertz, rel=1e-4)
+
+
+@unclosed
+@pytest.mark.parametrize("datasets", [1, 2, 3])
+def test_a_binary_universal_file_is_whole_or_refused(tmp_path: Path, datasets: int) -> None:
+    """Whatever the number of its datasets; their ends follow binary data without a line break."""
+    for _ in range(datasets):
+        file = universal(tmp_path / "h.uff", binary=1)
+    machine, nodes = model_of(cart()).machine, {"1": "p0"}
+    assert len(read_curves(file, machine, None, nodes, 0.0, 1e4)) == datasets
+    whole = file.read_bytes()
+    for lost in (2, 8, 100):
+        file.write_bytes(whole[:-lost])
+        with pytest.raises(TraceError, match="is cut off"):
+            read_curves(file, machine, None, nodes, 0.0, 1e4)
+
+
+@unclosed
+@pytest.mark.parametrize(
     ("sets", "changes", "words"),
     [
         ((INCH_POUND,), {LABELS[0]: "g", LABELS[1]: "lbf"}, "dataset 164 says inch"),
+        ((), {"abscissa_axis_units_lab": "order"}, 'such as Hz or rad/s, got "order"; dataset 1 of'),
         ((), {LABELS[0]: "furlong"}, 'unit labels such as m/s^2 and N, got "furlong"'),
         ((), {"orddenom_spec_data_type": 12}, "responses per force"),
         ((), {"abscissa_spec_data_type": 17}, "responses over frequency"),

@@ -64,6 +64,34 @@ def test_one_degree_of_freedom() -> None:
     assert (force.unit, drive.unit) == ("m/N", "m/(m/s2)")
 
 
+def test_an_undamped_resonance_is_refused_and_beside_it_the_formula_holds() -> None:
+    """Among modes at one frequency too, of which only that along y is damped."""
+    undamped = bouncing(damping_y=0.0)
+    own = np.sqrt(STIFFNESS / MASS) / (2.0 * np.pi)
+    for hertz in (None, [own], [10.0, own * (1.0 + 1e-12)]):
+        with pytest.raises(ArgumentError, match=f"expected damping of the mode at {own:.4g} Hz, got none"):
+            frequency_response(undamped, hertz, force_at="p0", direction="y")
+    beside = own * np.array([0.9, 1.0 + 1e-6, 2.0])
+    found = frequency_response(undamped, beside, force_at="p0", direction="y").displacement[:, 0, 1]
+    assert found == pytest.approx(1.0 / (STIFFNESS * (1.0 - (beside / own) ** 2)), rel=1e-8)
+    body = machines.body(center_of_mass=(0.0, 0.0, 0.0), inertia=np.diag([8.0, 9.0, 5.0]))
+    half = with_points(machines.table(body, 1.0, 0.5, free=["y", "z"], damping_z=0.0))
+    with pytest.raises(ArgumentError, match="expected damping of the mode at"):
+        frequency_response(half, direction="y")
+
+
+def test_what_symmetry_forbids_is_zero_in_the_report() -> None:
+    """A machine whose halves z > 0 and z < 0 mirror each other does not move along z."""
+    body = machines.body(center_of_mass=(0.1, 0.3, 0.0), inertia=np.diag([420.0, 310.0, 380.0]))
+    points = [PointOfInterest(name="tool", at=(0.37, -0.21, 0.0))]
+    mirrored = machines.table(body, 0.7, 0.31, points=points)
+    response = frequency_response(mirrored)
+    assert response_report(mirrored, response).text().split(" z ")[1].split()[:2] == ["0", "0"]
+    assert "z" not in [
+        line.get_label() for line in plots.frequency_response(mirrored, response)[0].get_lines()
+    ]
+
+
 def test_source_and_answer_may_be_exchanged() -> None:
     """Maxwell and Betti: p1 answers along b to a force at p0 along a as p0 does along a to one at p1 along b."""
     here = with_points(cart())

@@ -27,7 +27,9 @@ from torture_scenes import scenes
 from guideload import ArgumentError, Link, Machine, Motion, RunError, Stability, plots, simulate, stability
 from guideload.base.methods import METHODS
 from guideload.base.number_text import fixed
-from guideload.method_comparison.step_stability import step_ends
+from guideload.machine.riders import Rider
+from guideload.method_comparison.runner import work_precision
+from guideload.method_comparison.step_stability import standard_move, step_ends
 from guideload.reports.stability import stability_report
 from guideload.simulation.stability_function import (
     RK45,
@@ -303,6 +305,15 @@ def test_bad_tolerances_are_refused_as_by_simulate() -> None:
         stability(ref.cart(), rtol=1e-20)
     with pytest.raises(ArgumentError, match="motion: expected samples over some time, got all at 1 s"):
         stability(ref.cart(), Motion.along_x([1.0, 1.0], [0.0, 1.0]))
+
+
+@pytest.mark.parametrize("compare", [stability, work_precision])
+def test_a_rider_that_moves_is_refused(compare: Callable[[Machine, Motion], object]) -> None:
+    """Methods are compared on riders at their positions."""
+    keys = {"center_of_mass": (0, 0, 0), "inertia": np.eye(3).tolist(), "direction": (1, 0, 0)}
+    rider = Rider(name="slide", mass=60.0, motion="slide.toml", **keys)
+    with pytest.raises(ArgumentError, match='"slide" has the motion'):
+        compare(ref.cart().model_copy(update={"riders": (rider,)}), standard_move())
 
 
 # ---- what is hard, and which method fails

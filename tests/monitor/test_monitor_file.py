@@ -20,7 +20,10 @@ def test_the_monitor_of_a_file_is_the_one_that_was_written(tmp_path: Path) -> No
     ("key", "value", "message"),
     [
         ("period", '"1 mm"', "row 3: period"),
-        ("lag", "300", "row 5: lag"),
+        ("lag", "300", "row 5: lag: expected a whole number from 0 to 200, got 300"),
+        ("lag", "true", "row 5: lag: expected a whole number from 0 to 200, got true"),
+        ("ticks", '"1"', 'ticks: expected a whole number from 1 to 16777216, got "1"'),
+        ("smoother", "{ order = 3.0, time_constant = 2.2 }", "smoother.order: expected a whole number"),
         ("smoother", "{ order = 9, time_constant = 2.2 }", "smoother.order"),
         ("machine", '"none.toml"', "row 2: machine.*there is no"),
         ("period", "10.0", "row .: max_acceleration: .*check period and travel_per_count"),

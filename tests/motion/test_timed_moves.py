@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,40 @@ def test_under_limits_a_time_is_reached_and_all_limits_are_kept(
         ConfigError, match=r"moves\[0\].time: expected at least .* s, the shortest time under its"
     ):
         Moves(moves=[{"distance": distance, "time": 0.99 * duration(distance, limits), **given}], rate=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("profile", "limit", "shortest"),
+    [
+        ("trapezoid", "acceleration", lambda d, a: 2.0 * math.sqrt(d / a)),
+        ("trapezoid", "deceleration", lambda d, b: math.sqrt(2.0 * d / b)),
+        ("jerk limited", "acceleration", lambda d, a: 2.0 * math.sqrt(d / a)),
+        ("jerk limited", "jerk", lambda d, j: (32.0 * d / j) ** (1 / 3)),
+        ("jerk limited", "speed", lambda d, v: d / v),
+        ("sine squared", "acceleration", lambda d, a: 2.0 * math.sqrt(2.0 * d / a)),
+        ("sine squared", "jerk", lambda d, j: 2.0 * (2.0 * math.pi * d / j) ** (1 / 3)),
+        ("polynomial 5", "acceleration", lambda d, a: math.sqrt(10.0 / math.sqrt(3.0) * d / a)),
+    ],
+)
+def test_under_one_limit_any_time_is_reached_that_is_possible(
+    profile: str, limit: str, shortest: Callable[[float, float], float]
+) -> None:
+    """Closed forms of the shortest time, in which the limits that are left out have no bound."""
+    distance, value = 0.7, 3.0
+    least = shortest(distance, value)
+    move = {"distance": distance, "profile": profile, limit: value}
+    for factor in (1.001, 1.05, 1.3, 3.0):
+        (leg,) = Moves(moves=[{**move, "time": factor * least}], rate=1e-6)._legs
+        pieces = leg.pieces
+        reached = {
+            "speed": pieces.speeds().max(), "acceleration": abs(pieces.start).max(),
+            "deceleration": -pieces.start.min(), "jerk": pieces.jerk,
+        }  # fmt: skip
+        assert reached[limit] <= value * (1.0 + 1e-9)
+        assert pieces.time == pytest.approx(factor * least, rel=1e-12)
+        assert pieces.distances()[-1] == pytest.approx(distance, rel=1e-12)
+    with pytest.raises(ConfigError, match=f"expected at least {least:.4g} s"):
+        Moves(moves=[{**move, "time": 0.999 * least}], rate=1e-6)
 
 
 @pytest.mark.parametrize("profile", PROFILES[:3])

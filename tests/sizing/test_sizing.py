@@ -182,6 +182,15 @@ def test_limits_are_where_a_requirement_fails(quantity: Any) -> None:
     assert not margins.hold and margins.first_to_fail == limit.margins.first_to_fail
 
 
+@pytest.mark.parametrize("quantity", ["payload", "overhang"])
+def test_a_limit_of_what_is_added_is_not_negative(quantity: Any) -> None:
+    """Of a machine that meets its requirement by less than the accuracy of the search."""
+    machine = with_product(cart(), CATALOGUE["large"], "Z0")
+    safety = life_of(simulate(machine, MOTION), WANTED).weakest.static.safety
+    limit = largest(machine, MOTION, quantity, conditions=LifeConditions(safety=safety / (1.0 + 3e-5)))
+    assert 0.0 <= limit.value and limit.margins.hold
+
+
 @pytest.mark.parametrize("name", ["speed", "acceleration", "deceleration", "jerk"])
 def test_limits_of_moves_are_where_a_requirement_fails(name: Any) -> None:
     """A bound in the middle of what the limit changes: it is met at the value found, and not a thousandth beyond."""

@@ -134,9 +134,9 @@ def whole_number(value: object, least: int, most: int | None = None) -> int:
     return int(value)
 
 
-def whole(**ends: int) -> PlainValidator:
-    """The validator of a whole number; ends: least and most of `whole_number`."""
-    return PlainValidator(partial(whole_number, **ends))
+def whole(least: int, most: int | None = None) -> PlainValidator:
+    """The validator of a whole number by `whole_number`."""
+    return PlainValidator(partial(whole_number, least=least, most=most))
 
 
 def entries(value: object, names: tuple[str, ...]) -> object:

@@ -35,9 +35,6 @@ class FileSchema(GenerateJsonSchema):
     def float_schema(self, schema: Any) -> JsonSchemaValue:
         return {"type": ["number", "string"]}
 
-    def any_schema(self, schema: Any) -> JsonSchemaValue:
-        return {"type": ["number", "string"]}
-
     def nullable_schema(self, schema: Any) -> JsonSchemaValue:
         return self.generate_inner(schema["schema"])  # TOML has no null: the key is omitted instead
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, PrivateAttr, StrictStr, field_validator
+from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, WithJsonSchema, field_validator
 
 from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, refused_at
@@ -21,6 +21,7 @@ from guideload.machine.straightness import with_straightness
 from guideload.study.options import Reading, TraceOptions
 
 FileName = Annotated[StrictStr, Field(min_length=1)]
+MACHINE_KEYS = WithJsonSchema({"type": "object", "propertyNames": {"enum": [*Machine.model_fields]}})
 
 
 class CaseFile(ConfigModel):
@@ -34,7 +35,7 @@ class CaseFile(ConfigModel):
         description="repetitions of the motion in each period"
     )
     machine: FileName | None = optional("a machine file, instead of that of the duty cycle")
-    change: dict[str, Any] = optional(
+    change: Annotated[dict[str, Any], MACHINE_KEYS] = optional(
         'keys of the machine file with other values, e.g. { body = { mass = "1400 kg" } }', {}
     )
     reading: Reading = optional("how the trace is read, as in the table [reading] of a study", TraceOptions())

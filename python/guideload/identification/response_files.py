@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +29,12 @@ RESPONSES = {8: 0, 11: 1, 12: 2}  # what an ordinate is: displacement, velocity,
 FORCES = (0, 9, 13)  # of a denominator: unknown, reaction force, excitation force
 FREQUENCIES = (0, 18)  # of an abscissa: unknown, frequency
 AXES = {1: "x", 2: "y", 3: "z"}
-GRAVITY = ("g", "gn", "g_n")  # labels of standard gravity
+NO_LABEL = ("", "NONE", "NO LABEL", "-")
+HERTZ = ("", "hz", "hertz")  # labels of an abscissa in Hz
+GRAVITY = re.compile("^(g|gn|g_n)(?=/|$)", re.IGNORECASE)  # standard gravity, alone or per force
+DELIMITER = re.compile(
+    rb"    -1(?:[\r\n]| {74}|\Z)"
+)  # begins and ends a dataset; in front of it, binary data may stand
 SAME_UNIT = 1e-3  # relative difference of two factors that mean one unit
 
 
@@ -92,12 +99,17 @@ def _of_table(file: Path, machine: Machine, force: str | None) -> Iterator[Respo
 def _derivatives(unit: str, header: str) -> int:
     """The kind of a response by its unit: m/N 0, m/s/N 1, m/s^2/N or 1/kg 2."""
     for derivatives, known in enumerate(UNITS):
-        try:
-            factor(unit or UNITS[0], known)
-        except ValueRefused:
-            continue
-        return derivatives
+        if _known(unit or UNITS[0], known) is not None:
+            return derivatives
     raise ValueRefused(f"a response in {joined(UNITS)}", header)
+
+
+def _known(label: str, unit: str) -> float | None:
+    """Factor of the unit of a label to another one; None for a label that is no such unit."""
+    try:
+        return factor(label, unit)
+    except ValueRefused:
+        return None
 
 
 def _of_universal(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterator[ResponseCurve]:
@@ -127,8 +139,8 @@ def _of_universal(file: Path, machine: Machine, nodes: dict[str, str]) -> Iterat
                 f"{stated} values, as its header says", value.size, f"{where}: it is damaged; export it again"
             )
         hit, place = (_place(one, which, machine, nodes) for which in ("ref", "rsp"))
-        per_unit = _factor(one, RESPONSES[kind], units, where)
-        yield ResponseCurve(hit, place, RESPONSES[kind], frequency, per_unit * value)
+        to_hertz, to_si = _hertz(one, where), _factor(one, RESPONSES[kind], units, where)
+        yield ResponseCurve(hit, place, RESPONSES[kind], to_hertz * frequency, to_si * value)
 
 
 def _sets(file: Path) -> list[dict[str, Any]]:
@@ -139,8 +151,7 @@ def _sets(file: Path) -> list[dict[str, Any]]:
         raise ArgumentError(
             f"{file}: universal files are read by the package pyuff: pip install 'guideload[uff]', or export a CSV file"
         ) from None
-    delimiters = sum(line.strip() == b"-1" for line in file.read_bytes().splitlines())
-    if delimiters % 2:
+    if len(DELIMITER.findall(file.read_bytes())) % 2:
         raise TraceError(f"{file}: its last dataset has no end: it is cut off; export it again")
     try:
         found = pyuff.UFF(str(file)).read_sets()
@@ -151,32 +162,48 @@ def _sets(file: Path) -> list[dict[str, Any]]:
     return found if isinstance(found, list) else [found]
 
 
+def _label(one: dict[str, Any], axis: str) -> str:
+    """The unit that labels an axis of a response; "" if it has none."""
+    label = str(one.get(f"{axis}_axis_units_lab") or "").strip()
+    return "" if label.upper() in NO_LABEL else label
+
+
+def _hertz(one: dict[str, Any], where: str) -> float:
+    """Factor of the frequencies of a response to Hz, of the label of their axis."""
+    label = _label(one, "abscissa")
+    if label.lower() in HERTZ:
+        return 1.0
+    for unit, in_hertz in (("Hz", 1.0), ("rad/s", 0.5 / math.pi)):
+        if (known := _known(label, unit)) is not None:
+            return in_hertz * known
+    expected = "a label of the frequencies such as Hz or rad/s"
+    raise ValueRefused(expected, label, f"{where}; correct it, or export a table")
+
+
 def _factor(one: dict[str, Any], derivatives: int, units: dict[str, Any] | None, where: str) -> float:
     """Factor of the values of a response to SI per newton: of the labels of its axes, else of the units of the file.
 
     units: dataset 164, whose factors are file units per SI unit; without labels and units, values are in SI. Raises
     ValueRefused for a label that is no such unit, and for labels and units that contradict each other.
     """
-    labels = [str(one.get(f"{axis}_axis_units_lab") or "").strip() for axis in ("ordinate", "orddenom")]
-    over, under = ("" if label.upper() in ("NONE", "NO LABEL", "-") else label for label in labels)
-    of_file = None if units is None else float(units["force"]) / float(units["length"])
-    if not over and not under:
-        return 1.0 if of_file is None else of_file
-    given = [label for label in (over, under) if label]
-    response = UNITS[derivatives].removesuffix("/N")
-    try:
-        if over.endswith("/N"):  # the label of the ratio
-            over, under = over.removesuffix("/N").strip("()"), "N"
-        known = "g_0" if over.lower() in GRAVITY and derivatives == 2 else over
-        of_labels = (factor(known, response) if over else 1.0) / (factor(under, "N") if under else 1.0)
-    except ValueRefused:
-        words = f"unit labels such as {response} and N"
-        raise ValueRefused(words, " per ".join(given), f"{where}; correct them, or export a table") from None
-    if of_file is not None and abs(of_labels / of_file - 1.0) > SAME_UNIT:
+    over, under = _label(one, "ordinate"), _label(one, "orddenom")
+    given = " per ".join(label for label in (over, under) if label)
+    length, force = (1.0 if units is None else 1.0 / float(units[key]) for key in ("length", "force"))
+    response, plain = UNITS[derivatives].removesuffix("/N"), over.replace("(", "").replace(")", "")
+    known = GRAVITY.sub("g_0", plain) if derivatives == 2 else plain
+    of_labels = _known(known, UNITS[derivatives])  # the label of the ratio
+    if of_labels is None:
+        displacement = _known(known, response) if over else length
+        newtons = _known(under, "N") if under else force
+        if displacement is None or newtons is None:
+            words = f"unit labels such as {response} and N"
+            raise ValueRefused(words, given, f"{where}; correct them, or export a table")
+        of_labels = displacement / newtons
+    if units is not None and abs(of_labels * force / length - 1.0) > SAME_UNIT:
         raise ValueRefused(
             "labels of the units of the file",
-            " per ".join(given),
-            f"{where}: dataset 164 says {str(units and units.get('units_description')).strip()}; correct one of them",
+            given,
+            f"{where}: dataset 164 says {str(units.get('units_description')).strip()}; correct one of them",
         )
     return of_labels
 

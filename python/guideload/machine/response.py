@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from guideload.base.arguments import checked, real_array
 from guideload.base.arrays import Array, Complex
 from guideload.base.errors import ArgumentError
+from guideload.base.number_text import digits
 from guideload.base.ranges import FREQUENCY
 from guideload.machine.machine import DOFS, Machine
 from guideload.machine.modes import displacement
@@ -21,6 +22,10 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 BELOW, ABOVE, OVERALL = 0.1, 3.0, 400
 HALF_WIDTHS, AROUND_MODE = 8.0, 81
 ROUNDING = 1e-12  # of the largest squared frequency: smaller ones are free motion
+ROUNDING_OF_MAGNITUDE = 1e-9  # of the largest magnitude: smaller ones are zero by symmetry
+UNDAMPED = (
+    1e-9  # twice a damping ratio: smaller ones are none. Also the relative distance from such a resonance
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +60,11 @@ class FrequencyResponse:
         return np.abs(self.displacement)
 
     @property
+    def least(self) -> float:
+        """The smallest magnitude [`unit`] that is more than rounding of the largest one."""
+        return ROUNDING_OF_MAGNITUDE * float(self.magnitude.max())
+
+    @property
     def phase(self) -> Array:
         """(n, point, 3) degrees by which the displacement leads the source, -180 to 180; negative: it lags."""
         return np.degrees(np.angle(self.displacement))
@@ -81,8 +91,8 @@ def frequency_response(
     direction  of force or acceleration: x, y, z or a vector in the axes of the machine
 
     The stiffness of a nonlinear link is its slope at rest. Exact in the model: no modes are left out, and damping need
-    not be proportional. Raises ArgumentError for a machine without points, an unknown point, and impossible frequencies
-    or directions.
+    not be proportional. Raises ArgumentError for a machine without points, an unknown point, impossible frequencies
+    or directions, and the frequency of a mode without damping, which is among the default ones.
     """
     if not machine.points:
         raise ArgumentError(f"{machine.name}: expected [[points]] whose response is wanted, got none")
@@ -95,8 +105,14 @@ def frequency_response(
         source[:3], source[3:] = along, np.cross(machine.point(force_at).at, along)
     free = [DOFS.index(dof) for dof in machine.free]
     square = np.ix_(free, free)
-    natural, ratio = _modes(mass[square], damping[square], stiffness[square])
+    natural, ratio, undamped = _modes(mass[square], damping[square], stiffness[square])
     hertz = _default_frequencies(natural, ratio) if frequency is None else _frequencies(frequency)
+    for one in undamped:
+        if np.abs(hertz / one - 1.0).min() <= UNDAMPED:
+            raise ArgumentError(
+                f"{machine.name}: expected damping of the mode at {digits(one, 4)} Hz, got none: its resonance is "
+                "infinite; state the damping of carriages and links, or in Python frequencies beside the resonance"
+            )
     omega = 2.0 * np.pi * hertz[:, None, None]
     dynamic = stiffness[square] + 1j * omega * damping[square] - omega**2 * mass[square]
     motion = np.zeros((hertz.size, 6), dtype=np.complex128)
@@ -149,14 +165,23 @@ def _frequencies(given: ArrayLike) -> Array:
     return hertz
 
 
-def _modes(mass: Array, damping: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Natural frequencies [Hz], ascending, and damping ratios of the undamped modes, without those of free motion."""
+def _modes(mass: Array, damping: Array, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Natural frequencies [Hz], ascending, damping ratios, and the frequencies without damping; without free motion.
+
+    A mode has no damping if K x = w^2 M x and C x = 0 for some x; of modes at one frequency some may have it.
+    """
     lower = np.linalg.inv(np.linalg.cholesky(mass))
-    squares, shapes = np.linalg.eigh(lower @ stiffness @ lower.T)
+    stiffness, damping = (lower @ matrix @ lower.T for matrix in (stiffness, damping))
+    squares, shapes = np.linalg.eigh(stiffness)
     vibrating = squares > ROUNDING * squares.max(initial=0.0)
-    omega = np.sqrt(squares[vibrating])
-    ratio = np.diag(shapes.T @ (lower @ damping @ lower.T) @ shapes)[vibrating] / (2.0 * omega)
-    return omega / (2.0 * np.pi), ratio
+    squares, shapes = squares[vibrating], shapes[:, vibrating]
+    omega = np.sqrt(squares)
+    ratio = np.diag(shapes.T @ damping @ shapes) / (2.0 * omega)
+    left = stiffness - squares[:, None, None] * np.eye(len(mass))
+    both = np.concatenate([left, omega[:, None, None] * damping], axis=2)
+    undamped = np.linalg.svd(both, compute_uv=False)[:, -1] <= UNDAMPED * squares
+    natural = omega / (2.0 * np.pi)
+    return natural, ratio, natural[undamped]
 
 
 def _default_frequencies(natural: Array, ratio: Array) -> Array:

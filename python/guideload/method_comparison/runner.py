@@ -73,6 +73,7 @@ def work_precision(machine: Machine, motion: Motion, *, budget: float = 20.0) ->
             "profile is one more excitation, which changes no method"
         )
     machine.require_no_payloads("the comparison of methods")
+    machine.require_standing_riders("the comparison of methods")
     reference, _, loads, metric = reference_run(machine, motion)
     runner = _Runner(machine, motion, metric, loads, reference, float(budget), deadline)
     curves = _curves(machine, motion)

@@ -142,6 +142,7 @@ def stability(machine: Machine, motion: Motion | None = None, *, rtol: float = 1
         If no method gives a reference.
     """
     machine.require_no_payloads("the stability of steps")
+    machine.require_standing_riders("the stability of steps")
     if motion is None:
         motion = standard_move()
     if not np.ptp(motion.time):

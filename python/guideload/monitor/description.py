@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, StrictStr
 
-from guideload.base.config import ConfigModel, in_range
+from guideload.base.config import ConfigModel, in_range, whole
 from guideload.base.file_model import FileModel
 from guideload.base.ranges import SMOOTHER
 from guideload.base.toml import require_files
@@ -19,7 +19,7 @@ from guideload.monitor.settings import MonitorSettings
 class Smoother(ConfigModel):
     """The smoother that was chosen for a typical motion."""
 
-    order: Annotated[int, Field(ge=2, le=5)] = Field(
+    order: Annotated[int, whole(2, 5)] = Field(
         description="order of the derivative of the position that is taken for white noise"
     )
     time_constant: Annotated[float, in_range(SMOOTHER, above=0.0)] = Field(description="in samples")

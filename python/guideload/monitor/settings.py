@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from guideload.base.config import ConfigModel, in_range, optional
+from guideload.base.config import ConfigModel, in_range, optional, whole
 from guideload.base.errors import ValueRefused
 from guideload.base.ranges import ACCELERATION, FORCE, LENGTH, PERIOD
 
@@ -25,15 +25,15 @@ class MonitorSettings(ConfigModel):
     travel_per_count: Annotated[float, in_range(LENGTH, nonzero=True)] = Field(
         description='travel of the cart per count, e.g. "20 um"; negative if the counter counts backwards'
     )
-    lag: Annotated[int, Field(ge=0, le=200)] = Field(description="delay of the loads, in samples")
-    encoder_bits: Annotated[int, Field(ge=8, le=32)] = optional("width of the counter", 32)
-    ticks: Annotated[int, Field(ge=1, le=2**24)] = optional(
+    lag: Annotated[int, whole(0, 200)] = Field(description="delay of the loads, in samples")
+    encoder_bits: Annotated[int, whole(8, 32)] = optional("width of the counter", 32)
+    ticks: Annotated[int, whole(1, 2**24)] = optional(
         "time stamps per period; 1 if the stamp is the number of the sample", 1
     )
     max_acceleration: Annotated[float, in_range(ACCELERATION, above=0.0)] = Field(
         description="largest acceleration the axis can have: a sample that asks for more is wrong"
     )
-    most_missing: Annotated[int, Field(ge=0, le=64)] = optional("samples that may be missing in a row", 8)
+    most_missing: Annotated[int, whole(0, 64)] = optional("samples that may be missing in a row", 8)
     load_limit: Load | None = optional("limit of the equivalent load of every carriage")
     bin: Load = optional("width of a bin of the histogram of the equivalent load", 500.0)
 

@@ -30,13 +30,13 @@ from guideload.motion.motion import Motion
 from guideload.motion.phase_forces import PhaseForce
 from guideload.motion.profiles import (
     DEVIATION,
+    IN_TIME,
     LINES,
     Limits,
     Pieces,
     Profile,
     fastest_move,
-    limits_of_time,
-    slowed,
+    move_in_time,
 )
 from guideload.motion.sampling import Leg, grid_step, sampled
 
@@ -110,7 +110,7 @@ class Moves(FileModel):
         "of all moves that do not give their own", MoveLimits()
     )
     start: Annotated[float, in_range(POSITION)] = optional("position of the cart before the first move", 0.0)
-    repeat: Annotated[int, whole(least=1)] = optional("how often the list of moves is run", 1)
+    repeat: Annotated[int, whole(1)] = optional("how often the list of moves is run", 1)
     rate: Annotated[float, in_range(RATE, above=0.0)] = optional(
         "least number of stamps per second, at which loads are reported; rounded up to a power of two", 2048.0
     )
@@ -265,18 +265,15 @@ def _limit(move: Move, name: LimitName) -> float | None:
 def _planned(i: int, length: float, move: Move) -> Pieces:
     """A complete move over a length [m]; i: its index."""
     assert move.profile is not None
-    free = Limits(move.profile, math.inf, math.inf, math.inf, math.inf)
-    if move.time is not None:
-        free = limits_of_time(length, move.time, move.profile, move.speed or math.inf)
-    given: dict[str, Any] = {name: value for name in get_args(LimitName) if (value := _limit(move, name))}
-    fastest = fastest_move(length, replace(free, **given))
+    limits = Limits(move.profile, *(_limit(move, name) or math.inf for name in get_args(LimitName)))
     if move.time is None:
-        return fastest
-    if fastest.time > move.time * (1.0 + 1e-12):
-        expected = f"at least {fastest.time:.4g} s, the shortest time under its limits"
+        return fastest_move(length, limits)
+    pieces = move_in_time(length, move.time, limits)
+    if pieces.time > move.time * IN_TIME:
+        expected = f"at least {pieces.time:.4g} s, the shortest time under its limits"
         hint = "raise its limits, or leave them out: they then follow"
         raise refused_at(("moves", i, "time"), expected, move.time, hint)
-    return slowed(fastest, move.time)
+    return pieces
 
 
 def _words(number: int, move: Move, leg: Leg) -> str:

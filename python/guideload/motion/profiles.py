@@ -8,7 +8,7 @@ trapezoid of the velocity is the jerk-limited profile with infinite jerk.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import lru_cache
 from typing import Literal
 
@@ -24,11 +24,13 @@ DEVIATION: dict[Profile, float] = {
     "sine squared": (math.pi / LINES) ** 2 / 4.0,
     "polynomial 5": 360.0 / (8.0 * LINES**2) / (10.0 / math.sqrt(3.0)),
 }
+WIDEST = 1e12  # times the limits that follow from the time of a move: as good as none
+IN_TIME = 1.0 + 1e-12  # rounding of a time
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a move may reach, in m/s, m/s2, m/s2 and m/s3; jerk: inf if it is not limited."""
+    """What a move may reach, in m/s, m/s2, m/s2 and m/s3; inf: not limited."""
 
     profile: Profile
     speed: float
@@ -70,7 +72,7 @@ class Pieces:
 
 
 def limits_of_time(distance: float, time: float, profile: Profile, most: float) -> Limits:
-    """Limits under which the fastest move takes `time` [s], where none but the speed is given: `most` [m/s], or inf.
+    """Limits under which the fastest move takes `time` [s], where none but the speed is stated: `most` [m/s], or inf.
 
     Speeding up, constant speed and braking take a third of the time each; if that is too fast, the speed is `most`. A
     jerk-limited ramp changes its acceleration for a quarter of its time at both ends. The polynomial has no such
@@ -86,6 +88,35 @@ def limits_of_time(distance: float, time: float, profile: Profile, most: float) 
     acceleration = {"jerk limited": 4.0 / 3.0, "trapezoid": 1.0, "sine squared": 2.0}[profile] * speed / ramp
     jerk = 4.0 * acceleration / ramp if profile == "jerk limited" else math.inf
     return Limits(profile, speed, acceleration, acceleration, jerk)
+
+
+@lru_cache(maxsize=256)
+def move_in_time(distance: float, time: float, stated: Limits) -> Pieces:
+    """The move over `distance` [m] > 0 in `time` [s] under the stated limits; a longer one if these are too low.
+
+    Limits that are inf follow from the time. If the fastest move takes longer, they are raised by one factor, the
+    smallest with which it does not.
+    """
+    follow = limits_of_time(distance, time, stated.profile, stated.speed)
+
+    def fastest(factor: float) -> Pieces:
+        values = (
+            own if own < math.inf else factor * derived
+            for own, derived in zip(astuple(stated)[1:], astuple(follow)[1:], strict=True)
+        )
+        return fastest_move(distance, Limits(stated.profile, *values))
+
+    def in_time(factor: float) -> bool:
+        return fastest(factor).time <= time * IN_TIME
+
+    factor = 1.0
+    if not in_time(factor):
+        low, factor = factor, WIDEST
+        if not in_time(factor):
+            return fastest(factor)
+        while low < (middle := 0.5 * (low + factor)) < factor:  # bisection to the last bit
+            low, factor = (low, middle) if in_time(middle) else (middle, factor)
+    return slowed(fastest(factor), time)
 
 
 def slowed(pieces: Pieces, time: float) -> Pieces:

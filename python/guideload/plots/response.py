@@ -12,8 +12,6 @@ from guideload.plots.spectra import label_hertz, mark_modes, set_frequency_ticks
 from guideload.plots.style import carriage_look, legend_beside, look, new_figure
 from guideload.reports.response import source_unit, source_words
 
-SMALLEST = 1e-6  # of the largest magnitude: smaller lines are rounding
-
 
 @checked
 def frequency_response(machine: Machine, response: FrequencyResponse) -> list[Axes]:
@@ -32,7 +30,7 @@ def frequency_response(machine: Machine, response: FrequencyResponse) -> list[Ax
             over = figure.add_subplot(grid[0, i], sharey=axes[0] if axes else None)
             under = figure.add_subplot(grid[1, i], sharex=over)
             for axis in range(3):
-                if magnitude[:, i, axis].max() <= SMALLEST * top:
+                if response.magnitude[:, i, axis].max() <= response.least:
                     continue
                 for ax, values in ((over, magnitude), (under, response.phase)):
                     color, label = carriage_look(axis).color, "xyz"[axis]

@@ -11,7 +11,6 @@ from guideload.machine.response import DRIVE, FrequencyResponse
 from guideload.reports.assumptions import without_payloads
 from guideload.reports.report import Column, Definitions, Report, Section, Table, known_or_empty
 
-ROUNDING = 1e-9  # of the peak: a smaller static value is none
 NOTE = (
     "Amplitude of the displacement in the travelling frame, linearised at rest. Static: for a constant source. Peak: "
     "the largest at the computed frequencies, and the phase by which the displacement leads the source there."
@@ -24,16 +23,18 @@ def response_report(machine: Machine, response: FrequencyResponse) -> Report:
     magnitude, phase = response.magnitude.reshape(shape), response.phase.reshape(shape)
     at, each = magnitude.argmax(axis=0), np.arange(magnitude.shape[1])
     peak, static = magnitude[at, each], np.abs(response.static).ravel()
-    static[static <= ROUNDING * peak] = 0.0
+    for values in (peak, static):
+        values[values <= response.least] = 0.0
+    moved = peak > 0.0
     ratio = np.divide(peak, static, out=np.full_like(peak, np.nan), where=static != 0.0)
     table = Table(
         Column("point", [name if axis == "x" else "" for name in response.points for axis in "xyz"]),
         Column("along", [axis for _ in response.points for axis in "xyz"]),
         Column("static", ["free" if np.isnan(one) else one for one in 1e6 * static], kind="3 digits"),
         Column("peak", 1e6 * peak, kind="3 digits"),
-        Column("at", response.frequency[at], "Hz", "4 digits"),
+        Column("at", known_or_empty(np.where(moved, response.frequency[at], np.nan)), "Hz", "4 digits"),
         Column("ratio", known_or_empty(ratio), kind="3 digits"),
-        Column("phase", known_or_empty(np.where(peak > 0.0, phase[at, each], np.nan)), "deg", "whole"),
+        Column("phase", known_or_empty(np.where(moved, phase[at, each], np.nan)), "deg", "whole"),
     )
     return Report.of(
         machine,

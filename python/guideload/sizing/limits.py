@@ -105,11 +105,12 @@ def largest(
             runs[value] = margins_of(life), moved, changed
         return runs[value][0]
 
-    value, high, beyond = _bracket(margins, unit, quantity)
+    low, high, beyond = _bracket(margins, unit, quantity)
+    value = low
     if math.isfinite(high):
         near = ACCURACY * high
-        value = float(brentq(lambda x: margins(x).smallest - 1.0, value, high, rtol=ACCURACY, xtol=near))
-        value = value if margins(value).hold else value - 2.0 * near
+        value = float(brentq(lambda x: margins(x).smallest - 1.0, low, high, rtol=ACCURACY, xtol=near))
+        value = value if margins(value).hold else max(value - 2.0 * near, low)
         margins(value)
     for smaller in _smaller(value, unit, quantity):
         # Moves may lack the phase of a force there; the answer is the same.

@@ -55,7 +55,7 @@ SMOOTHING = get_type_hints(SmoothingOptions, include_extras=True)
 CHECKED: dict[Any, Any] = {  # types of options in a file, by name or by type in code; all others are text
     "window": Annotated[float, in_range(PERIOD, above=0.0)],
     float | str | None: NumberOrText,
-    int | None: Annotated[int, whole(least=0, most=62)],
+    int | None: Annotated[int, whole(0, 62)],
     float | None: Positive,
     bool | None: StrictBool,
 }
@@ -130,14 +130,12 @@ class StudyOptions(ConfigModel):
         "life": "life follows from the machine file: a product with dynamic and static rating for each carriage "
         "(catalogue, or a [[products]] table), and conditions in its table [life]",
     }
-    samples: Annotated[int, whole(least=1, most=2**Sobol.BITS)] | None = optional(
-        "number of samples, e.g. 10_000"
-    )
-    seed: Annotated[int, whole(least=0, most=2**63 - 1)] = Field(
+    samples: Annotated[int, whole(1, 2**Sobol.BITS)] | None = optional("number of samples, e.g. 10_000")
+    seed: Annotated[int, whole(0, 2**63 - 1)] = Field(
         default_factory=lambda: secrets.randbelow(2**32), description="seed of all draws; random by default"
     )
     sampling: Sampling = optional("sequence of the samples", "sobol")
-    replicates: Annotated[int, whole(least=1, most=1024)] | None = optional(
+    replicates: Annotated[int, whole(1, 1024)] | None = optional(
         "independent scrambles of the sequence, among which the samples are divided; their scatter gives the standard "
         f"errors; 1: one scramble, and cautious intervals; default {REPLICATES}, for random samples none"
     )
