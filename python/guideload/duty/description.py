@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, PlainValidator, PrivateAttr, StrictStr, WithJsonSchema, field_validator
+from pydantic import Field, PrivateAttr, StrictStr, WithJsonSchema, field_validator
 
 from guideload.base.config import ConfigModel, in_range, optional
 from guideload.base.errors import ConfigError, KeyPath, Problem, refused_at
