@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import guideload
 from guideload.app.answer import Answer, Problem, Refusal, Solver
 from guideload.app.runner import Runner
 from guideload.app.state import Session
@@ -44,12 +43,8 @@ class Hub:
         self.runner.request(self.session.state)
 
     def look(self) -> None:
-        """Take over files that another program changed, and keep the state that is not on the disk yet."""
-        try:
-            self.session.look()
-        except guideload.GuideloadError as error:
-            self.session.notice = str(error)
-            self._changed()
+        """Take over the files of the page that another program changed."""
+        self.session.look()
 
     def _changed(self) -> None:
         for view in list(self.views):
