@@ -46,6 +46,12 @@ def test_a_table_that_is_added_and_dropped_leaves_the_values_as_they_were(kind: 
     assert document.values(document.without_entry(longer, "carriages", count)) == document.values(text)
 
 
+def test_comments_in_a_list_stay_where_its_values_change() -> None:
+    text = "[body]\ninertia = [\n  [1, 0, 0], # Ixx\n  [0, 2, 0], # Iyy\n  [0, 0, 3], # Izz\n]\n"
+    changed = document.with_values(text, {("body", "inertia"): [[1, 0, 0], [0, 5, 0], [0, 0, 3]]})
+    assert changed == text.replace("2", "5")
+
+
 @pytest.mark.parametrize("value", ["600 mm", 12.5, 3, True, ["1 mm", 0.0], [[1.0, 0], [0, 2.5]], ["y", "z"]])
 def test_what_a_field_shows_is_read_as_the_same_value(value: object) -> None:
     assert document.typed(document.shown(value), {}) == value
