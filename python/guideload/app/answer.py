@@ -74,7 +74,7 @@ class Solver:
         self.folder: Folder = session.folder
         self.machine_name, self.moves_name = session.machine_name, session.moves_name
         self._motion: tuple[Any, guideload.Motion] | None = None
-        self._read: dict[Path, int | None] = {}  # files that the last state names, and when they were changed [ns]
+        self._read: dict[Path, int | None] = {}  # files that the last state names: times of their change [ns]
 
     @property
     def is_outdated(self) -> bool:
