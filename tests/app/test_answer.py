@@ -1,6 +1,7 @@
 """What the page computes is what the command line computes, and one run at a time."""
 
 import asyncio
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +16,11 @@ pytest.importorskip("tomlkit", reason="the extra guideload[app] is not installed
 from app_folder import PRODUCTS, write_project
 
 import guideload
+from guideload.app import document
 from guideload.app.answer import Answer, Refusal, Solver
 from guideload.app.envelope import BUCKETS, envelope
 from guideload.app.files import Folder
+from guideload.app.hub import Hub
 from guideload.app.runner import SHORT, Runner
 from guideload.app.state import Session, State
 
@@ -187,6 +190,50 @@ def test_a_long_run_is_overtaken_and_tells_what_it_does(session: Session) -> Non
     solver, seen, told = run_while_changing(session, steps=steps, changes=60)
     assert solver.finished == ["machine 59"] and set(seen) == {"machine 59"}
     assert told[-1] == "" and any(text.startswith("part") for text in told)
+
+
+def test_a_file_that_the_state_names_is_read_again_when_it_changes(session: Session, tmp_path: Path) -> None:
+    """A straightness file that is missing at first, and a trace of which another program writes the first half."""
+    machine = document.with_values(session.state.machine, {("rails", 0, "straightness_file"): "profile.csv"})
+    trace = guideload.file_template("trace")
+    (tmp_path / "measured.csv").write_text(trace)
+    session.change(State(machine, session.state.moves, "measured.csv"))
+
+    async def page() -> list[Answer | None]:
+        hub = Hub(session)
+        hub.start()
+        answers = [await hub.newest()]
+        for name, text in (
+            ("profile.csv", "x [m],dy [um],dz [um]\n-9,0,0\n0,9,0\n9,0,0\n"),
+            ("measured.csv", trace[: trace.index("\n", len(trace) // 2) + 1]),
+        ):
+            (tmp_path / name).write_text(text)
+            os.utime(tmp_path / name, ns=(0, 0))  # of another time, however coarse the clock of the disk is
+            hub.look()
+            answers.append(await hub.newest())
+            hub.look()
+            assert hub.runner is not None and not hub.runner.is_behind
+        return answers
+
+    none, first, second = asyncio.run(page())
+    assert none is None and first is not None and second is not None
+    assert first.machine.rails[0].straightness is not None
+    assert second.time.size == pytest.approx(first.time.size / 2, rel=0.1)
+
+
+def test_work_begins_with_the_answer_of_the_present_state(session: Session) -> None:
+    async def page() -> list[Answer | None]:
+        hub = Hub(session)
+        hub.start()
+        answers = [await hub.newest()]
+        for mass in ("2000 kg", "2000 N"):
+            session.set("machine", {("body", "mass"): mass})
+            answers.append(await hub.newest())
+        return answers
+
+    before, after, refused = asyncio.run(page())
+    assert before is not None and after is not None and refused is None
+    assert after.machine.body.mass == 2000.0 != before.machine.body.mass
 
 
 class SlowJudge(Solver):

@@ -1,5 +1,6 @@
 """The form without a browser: what is typed into a field, and what the field then shows."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ pytest.importorskip("nicegui", reason="the extra guideload[app] is not installed
 from nicegui import Client, ui
 
 import guideload
-from guideload.app.document import typed
+from guideload.app import document
+from guideload.app.document import shown, typed, value_at, with_values
 from guideload.app.files import Folder
 from guideload.app.form import Form
 from guideload.app.state import Session
@@ -81,3 +83,80 @@ def test_what_is_being_typed_stays_when_an_answer_comes_and_undo_reaches_every_f
         for _ in range(3):
             session.undo()
         assert {path: field.value for path, field in form.fields.items()} == before
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Session:
+    return Session(Folder(tmp_path))
+
+
+def form_of(session: Session, *sections: str) -> Form:
+    form = Form(session, "machine", sections)
+    session.listeners.append(form.show)
+    return form
+
+
+@pytest.mark.parametrize("wrong", ["l", "", 3, ["a"]])
+@pytest.mark.parametrize(
+    ("path", "right"),
+    [
+        (("body", "inertia_about"), "L"),
+        (("life", "rule"), "thk"),
+        (("carriages", 0, "damping_in_contact"), True),
+    ],
+)
+def test_a_wrong_choice_stays_in_the_file_until_another_one_is_made(
+    session: Session, path: document.Path, right: object, wrong: object
+) -> None:
+    text = with_values(session.state.machine, {path: wrong})
+    with Client(ui.page("/")):
+        forms = [
+            form_of(session, "body", "life", "carriages")
+        ]  # open while the file changes, and opened on it
+        session.change(replace(session.state, machine=text))
+        forms.append(form_of(session, "body", "life", "carriages"))
+        for form in forms:
+            form.show()
+            assert session.state.machine == text
+            assert (form.fields[path].value or "") == shown(wrong)
+        forms[0].fields[path].value = shown(right)
+        assert value_at(session.state.machine, path) == right
+        assert forms[1].fields[path].value == shown(right)
+
+
+@pytest.mark.parametrize("name", ['left 6" car', "C:\\x1", 'x" href="https://example.org" disable "', "a\\"])
+def test_a_name_is_no_more_than_the_label_of_its_button(session: Session, name: str) -> None:
+    def buttons() -> list[dict[str, Any]]:
+        with Client(ui.page("/")) as client:
+            form_of(session, "carriages")
+        return [dict(one.props) for one in client.elements.values() if isinstance(one, ui.button)]
+
+    before = buttons()
+    old = value_at(session.state.machine, ("carriages", 0, "name"))
+    session.set("machine", {("carriages", 0, "name"): name})
+    for one in before:
+        if one.get("aria-label") == f"Remove carriages {old}":
+            one["aria-label"] = f"Remove carriages {name}"
+    assert buttons() == before
+
+
+@pytest.mark.parametrize(
+    "wrong", ["carriage_types = 3\n", "carriage_types.A = 3\n", "carriage_types = [{name = 'A'}]\n"]
+)
+def test_what_is_no_carriage_type_leaves_the_rest_of_the_form(session: Session, wrong: str) -> None:
+    with Client(ui.page("/")):
+        before = form_of(session, "body", "carriage_types", "carriages")
+        session.change(replace(session.state, machine=wrong + session.state.machine))
+        after = form_of(session, "body", "carriage_types", "carriages")
+    assert {path: one.value for path, one in after.fields.items()} == {
+        path: one.value for path, one in before.fields.items()
+    }
+
+
+def test_a_carriage_that_is_added_is_the_last_one_as_it_is_now(session: Session) -> None:
+    with Client(ui.page("/")):
+        form = form_of(session, "carriages")
+        session.set("machine", {("carriages", 3, "x"): "777 mm"})
+        form._add("carriages")
+    *_, last, added = document.values(session.state.machine)["carriages"]
+    assert last["x"] == "777 mm" and added == last | {"name": f"{last['name']} 2"}

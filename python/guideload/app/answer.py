@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,12 @@ class Solver:
         self.folder: Folder = session.folder
         self.machine_name, self.moves_name = session.machine_name, session.moves_name
         self._motion: tuple[Any, guideload.Motion] | None = None
+        self._read: dict[Path, int | None] = {}  # files that the last state names: times of their change [ns]
+
+    @property
+    def is_outdated(self) -> bool:
+        """Whether a file that the last state names was changed since it was read."""
+        return any(_changed_at(file) != when for file, when in self._read.items())
 
     def answer(self, state: State, step: Step) -> Answer | Refusal:
         """Figures without the judgement of the run. step: is told what begins, and may raise to end the work."""
@@ -116,7 +123,8 @@ class Solver:
     def machine(self, state: State) -> guideload.Machine:
         """The machine of a state, whose links support it. Raises GuideloadError."""
         file = self.folder.path(self.machine_name)
-        self.folder.require_inside(document.values(state.machine), file)
+        named = self.folder.named(document.values(state.machine), file)
+        self._read = {one: _changed_at(one) for one in named}
         machine = guideload.Machine.from_text(state.machine, file)
         if any(rider.motion for rider in machine.riders):
             raise guideload.GuideloadError("riders: the page moves no riders; guideload run does")
@@ -127,7 +135,8 @@ class Solver:
         """The motion of a state; the last one is kept. Raises GuideloadError."""
         if state.trace:
             file = self.folder.path(state.trace)
-            key: Any = (file, file.stat().st_mtime_ns if file.exists() else 0, machine.drive)
+            self._read = self._read | {file: _changed_at(file)}
+            key: Any = (file, self._read[file], machine.drive)
         else:
             key = state.moves
         if self._motion is None or self._motion[0] != key:
@@ -138,6 +147,14 @@ class Solver:
                 motion = guideload.Moves.from_text(state.moves, self.moves_name).motion()
             self._motion = key, motion
         return self._motion[1]
+
+
+def _changed_at(file: Path) -> int | None:
+    """When a file was changed [ns]; None if there is none."""
+    try:
+        return file.stat().st_mtime_ns
+    except OSError:
+        return None
 
 
 def _peak(result: guideload.Result, between: bool) -> tuple[int, int]:

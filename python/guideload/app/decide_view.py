@@ -143,15 +143,14 @@ class DecideView(Part):
         figure, limit = str(self.figure.value), str(self.least.value or "").strip()
         rated = figure != "peak_resultant_N"
         name = figure.rpartition("_")[0] if figure != "static_safety" else figure
-        value: Any = limit if not limit.replace(".", "").isdecimal() else float(limit)
         study = guideload.Study(
             machine=answer.machine,
             motion=answer.motion,
-            samples=int(self.samples.value),
+            samples=int(self.samples.value or 0),
             seed=1,
             quantities=("resultant", *(("load",) if rated else ())),
             statistics=("max",),
-            limits={name: value} if limit else {},
+            limits={name: document.typed(limit, {})} if limit else {},
             vary=self._varied(),
         )
         with tempfile.TemporaryDirectory(prefix="guideload-study-") as folder:

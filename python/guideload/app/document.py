@@ -72,10 +72,21 @@ def with_values(text: str, changes: Mapping[Path, Any]) -> str:
                 node[key] = tomlkit.table()
             node = node[key]
         if value is not None:
-            node[path[-1]] = value
+            _put(node, path[-1], value)
         elif path[-1] in node:
             del node[path[-1]]
     return _written(document)
+
+
+def _put(node: Any, key: str | int, value: Any) -> None:
+    """Set a value; of a list as long as before only what differs, so that the comments in it stay."""
+    old = node.get(key) if isinstance(node, dict) else node[key]
+    if isinstance(value, list) and isinstance(old, list) and len(old) == len(value):
+        for i, one in enumerate(value):
+            if old[i] != one:
+                _put(old, i, one)
+    else:
+        node[key] = value
 
 
 def with_entry(text: str, key: str, entry: Mapping[str, Any]) -> str:

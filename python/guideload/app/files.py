@@ -55,11 +55,10 @@ class Folder:
         finally:  # of a full disk nothing stays
             draft.unlink(missing_ok=True)
 
-    def require_inside(self, values: dict[str, Any], file: Path) -> None:
-        """Raise OutsideFolder if a file that the values of a machine file name is outside the folder."""
+    def named(self, values: dict[str, Any], file: Path) -> list[Path]:
+        """The files that the values of a machine file name. Raises OutsideFolder."""
         rails = values.get("rails", [])
         tables = rails if isinstance(rails, list) else []
         names = [one.get("straightness_file") for one in tables if isinstance(one, dict)]
-        for name in (values.get("catalogue"), *names):
-            if isinstance(name, str):
-                self.path(str(file.parent / name))
+        named = (values.get("catalogue"), *names)
+        return [self.path(str(file.parent / name)) for name in named if isinstance(name, str)]

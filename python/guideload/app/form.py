@@ -75,7 +75,12 @@ class Form:
             shown = document.shown(document.value_at(text, path))
             if shown != self.shown.get(path, ""):  # else it may be the one in which the user types
                 self.shown[path] = shown
-                field.value = shown or (None if isinstance(field, ui.select) else "")
+                if not isinstance(field, ui.select):
+                    field.value = shown
+                elif shown and shown not in field.options:  # refused by the answer, beside the field
+                    field.set_options([*field.options, shown], value=shown)
+                else:
+                    field.value = shown or None
 
     def show_problems(self, problems: Iterable[Problem]) -> None:
         """Each problem beside its field; those of values without a field above all fields."""
@@ -99,14 +104,16 @@ class Form:
     def _tables(self, values: dict[str, Any]) -> Iterable[tuple[document.Path, dict[str, Any]]]:
         """Path and values of each table that is shown."""
         for section in self.sections:
-            found = values if not section else values.get(section, {})
+            found = values.get(section, {}) if section else values
+            entries: Iterable[tuple[Any, Any]]
             if self._is_list(section):
-                found = found if isinstance(found, list) else []
-                yield from (((section, i), one) for i, one in enumerate(found) if isinstance(one, dict))
+                entries = enumerate(found) if isinstance(found, list) else ()
             elif section == "carriage_types":
-                yield from (((section, name), one) for name, one in found.items())
+                entries = found.items() if isinstance(found, dict) else ()
             else:
                 yield (section,) if section else (), found if isinstance(found, dict) else {}
+                continue
+            yield from (((section, key), one) for key, one in entries if isinstance(one, dict))
 
     def _build(self, values: dict[str, Any]) -> None:
         tables = list(self._tables(values))
@@ -122,7 +129,7 @@ class Form:
                     self._build_table(section, path, one, repeated)
                 if repeated:
                     add = ui.button(f"Add to {section}", icon="add").props("flat size=sm")
-                    add.on_click(lambda s=section, m=mine: self._add(s, m))
+                    add.on_click(lambda s=section: self._add(s))
 
     def _build_table(self, section: str, path: document.Path, one: dict[str, Any], repeated: bool) -> None:
         keys, shown = self._keys(section), self._shown(path, one)
@@ -136,7 +143,7 @@ class Form:
             if repeated:
                 name = f"{section} {one.get('name', int(path[1]) + 1)}"
                 drop = ui.button(icon="delete", on_click=lambda: self._drop(section, int(path[1])))
-                drop.props(f'flat round aria-label="Remove {name}"')
+                drop.props("flat round").props["aria-label"] = f"Remove {name}"
 
     def _build_field(self, path: document.Path, key: str, schema: dict[str, Any]) -> None:
         unit = document.unit_of(schema)
@@ -169,6 +176,8 @@ class Form:
     # ---- what the user does
 
     def _typed(self, path: document.Path, written: str, schema: dict[str, Any]) -> None:
+        if written == self.shown.get(path, ""):
+            return  # shown, not typed
         text = getattr(self.session.state, self.part)
         value = document.typed(written, schema)
         self.shown.pop(path, None)  # shown as it is read, with its unit
@@ -184,10 +193,12 @@ class Form:
             with widgets.errors_shown():
                 self.session.set(self.part, {(*path, key): example})
 
-    def _add(self, section: str, mine: list[tuple[document.Path, dict[str, Any]]]) -> None:
+    def _add(self, section: str) -> None:
         """Add a table like the last one, under a name of its own."""
-        entry = dict(mine[-1][1]) if mine else {"name": section.removesuffix("s")}
-        names = {one.get("name") for _, one in mine}
+        values = document.values(getattr(self.session.state, self.part))
+        mine = [one for path, one in self._tables(values) if path[:1] == (section,)]
+        entry = dict(mine[-1]) if mine else {"name": section.removesuffix("s")}
+        names = {one.get("name") for one in mine}
         if "name" in entry:
             base = str(entry["name"])
             entry["name"] = next(name for n in range(2, 999) if (name := f"{base} {n}") not in names)

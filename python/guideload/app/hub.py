@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import guideload
+import asyncio
+
 from guideload.app.answer import Answer, Problem, Refusal, Solver
 from guideload.app.runner import Runner
 from guideload.app.state import Session
+
+WAIT = 0.02  # s between two looks for an answer
 
 
 class Part:
@@ -44,18 +47,23 @@ class Hub:
         self.runner.request(self.session.state)
 
     def look(self) -> None:
-        """Take over files that another program changed, and keep the state that is not on the disk yet."""
-        try:
-            self.session.look()
-        except guideload.GuideloadError as error:
-            self.session.notice = str(error)
-            self._changed()
+        """Take over what another program changed: the files of the page, and those that they name."""
+        self.session.look()
+        if self.runner is not None and self.solver.is_outdated:
+            self.runner.request(self.session.state)
+
+    async def newest(self) -> Answer | None:
+        """The answer of the present state, as soon as it is there; None if the state has none."""
+        while self.runner is not None and self.runner.is_behind:
+            await asyncio.sleep(WAIT)
+        present = self.answer is not None and self.answer.state == self.session.state
+        return self.answer if present and isinstance(self.answer, Answer) else None
 
     def _changed(self) -> None:
+        if self.runner is not None and self.runner.state != self.session.state:
+            self.runner.request(self.session.state)  # first: no view can keep an old answer on the page
         for view in list(self.views):
             view.show_state()
-        if self.runner is not None and self.runner.state != self.session.state:
-            self.runner.request(self.session.state)
 
     @property
     def problems(self) -> tuple[Problem, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 
 from nicegui import ui
 
@@ -36,10 +37,12 @@ class KeepView(Part):
         """The HTML report of the run, in a thread: its pictures take a second."""
         self.done.text = ""  # of an earlier report
         path = self.session.folder.path(str(self.name.value or REPORT))
+        name = self.session.folder.name(path)
         if path.suffix != ".html":
             raise guideload.GuideloadError(f"{path.name}: expected a name that ends with .html")
         result = await asyncio.to_thread(guideload.simulate, answer.machine, answer.motion)
         await asyncio.to_thread(guideload.html_report.save, result, path)
         page = path.read_text(encoding="utf-8")
-        self.done.text = f"Wrote {self.session.folder.name(path)}, the report of `{self.session.command()}`."
+        command = self.session.command(options=f"--report {shlex.quote(name)}")
+        self.done.text = f"Wrote {name}, the report of `{command}`."
         ui.download.content(page, path.name)

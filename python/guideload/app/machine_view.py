@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from nicegui import ui
 
 import guideload
@@ -117,25 +116,26 @@ class MachineView(Part):
             button.set_enabled(axis == 0 or self.part.value == CENTER)
 
     def _dragged(self, name: str, place: tuple[float, float, float], ended: bool) -> None:
-        self._place(name, place, merge=f"drag {self.drags} of {name}")
+        """Write the place of a part, in whole millimetres."""
+        written = [f"{round(1e3 * value)} mm" for value in place]
+        changes: dict[document.Path, Any] = {
+            ("body", "center_of_mass", axis): text for axis, text in enumerate(written)
+        }
+        if name != CENTER:
+            changes = {("carriages", int(name.split()[1]), "x"): written[0]}
+        with widgets.errors_shown():
+            self.session.set("machine", changes, merge=f"drag {self.drags} of {name}")
         self.drags += ended
 
     def _stepped(self, axis: int, sign: int) -> None:
-        machine = guideload.Machine.from_text(self.session.state.machine)
-        index = next((i for i, one in enumerate(machine.carriages) if one.name == self.part.value), None)
-        name = CENTER if index is None else f"carriage {index}"
-        place = np.array(machine.body.center_of_mass if index is None else machine.carriage_centers[index])
-        place[axis] += sign * float(self.step.value)
-        self._place(name, tuple(place.tolist()), merge="")
-
-    def _place(self, name: str, place: tuple[float, ...], merge: str) -> None:
-        """Write the place of a part, in whole millimetres."""
-        written = [f"{round(1e3 * value)} mm" for value in place]
-        if name == CENTER:
-            changes: dict[document.Path, Any] = {
-                ("body", "center_of_mass", axis): text for axis, text in enumerate(written)
-            }
-        else:
-            changes = {("carriages", int(name.split()[1]), "x"): written[0]}
+        """Move the chosen part along one axis; its other coordinates stay as they are written."""
         with widgets.errors_shown():
-            self.session.set("machine", changes, merge)
+            machine = self.hub.solver.machine(self.session.state)
+            index = next((i for i, one in enumerate(machine.carriages) if one.name == self.part.value), None)
+            if index is None:
+                path: document.Path = ("body", "center_of_mass", axis)
+                place = machine.body.center_of_mass[axis]
+            else:
+                path, place = ("carriages", index, "x"), machine.carriages[index].x
+            stepped = round(1e3 * (place + sign * float(self.step.value)), 6)
+            self.session.set("machine", {path: f"{stepped:.12g} mm"})

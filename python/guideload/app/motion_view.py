@@ -29,7 +29,7 @@ class MotionView(Part):
 
     def __init__(self, hub: Hub) -> None:
         self.hub, self.session = hub, hub.session
-        self.inspected: tuple[Any, guideload.Inspection] | None = None
+        self.inspected: tuple[guideload.Motion, guideload.Inspection] | None = None
         self.drawn: object = None  # motion, quantity and inspection of the chart
         with ui.row().classes("w-full"):
             kinds = {"moves": "planned moves", "trace": "measured trace"}
@@ -107,8 +107,7 @@ class MotionView(Part):
         answer = self.hub.last_valid
         if answer is None or not answer.state.trace:
             return
-        key = (answer.state.trace, answer.machine.drive)
-        if self.inspected is None or self.inspected[0] != key:
+        if self.inspected is None or self.inspected[0] is not answer.motion:
             file = self.session.folder.path(answer.state.trace)
             machine = answer.machine
             try:
@@ -117,7 +116,7 @@ class MotionView(Part):
                 )
             except guideload.GuideloadError:
                 return  # the answer says it
-            self.inspected = key, found
+            self.inspected = answer.motion, found
             self._draw()
         self.report.clear()
         with self.report:
@@ -137,7 +136,7 @@ class MotionView(Part):
             along = values[:, 0]
             span = float(motion.time[0]), float(motion.time[-1])
             known = self.inspected
-            if known is not None and known[0][0] == answer.state.trace and name == "acceleration":
+            if known is not None and known[0] is motion and name == "acceleration":
                 deviation = known[1].deviation
                 if deviation is not None and deviation.shape == along.shape and not known[1].of_motor:
                     for sign in (1.0, -1.0):

@@ -129,12 +129,13 @@ class Page(Part):
         self.offer.clear()
         with self.offer:
             if session.offered is not None:
-                when = time.strftime("%d %b %H:%M:%S", time.localtime(session.offered[1]))
+                when = time.strftime("%d %b %H:%M:%S", time.localtime(session.offered.time))
                 ui.label(f"Unsaved changes of {when} were found: the page ended before they were saved.")
                 for words, taken in (("Take them", True), ("Leave them", False)):
                     ui.button(words, on_click=lambda taken=taken: session.take_offered(taken))
             if session.notice:
                 ui.label(session.notice).style(f"color: {widgets.COLORS['bad']}")
+            if session.clashes:
                 ui.button("Reload", on_click=lambda: _attempt(session.reload))
         self.offer.set_visibility(session.offered is not None or bool(session.notice))
 

@@ -33,7 +33,7 @@ class Runner:
     ) -> None:
         self.solver, self.deliver, self.progress = solver, deliver, progress
         self.state: State | None = None
-        self.serial = 0  # of the newest state
+        self.serial, self.answered = 0, 0  # of the newest state, and of the last one that was answered
         self.changed = asyncio.Event()
         self.runs, self.judgements = (
             ThreadPoolExecutor(1, f"guideload {name}") for name in ("run", "judgement")
@@ -47,6 +47,11 @@ class Runner:
         if self.task is None or self.task.done():
             self.task = asyncio.create_task(self._work())
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether the answer of the newest state is yet to come."""
+        return self.answered != self.serial and self.task is not None and not self.task.done()
+
     async def _work(self) -> None:
         while True:
             serial, state = self.serial, self.state
@@ -54,6 +59,7 @@ class Runner:
             self.changed.clear()
             with suppress(Overtaken):
                 answer = await self._run(self.runs, partial(self.solver.answer, state), serial, SHORT)
+                self.answered = serial
                 self.deliver(answer)
                 with suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self.changed.wait(), REST)

@@ -142,13 +142,13 @@ class MachineScene:
             self.names[i].move(*(machine.carriage_centers[i] + 0.05 * size * _up(machine)).tolist())
         for body in (self.body, self.ghost_body):
             body.move(*box["center"].tolist()).scale(*box["sides"].tolist()).rotate_R(box["axes"].tolist())
-        center = np.array(machine.whole_body.center_of_mass)
-        self._move(self.center, center)
+        self._move(self.center, np.array(machine.body.center_of_mass))
         for point, ball, label in zip(machine.points, self.points, self.labels, strict=True):
             ball.move(*point.at)
             label.move(*(np.array(point.at) + 0.03 * size * _up(machine)).tolist())
         gravity = np.array(machine.gravity)
         pull = float(np.linalg.norm(gravity))
+        center = np.array(machine.whole_body.center_of_mass)  # with the riders
         self.weight.show(center, 0.16 * size * gravity / pull if pull else gravity)
         if machine.carriages:
             force = result.carriage_loads[instant, :, :3]  # each in the axes of its carriage

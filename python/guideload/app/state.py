@@ -6,7 +6,7 @@ import json
 import shlex
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import guideload
@@ -14,7 +14,7 @@ from guideload.app import document
 from guideload.app.files import Folder
 
 KEPT = ".guideload-app.json"  # in the folder: the last state, from which a page that died goes on
-FORMAT = 1
+FORMAT = 2
 MOST_STEPS = 200  # of undo
 
 
@@ -27,14 +27,27 @@ class State:
     trace: str = ""  # name of the measured trace; empty if the moves are run
 
 
+@dataclass(frozen=True)
+class Offer:
+    """What an earlier server left unsaved."""
+
+    changes: dict[str, str]  # of parts of the state
+    on_disk: dict[str, str]  # texts of the files from which these parts were changed, by part
+    time: float  # s since 1970
+
+
 class Session:
     """The state of one page, or of several tabs of it, and the files behind it.
 
-    folder        where the files are
-    machine_name  name of the machine file, moves_name of the motion file
-    state         now; saved: as in the files
-    offered       a state that an earlier server left unsaved, and the time of it; None if there is none
-    notice        what the user should know of files that changed; empty if nothing
+    A file that only another program changes is taken over, one that only the page changes is written by `save`, and
+    for one that both change the user decides.
+
+    folder    where the files are
+    names     of the machine file and the motion file, by the part of the state that has their text
+    on_disk   their texts when they were last read or written, by part; "" for a file that does not exist
+    clashing  parts whose file another program changed while the page had changes of its own
+    state     now
+    offered   what an earlier server left unsaved; None if there is nothing
     """
 
     def __init__(
@@ -44,16 +57,18 @@ class Session:
         planned = motion_name.endswith(".toml")
         moves_name = motion_name if planned else "moves.toml"
         self.folder, self.machine_name, self.moves_name = folder, machine_name, moves_name
+        self.names = {"machine": machine_name, "moves": moves_name}
         self.listeners: list[Callable[[], None]] = []
         self.past: list[State] = []
         self.future: list[State] = []
         self.open_step = ""  # name of the undo step to which further changes belong; "" if none is open
-        self.notice = ""
-        texts = {name: folder.text(name) for name in (machine_name, moves_name)}
-        self.saved = State(texts[machine_name] or "", texts[moves_name] or "")
+        self.clashing: set[str] = set()
+        self.unreadable = ""  # why the files cannot be read
+        self.not_kept = ""  # why the state cannot be kept
+        self.on_disk = self._read()
         self.state = State(
-            self.saved.machine or guideload.file_template("two-rails"),
-            self.saved.moves or guideload.file_template("moves"),
+            self.on_disk["machine"] or guideload.file_template("two-rails"),
+            self.on_disk["moves"] or guideload.file_template("moves"),
             "" if planned else motion_name,
         )
         self.offered = self._left_behind()
@@ -135,13 +150,32 @@ class Session:
         """Name of the file with the motion."""
         return self.state.trace or self.moves_name
 
+    def _changed_here(self) -> list[str]:
+        """The parts that differ from their files; beside a trace, moves that nobody changed need no file."""
+        absent = {"machine": "", "moves": guideload.file_template("moves") if self.state.trace else ""}
+        return [
+            part for part, text in self.on_disk.items() if getattr(self.state, part) != (text or absent[part])
+        ]
+
     @property
     def unsaved(self) -> list[str]:
         """Names of the files that differ from the page."""
-        names = [self.machine_name] if self.state.machine != self.saved.machine else []
-        if not self.state.trace and self.state.moves != self.saved.moves:
-            names.append(self.moves_name)
-        return names
+        return [self.names[part] for part in self._changed_here()]
+
+    @property
+    def clashes(self) -> list[str]:
+        """Names of the files that another program changed, and the page too."""
+        return [self.names[part] for part in self._changed_here() if part in self.clashing]
+
+    @property
+    def notice(self) -> str:
+        """What the user should know of the files; empty if nothing."""
+        clashes = [
+            f"{name} was changed by another program, and here: Save replaces the file, "
+            "Reload takes it over (Undo brings your changes back)."
+            for name in self.clashes
+        ]
+        return " ".join(filter(None, (self.unreadable, self.not_kept, *clashes)))
 
     def command(self, verb: str = "run", options: str = "--report report.html") -> str:
         """The command that repeats what the page shows, in its folder."""
@@ -149,71 +183,97 @@ class Session:
         return f"guideload {verb} {names} {options}".rstrip()
 
     def save(self) -> list[str]:
-        """Write machine and moves; returns the names of the files written."""
-        names = self.unsaved
-        texts = {self.machine_name: self.state.machine, self.moves_name: self.state.moves}
-        for name in names:
-            self.folder.write(name, texts[name])
-        moves = self.state.moves if self.moves_name in names else self.saved.moves
-        self.saved = State(self.state.machine, moves)
-        self.notice = ""
-        self._tell()
-        return names
+        """Write machine and moves; returns the names of the files written.
 
-    def look(self) -> None:
-        """Take over what another program wrote into the files; if the page has changes of its own, say so."""
-        found = State(self.folder.text(self.machine_name) or "", self.folder.text(self.moves_name) or "")
-        if found == self.saved:
-            return
-        parts = {self.machine_name: "machine", self.moves_name: "moves"}
-        both = [n for n in self.unsaved if getattr(found, parts[n]) != getattr(self.saved, parts[n])]
-        self.saved = found
-        if both:
-            self.notice = (
-                f"{', '.join(both)} was changed by another program, and here: Save replaces the file, "
-                "Reload takes it over (Undo brings your changes back)"
-            )
+        Raises OSError, and GuideloadError if the files cannot be read, or if another program has changed one that would
+        be replaced: then the notice says so, and a second `save` replaces it.
+        """
+        if self.look() or self.unreadable:
+            raise guideload.GuideloadError(self.notice)
+        written = self._changed_here()
+        try:
+            for part in written:
+                self.folder.write(self.names[part], getattr(self.state, part))
+                self.on_disk[part] = getattr(self.state, part)
+                self.clashing.discard(part)
+        finally:
             self._tell()
-        else:
-            self.notice = ""
-            self.reload()
+        return [self.names[part] for part in written]
+
+    def look(self) -> list[str]:
+        """Take over each file that another program changed and the page did not.
+
+        Returns the names of the files that the page had changed too: they stay as they are, and the notice names them.
+        """
+        notice = self.notice
+        try:
+            found, self.unreadable = self._read(), ""
+        except guideload.GuideloadError as error:
+            found, self.unreadable = self.on_disk, f"{error}."
+        here, there = self._changed_here(), [part for part in found if found[part] != self.on_disk[part]]
+        # A file that was removed, or has the text of the page now, holds nothing that could be lost.
+        both = [part for part in there if part in here and found[part] not in ("", getattr(self.state, part))]
+        self.on_disk = found
+        self.clashing = self.clashing.difference(there).union(both)
+        taken = {part: found[part] for part in there if found[part] and part not in both}
+        if (state := replace(self.state, **taken)) != self.state:
+            self.change(state)
+        elif there or self.notice != notice:
+            self._tell()
+        return [self.names[part] for part in both]
 
     def reload(self) -> None:
-        """Take over the files as they are; one step of undo."""
-        machine, moves = self.saved.machine or self.state.machine, self.saved.moves or self.state.moves
-        self.notice = ""
-        before = self.state
-        self.change(replace(self.state, machine=machine, moves=moves))
-        if self.state == before:
-            self._tell()
+        """Take over the files that another program and the page changed; one step of undo."""
+        texts = {part: self.on_disk[part] for part in self.clashing}
+        self.clashing = set()
+        self.change(replace(self.state, **texts))
+
+    def _read(self) -> dict[str, str]:
+        """The texts of the files, by part. Raises GuideloadError."""
+        return {part: self.folder.text(name) or "" for part, name in self.names.items()}
 
     # ---- recovery
 
     def keep(self) -> None:
-        """Write the state into the folder, whole or not at all, for the next start if this server dies."""
+        """Write what is not saved into the folder, whole or not at all, for the next start if this server dies."""
+        files = {
+            self.names[part]: (self.on_disk[part], getattr(self.state, part)) for part in self._changed_here()
+        }
         kept = {
             "format": FORMAT,
-            "machine_file": self.machine_name,
             "time": time.time(),
-            **asdict(self.state),
+            "moves_file": self.moves_name,
+            "trace": self.state.trace,
+            "files": files,  # text on the disk, and on the page
         }
-        self.folder.write(KEPT, json.dumps(kept))
+        try:
+            self.folder.write(KEPT, json.dumps(kept))
+            self.not_kept = ""
+        except (OSError, guideload.GuideloadError) as error:
+            self.not_kept = f"{KEPT} cannot be written ({error}): save before the page ends."
 
-    def _left_behind(self) -> tuple[State, float] | None:
-        """The state that an earlier server kept, if the files do not have it."""
+    def _left_behind(self) -> Offer | None:
+        """What an earlier server kept of these files, and they do not have."""
         try:
             kept = json.loads(self.folder.text(KEPT) or "")
-            state = State(*(str(kept[name]) for name in ("machine", "moves", "trace")))
-            known = kept["format"] == FORMAT and kept["machine_file"] == self.machine_name
-            when = float(kept["time"])
+            files = {part: kept["files"][name] for part, name in self.names.items() if name in kept["files"]}
+            on_disk = {part: str(text) for part, (text, _) in files.items()}
+            changes = {
+                part: str(text) for part, (_, text) in files.items() if text != getattr(self.state, part)
+            }
+            if changes and kept["moves_file"] == self.moves_name and not self.state.trace:
+                changes["trace"] = str(kept["trace"])
+            known, when = kept["format"] == FORMAT, float(kept["time"])
         except (ValueError, KeyError, TypeError, guideload.GuideloadError):
             return None
-        return (state, when) if known and state != self.state else None
+        return Offer(changes, on_disk, when) if known and changes else None
 
     def take_offered(self, taken: bool) -> None:
-        """Go on with the state that was offered, or leave it; either way it is offered no more."""
+        """Make the changes that were offered, or leave them; either way they are offered no more."""
         offered, self.offered = self.offered, None
         if taken and offered is not None:
-            self.change(offered[0])
+            self.on_disk |= offered.on_disk
+            self.change(replace(self.state, **offered.changes))
+            self.look()  # finds what another program changed since
         else:
             self._tell()

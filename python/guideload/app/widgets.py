@@ -93,18 +93,17 @@ def redraw(chart: ui.echart, options: dict[str, Any]) -> None:
 
 
 def work_button(hub: Hub, words: str, work: Callable[[Answer], Awaitable[None]], **more: Any) -> ui.button:
-    """A button for work with the last answer; while it runs, it cannot be pressed."""
+    """A button for work with the answer of the present state; while it runs, it cannot be pressed."""
 
     async def press() -> None:
-        answer = hub.last_valid
-        if answer is None or hub.answer is not answer:
-            ui.notify("There is no answer yet, or the machine has a problem: see the answer at the right")
-            return
         button.disable()
         button.props("loading")
         try:
             with errors_shown():
-                await work(answer)
+                if (answer := await hub.newest()) is not None:
+                    await work(answer)
+                else:
+                    ui.notify("The machine or its motion has a problem: see the answer at the right")
         finally:
             button.enable()
             button.props(remove="loading")
