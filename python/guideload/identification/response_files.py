@@ -32,9 +32,8 @@ AXES = {1: "x", 2: "y", 3: "z"}
 NO_LABEL = ("", "NONE", "NO LABEL", "-")
 HERTZ = ("", "hz", "hertz")  # labels of an abscissa in Hz
 GRAVITY = re.compile("^(g|gn|g_n)(?=/|$)", re.IGNORECASE)  # standard gravity, alone or per force
-DELIMITER = re.compile(
-    rb"    -1(?:[\r\n]| {74}|\Z)"
-)  # begins and ends a dataset; in front of it, binary data may stand
+# A delimiter begins and ends a dataset; binary data may stand before it on its line.
+DELIMITER = re.compile(rb"    -1(?:[\r\n]| {74}|\Z)")
 SAME_UNIT = 1e-3  # relative difference of two factors that mean one unit
 
 

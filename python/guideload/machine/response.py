@@ -23,9 +23,7 @@ BELOW, ABOVE, OVERALL = 0.1, 3.0, 400
 HALF_WIDTHS, AROUND_MODE = 8.0, 81
 ROUNDING = 1e-12  # of the largest squared frequency: smaller ones are free motion
 ROUNDING_OF_MAGNITUDE = 1e-9  # of the largest magnitude: smaller ones are zero by symmetry
-UNDAMPED = (
-    1e-9  # twice a damping ratio: smaller ones are none. Also the relative distance from such a resonance
-)
+UNDAMPED = 1e-9  # of a damping ratio, doubled, and of the distance from such a resonance: smaller is none
 
 
 @dataclass(frozen=True, eq=False)
