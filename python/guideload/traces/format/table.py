@@ -51,8 +51,10 @@ class Table:
 
     @property
     def time_names(self) -> list[str]:
-        """Columns whose headers say that they hold time stamps."""
-        return [name for name in self.columns if self.header(name).is_time]
+        """Columns whose headers say that they hold time stamps; dates may have a unit such as hh:mm:ss."""
+        headers = {name: self.header(name) for name in self.columns}
+        odd = {name for name, one in headers.items() if one.is_time_in_unknown_unit and self.is_stamped(name)}
+        return [name for name, header in headers.items() if header.is_time or name in odd]
 
     def header(self, name: str) -> Header:
         return Header.of(name, self.units.get(name, ""))

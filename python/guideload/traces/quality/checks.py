@@ -98,6 +98,8 @@ def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
     first = f"{value[at]:.6g} {unit} between {before:.6g} and {after:.6g}"
     if is_position:
         first = f"from {before:.6g} to {value[at]:.6g} m in {time[at] - time[at - 1]:.4g} s"
+    if draft.columns.kind == "counts":
+        first += "; give the bits of a counter that wraps around with counter_bits=... (--counter-bits)"
     raise draft.refusal(
         f"{reason} in {draft.table.rows(samples)}: the first is {first}; cut the "
         "trace to a part without them, give the greatest speed of the axis with max_speed=... (--max-speed), or leave "
