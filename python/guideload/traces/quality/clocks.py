@@ -19,7 +19,9 @@ UNIFORM = 1e-3  # of a step: smaller errors of the stamps do not matter beside t
 TICK_RANGE = 1.5  # ticks: steps of uniform samples differ by one tick, and by rounding
 MOST_REPEATED = 0.2  # share of rows in a log on change that repeat the value before
 FIRST_STEP = 1.5  # largest first step of a move, over the next one; a lost row makes it 2
-FROM_REST = 2.0  # least ratio of the second step of a move to the first: 3 at constant acceleration, less with jitter
+FROM_REST = (
+    2.0  # least ratio of the second step of a move to the first: 3 at constant acceleration, less with jitter
+)
 STILL_QUANTA = 2.5  # largest change at rest: two quanta, and their rounding
 HELD = 100  # rows inserted at each end of a standstill: more than the smoothing spans
 
