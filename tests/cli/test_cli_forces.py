@@ -44,6 +44,16 @@ def test_a_file_of_its_own_and_columns_of_the_trace_agree() -> None:
     assert "process forces of forces.csv at tool" in checked
 
 
+def test_a_given_unit_of_time_is_that_of_both() -> None:
+    """Seconds under a header that says ms."""
+    text = Path("both.csv").read_text(encoding="utf-8")
+    Path("wrong.csv").write_text(text.replace("time_s", "time_ms", 1), encoding="utf-8")
+    wanted = loads("both.csv", "--column", "velocity_m_s", "--forces-at", "tool").data["force"]
+    for given in ([], ["--forces", "wrong.csv"]):
+        options = ["--column", "velocity_m_s", "--time-unit", "s", "--forces-at", "tool", *given]
+        assert np.array_equal(loads("wrong.csv", *options).data["force"], wanted)
+
+
 @pytest.mark.parametrize(
     "command",
     ["life", "size --from catalogue.toml --product HGH25CA", "limit --of pace", "compare", "stability",
@@ -76,5 +86,14 @@ def test_a_study_takes_forces() -> None:
     )
     assert isinstance(motion, Motion) and np.array_equal(study.motion.wrench, motion.wrench)
     assert Path("forces.csv") in study.inputs
+    of_trace = forces.replace("forces.csv", "both.csv").replace("axes", 'start = "0 s"\naxes')
+    for options in ({}, {"time_unit": "ms"}):  # the columns of the trace have its stamps
+        reading = '[reading]\ncolumn = "velocity_m_s"\n' + "".join(
+            f'{k} = "{v}"\n' for k, v in options.items()
+        )
+        own = text.replace("trace.csv", "both.csv") + reading + of_trace + vary
+        Path("study.toml").write_text(own, encoding="utf-8")
+        scale, wrench = 1e-3 if options else 1.0, Study.from_toml("study.toml").motion
+        assert wrench.time == pytest.approx(scale * motion.time) and np.allclose(wrench.wrench, motion.wrench)
     Path("study.toml").write_text(text + forces.replace("forces.csv", "none.csv") + vary, encoding="utf-8")
     assert "forces.file: expected a file that exists" in refused("study", "study.toml", "-o", "study")

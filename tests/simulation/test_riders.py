@@ -235,3 +235,25 @@ def test_what_is_not_computed_together_with_moving_riders():
         with pytest.raises(ArgumentError, match=words):
             simulate(other, motion, riders=riders)
         simulate(other, motion)  # riders that stand still are a part of the body
+
+
+def test_rider_and_cart_share_their_clock():
+    """Dates of both count from one instant: the run is that of stamps in seconds; else no run pretends that they do."""
+    machine, motion, slide = gantry(), swing(0.002, 30.0, count=301), swing(0.02, 15.0, 0.1, count=501)
+    wanted = simulate(machine, motion, riders={"slide": replace(slide, time=np.round(slide.time - 0.05, 9))})
+    noon = np.datetime64("2026-01-31T12:00:00.000", "ns")
+    dated, early = (
+        replace(one, origin=at) for one, at in ((motion, noon), (slide, noon - np.timedelta64(50, "ms")))
+    )
+    scale = np.abs(wanted.quantities["force"]).max()
+    for one in (early, replace(slide, time=np.round(slide.time - 0.05, 9))):
+        found = simulate(machine, dated, riders={"slide": one})
+        difference = np.abs(found.quantities["force"] - wanted.quantities["force"]).max()
+        assert difference <= 1e-6 * scale
+    with pytest.raises(
+        ArgumentError, match=r"stamps count from the date 2026-01-31T11:59:59.95\d*, .* from zero"
+    ):
+        simulate(machine, motion, riders={"slide": early})
+    tomorrow = replace(slide, origin=noon + np.timedelta64(1, "D"))
+    with pytest.raises(ArgumentError, match="from 86400 to 86400.5 s, that of the cart from 0 to 0.3 s"):
+        simulate(machine, dated, riders={"slide": tomorrow})

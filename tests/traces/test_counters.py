@@ -62,6 +62,8 @@ def test_a_trace_of_counts_is_that_of_the_travel(signed):
     assert has_note(trace, "16-bit counter wrapped around 6 times, made continuous, index")
     with pytest.raises(TraceError, match="jumps that motion cannot make"):
         read_trace({"t_s": TIME, "encoder_counts": counts}, unit="1 um", counter_bits=0)
+    with pytest.raises(TraceError, match="--counter-bits"):
+        read_trace({"t_s": TIME, "encoder_counts": wrapped(true, 14, signed)}, unit="1 um")
     odd = wrapped(true, 14, signed)  # a width that nobody would guess
     trace = read_trace({"t_s": TIME, "encoder_counts": odd}, unit="1 um", counter_bits=14)
     assert np.array_equal(trace.value, plain.value)

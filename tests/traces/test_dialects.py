@@ -1,5 +1,8 @@
 """Text tables: however one table is written, the same bits are read; what stands in no table is told."""
 
+import bz2
+import gzip
+import lzma
 import time
 
 import numpy as np
@@ -246,6 +249,48 @@ def test_of_two_rows_of_names_each_column_has_the_one_that_names_a_quantity(read
     assert same(trace, true) and trace.column.startswith("Axis position")
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        ("Zeit,Weg,Moment", "t,s,M", "ms,mm,Nm"),
+        ("Zeit,Weg,Strom", "t,s,I", "ms,mm,A"),
+        ("Zeit,Position,u", "t,x,u", "ms,mm,V"),
+        ("Time,Position,Temperature", "ms,mm,°C"),
+        ("Time,Position,Current,Voltage,Load", "msec.,mm,A,V,%"),
+        ("ms,mm,V", "Time,Position,Voltage"),
+        ("[ms],[mm],[V]", "Time,Position,Voltage", "t,x,u"),
+    ],
+)
+def test_the_row_of_units_is_found_among_symbols(read, true, head):
+    """Above or below the names, and beside columns of other quantities; a symbol is no unit."""
+    columns = (np.round(1e3 * TIME), PLACE, *[PLACE] * head[0].count(","))[: head[0].count(",") + 1]
+    trace = read(text_of(head=head, columns=columns))
+    assert same(trace, true) and trace.column in head[0] + head[1]
+    assert not has_note(trace, "gives no unit")
+
+
+@pytest.mark.parametrize(
+    "name", ["torque_N_m", "Torque M", "Moment_M", "power_N_m_s", "stiffness_N_per_m", "strain_per_m"]
+)
+def test_what_ends_in_m_may_be_no_length(read, true, name):
+    """It is not taken for the position, whose header gives no unit; nor is it a second one."""
+    refuses("no header gives a unit of motion: position", read, text_of(head=(f"t_s,position,{name}",)))
+    assert same(read(text_of(head=(f"t_s,x_mm,{name}",))), true)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Position in 1/10 mm", "Position 0.1 mm", "Pos in 0@1 mm", "Position 10^-1 mm", "Position 1e-1 mm", "x / 10 mm",
+     "Position [mm] x1000", "Position*10 [mm]", "Position [mm (x10)]", "Position [0.1 mm]"],
+)  # fmt: skip
+def test_a_multiplier_is_not_left_out(read, name):
+    refuses("no header gives a unit of motion", read, text_of(";", head=(f"t_s,{name}",)).replace("@", ","))
+
+
+def test_a_temperature_called_t_is_no_time(read):
+    refuses("no time column among", read, text_of(head=("T [°C],x_mm,u_V",)))
+
+
 def test_a_unit_of_time_may_be_given_in_place_of_the_header(read, true):
     """Milliseconds under [s], and without a unit."""
     for header in ("t [s],x_mm,u", "t,x_mm,u"):
@@ -318,6 +363,9 @@ def test_one_column_with_a_rate(read, true):
         ("Geber [Inkremente]", "geber", "counts"),
         ("encoder_counts", "encoder", "counts"),
         ("Unit row (none)", "unit row", "none"),
+        ("Mz_N_m", "mz", "N m"),
+        ("Axis 1, mm;Axis 1 mm", "axis 1", "mm"),
+        ("TIME [S]", "time", "s"),
     ],
 )
 def test_units_in_their_spellings(names, words, unit):
@@ -338,7 +386,7 @@ def test_detection_looks_at_lines_only():
     whole = detect_dialect(lines)
     assert (whole.separator, whole.decimal, whole.width, whole.first) == (";", ",", 3, 2)
     assert whole.names == ("t", "x", "u")
-    assert whole.units == ("s", "mm", "")  # of lengths, times and angles only
+    assert whole.units == ("s", "mm", "V")
     assert all(detect_dialect(lines[:count]) == whole for count in range(4, len(lines), 7))
 
 
@@ -406,6 +454,20 @@ def test_twincat_scope_without_time_columns(read, true):
     head = ["\t".join(row.split("\t")[:4]) if i > 3 else row for i, row in enumerate(rows[:12])]
     trace = read("\n".join([*head, *samples]), column="Axis 1.ActPos")
     assert np.array_equal(trace.value, true.value) and trace.time == pytest.approx(true.time, abs=1e-12)
+
+
+def test_twincat_scope_without_time_columns_has_one_sample_time(read, true):
+    """Of channels with different ones, no rate is that of all rows."""
+    rows = scope_text("\t", ".").splitlines()[:-1]
+    samples = ["\t".join(row.split("\t")[1::2]) for row in rows[12:]]
+    text = "\n".join([*rows[:12], *samples])
+    refuses(r"no time column among .* \(--rate 1000\)", read, text, column="Axis 1.ActPos")
+    assert np.array_equal(read(text, column="Axis 1.ActPos", rate=250).value, true.value)
+
+
+def test_a_compressed_file_is_to_be_unpacked(read):
+    for pack in (gzip.compress, bz2.compress, lzma.compress):
+        refuses("is compressed; unpack it", read, pack(text_of().encode()))
 
 
 def test_twincat_scope_with_blanks_is_refused(read):

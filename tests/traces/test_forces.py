@@ -22,6 +22,7 @@ from guideload import (
     read_trace,
     simulate,
 )
+from guideload.traces.channels import forces_beside
 
 TIME = np.linspace(0.0, 0.5, 51)
 STILL = Motion.along_x([0.0, 1.0], [0.0, 0.0])
@@ -35,7 +36,7 @@ def table(**columns: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("header", "column", "scale"),
     [("Fx [N]", 0, 1.0), ("F_y (kN)", 1, 1e3), ("Force Z [N]", 2, 1.0), ("Mx [N m]", 3, 1.0),
-     ("My_Nm", 4, 1.0), ("moment z [kN mm]", 5, 1.0), ("Fz_kN", 2, 1e3)],
+     ("My_Nm", 4, 1.0), ("Mz_N_m", 5, 1.0), ("Mz_kN_m", 5, 1e3), ("moment z [kN mm]", 5, 1.0), ("Fz_kN", 2, 1e3)],
 )  # fmt: skip
 def test_columns_are_known_by_their_headers(header: str, column: int, scale: float) -> None:
     values = np.arange(51.0)
@@ -115,6 +116,7 @@ def test_forces_outside_the_motion_are_refused_unless_zero() -> None:
         ({"Fx": TIME}, r'column Fx: the header gives no unit; write it into the header, as in "Fx \[N\]"'),
         ({"Fx [mm]": TIME}, r"column Fx \[mm\]: expected a force in N"),
         ({"Fx [N]": TIME, "F_x [kN]": TIME}, r"expected one column of Fx, got Fx \[N\] and F_x \[kN\]"),
+        ({"Fx [N]": TIME, "Fx [N].1": TIME}, r"expected one column of Fx, got Fx \[N\] and Fx \[N\].1"),
         ({"Fx [N]": np.where(TIME == 0.25, np.nan, 1.0)}, r"Fx \[N\]: expected finite numbers, got none in index 25"),
         ({"time [s]": -TIME, "Fx [N]": TIME}, "time of the forces goes back"),
         ({"Fx [N]": 1e15 * TIME}, "expected a force up to"),
@@ -134,6 +136,55 @@ def test_stamps_without_a_known_zero_need_a_start() -> None:
         forces = read_forces(columns, **options)
         refuses("give the time of the first", STILL.with_forces, forces, TOOL)
         assert STILL.with_forces(forces, TOOL, start=0.0).wrench is not None
+
+
+def clocks(stamps: Any) -> list[Any]:
+    """One clock in several notations; stamps in ms."""
+    dates = np.datetime64("2026-01-31T23:59:59.500") + stamps.astype("m8[ms]").astype("m8[ns]")
+    since_1970 = dates.astype(np.int64)
+    text = np.char.replace(dates.astype(str), "T", " ").astype(object)
+    return [
+        dates,
+        text,
+        since_1970,
+        since_1970 // 1000,
+        since_1970 / 1e9,
+        since_1970 // 100 + 116_444_736_000_000_000,
+    ]
+
+
+@pytest.mark.parametrize("kind", range(6))
+def test_forces_and_trace_share_their_clock(tmp_path: Path, kind: int) -> None:
+    """Dates, and numbers since an epoch: in files of their own, and with a time column each in one file."""
+    time, later = np.arange(400), np.arange(400) + 150
+    place, force = np.round(0.03 * (1.0 - np.cos(0.005 * time)), 6), np.where(time < 200, 1.0 * time, 0.0)
+    motion = motion_from_trace(read_trace({"t_s": time / 1e3, "x_m": place}))
+    wanted = motion.with_forces(read_forces({"t_s": later / 1e3, "Fx [N]": force}), TOOL)
+
+    def agrees(one: Motion) -> bool:
+        """At any time, to what the resolution of the stamps allows: 0.2 us in a fall of 200 N in 1 ms."""
+        at = np.linspace(0.0, 0.39, 777)
+        found, right = (np.interp(at, each.time, each.wrench[:, 0]) for each in (one, wanted))
+        return bool(np.abs(found - right).max() <= 0.1)
+
+    dated = motion_from_trace(read_trace({"time": clocks(time)[kind], "x_m": place}))
+    for other in (kind, 0):
+        assert agrees(dated.with_forces(read_forces({"time": clocks(later)[other], "Fx [N]": force}), TOOL))
+    rows = zip(
+        *(map(str, each) for each in (clocks(time)[kind], place, clocks(later)[kind], force)), strict=True
+    )
+    file = tmp_path / "both.csv"
+    lines = [",".join(row if i < 350 else [*row[:2], "", ""]) for i, row in enumerate(rows)]
+    file.write_text("\n".join(["time,x_m,time,Fx [N]", *lines]), encoding="utf-8")
+    assert agrees(motion_from_trace(read_trace(file)).with_forces(forces_beside(file, {}, None), TOOL))
+
+
+def test_channels_of_different_dates_are_no_one_clock(tmp_path: Path) -> None:
+    first, second = (clocks(np.arange(20) + start)[1] for start in (0, 5))
+    lines = [f"{a},{i},{b},{i}" for i, (a, b) in enumerate(zip(first, second, strict=True))]
+    file = tmp_path / "both.csv"
+    file.write_text("\n".join(["time,Fx [N],time,Mz [N m]", *lines]), encoding="utf-8")
+    refuses("expected the forces on one clock, got time, time.1", read_forces, file)
 
 
 def test_points_are_named_and_square() -> None:

@@ -124,6 +124,26 @@ def test_coarse_stamps_are_told_with_their_way_out(resolution, rows):
     assert np.allclose(trace.time, time)
 
 
+@pytest.mark.parametrize("unit", ["hh:mm:ss", "[hh:mm:ss.fff]"])
+def test_dates_below_a_format_are_dates(tmp_path, unit):
+    table = {"time;x": [f"{stamp};{place}" for stamp, place in zip(written(ISO), PLACE, strict=True)]}
+    path = write_trace(tmp_path, table)
+    path.write_text(path.read_text().replace("time;x", f"time;x\n{unit};m"), encoding="utf-8")
+    assert np.array_equal(read_trace(path).time, TIME)
+
+
+@pytest.mark.parametrize("form", ["time,x\n{},m", "time [{}],x_m", "time / {},x_m", "time in {},x_m"])
+@pytest.mark.parametrize("unit", ["0.1 ms", "1/10 ms", "10^-4 s"])
+def test_an_unknown_unit_of_time_is_refused_with_ways_out(tmp_path, unit, form):
+    """Read as seconds, or in ms, every acceleration would be wrong by powers of ten."""
+    path = write_trace(tmp_path, {"a": MILLI * 10, "x": PLACE})
+    path.write_text(path.read_text().replace("a,x", form.format(unit), 1), encoding="utf-8")
+    name = form.format(unit).split(",")[0]
+    refuses(re.escape(f'column {name}: expected a unit of time, got "{unit}"'), read_trace, path)
+    assert np.array_equal(read_trace(path, time=name, rate="10 kHz").time, TIME)
+    refuses("is no unit", read_trace, path, time_unit=unit)
+
+
 def test_cycles_of_a_counter_with_their_rate(tmp_path):
     cycles = np.arange(COUNT) * 2 + 70_000
     for name in ("cycle", "time_ticks", "n"):
@@ -266,6 +286,22 @@ def test_rows_lost_in_motion_are_no_log_on_change():
     lost = np.setdiff1d(kept, np.arange(100, 130))
     for clock in (None, "on_change"):
         refuses("rows may be missing", read_trace, {"t_s": time[lost], "x_m": place[lost]}, clock=clock)
+
+
+@pytest.mark.parametrize("rate", [10.0, 20.0, 50.0, 1000.0])
+@pytest.mark.parametrize("jump", [0.3, 3600.0])
+@pytest.mark.parametrize("slow", [1, 2])
+def test_a_clock_that_jumps_while_the_axis_moves_is_a_gap(rate, jump, slow):
+    """Whatever the rate, and whether the axis is at full speed, slows down or gains speed. No rows are inserted."""
+    time = np.arange(0.0, 20.0, 1.0 / rate)
+    place = np.round(0.12 * np.sin(0.8 * np.pi * time + 0.3), 7)
+    speed = np.gradient(place, time)
+    for at in np.flatnonzero(np.abs(speed) > np.abs(speed).max() / slow)[20:-20:37]:
+        stamps = np.round(time + np.where(time >= time[at], jump, 0.0), 6)
+        for options in ({}, {"max_speed": 1.0}):
+            with pytest.raises(TraceError, match="1 gap in time .* or the clock has jumped: cut") as refused:
+                read_trace({"t_s": stamps, "x_m": place}, **options)
+            assert "stands still" not in str(refused.value) and "on_change" not in str(refused.value)
 
 
 def test_held_rows_fill_a_gap_evenly():

@@ -104,13 +104,16 @@ def read_motion(
         return motion
     if forces_at is None:
         raise InputError("--forces: where do they act? Give a point of the machine file: --forces-at NAME")
-    from guideload.traces.channels import read_forces
+    from guideload.traces.channels import forces_beside, read_forces
 
-    stamps: dict[str, Any] = {}
-    if forces is None or (isinstance(trace_file, Path) and forces.exists() and forces.samefile(trace_file)):
-        forces, stamps = _own_columns(trace_file, options)
-        forces_start = forces_start or 0.0  # the clock of the trace
-    read = read_forces(forces, **stamps)
+    if isinstance(trace_file, Path) and moves is None:
+        read = forces_beside(trace_file, options, forces)
+    elif forces is not None:
+        read = read_forces(forces)
+    else:
+        raise InputError(
+            "--forces-at: planned moves have no columns of forces; give their file with --forces FILE"
+        )
     point = machine.point(forces_at)
     return motion.with_forces(read, point, own_axes=forces_axes == "point", start=forces_start)
 
@@ -127,20 +130,6 @@ def _refuse(options: dict[str, Any], why: str) -> None:
     """Raise InputError for the first of `options` that is given."""
     if given := [name for name, value in options.items() if value is not None]:
         raise InputError(f"{option_name(given[0])} {why}")
-
-
-def _own_columns(trace_file: Path | Moves, options: dict[str, Any]) -> tuple[Path, dict[str, Any]]:
-    """File of forces in columns of the trace, and the options of its time stamps."""
-    if not isinstance(trace_file, Path) or trace_file.suffix.lower() == ".toml":
-        raise InputError(
-            "--forces-at: planned moves have no columns of forces; give their file with --forces FILE"
-        )
-    if options.get("clock") == "uniform":
-        raise InputError(
-            "--clock uniform moves the time stamps of the trace, but not those of the forces in its columns; "
-            "give the forces in a file of their own, or leave --clock out"
-        )
-    return trace_file, {name: options.get(name) for name in ("time", "rate", "date_order")}
 
 
 def read_riders(machine: Machine, machine_file: Path, given: Sequence[str]) -> dict[str, Motion] | None:

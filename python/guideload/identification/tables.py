@@ -33,9 +33,11 @@ from guideload.identification.responses import Deflection, Deflections, Frequenc
 from guideload.identification.sensor_log import Channel, Kind, SensorLog
 from guideload.machine.machine import Machine
 from guideload.machine.modes import Modes
+from guideload.motion.motion import Motion
+from guideload.motion.origin import stamps_from
 from guideload.study.options import Reading, TraceOptions
 from guideload.study.varied_parameters import PERCENT, NumberOrText
-from guideload.traces.channels import Channels, read_channels
+from guideload.traces.channels import STAMP_OPTIONS, Channels, read_channels
 
 Text = Annotated[StrictStr, Field(min_length=1)]
 
@@ -229,9 +231,17 @@ class RecordTable(ConfigModel):
     rate: NumberOrText | None = optional("samples per second of the record, in place of a time column")
     window: Seconds | None = optional("length of the windows over which both sides are averaged; else chosen")
 
-    def stamped(self, folder: Path, columns: dict[str, str | None]) -> Channels:
-        """Columns of the record, in these units, with their stamps. Raises TraceError."""
-        return read_channels(folder / (self.file or self.trace), columns, time=self.time, rate=self.rate)
+    def stamped(self, folder: Path, columns: dict[str, str | None], motion: Motion) -> Channels:
+        """Columns of the record, in these units, with stamps on the clock of the motion if both are of one clock.
+
+        In the file of the trace they have its stamps, unless time or rate say others. Raises TraceError.
+        """
+        given = {"time": self.time, "rate": self.rate}
+        if self.file is None and given == {"time": None, "rate": None}:
+            given = {name: getattr(self.reading, name) for name in STAMP_OPTIONS}
+        read = read_channels(folder / (self.file or self.trace), columns, **given)
+        time = stamps_from(read.time, read.origin, motion.origin)
+        return read if time is None else replace(read, time=time)
 
 
 LEAST = 1e-9  # N or N m: what no drive can measure, and what squares of the fit can still hold
@@ -281,7 +291,8 @@ class MotorForceTable(RecordTable):
         unit, within = ("N", FORCE) if self.quantity == "force" else ("N m", MOMENT)
         scale = 1.0 if self.per_unit is None else number(self.per_unit, unit, nonzero=True, within=within)
         level = noise_level(self.noise, unit)
-        record = self.stamped(folder, {self.column: unit if self.per_unit is None else None})
+        motion = self.reading.motion(folder / self.trace, machine)
+        record = self.stamped(folder, {self.column: unit if self.per_unit is None else None}, motion)
         values = scale * record.values[:, 0]
         largest = float(abs(values).max(initial=0.0))
         if largest < LEAST:
@@ -289,7 +300,7 @@ class MotorForceTable(RecordTable):
             raise ValueRefused(expected, f"{largest:.3g} {unit}", "is its unit, or per_unit, right?")
         return MotorForce.of(
             machine,
-            self.reading.motion(folder / self.trace, machine),
+            motion,
             record.time,
             values,
             name=self.name,
@@ -365,8 +376,8 @@ class SensorLogTable(RecordTable):
         }
         if len(units) < len(channels):
             raise ValueRefused("each column once", [one.column for one in self.channels])
-        record = self.stamped(folder, units)
         motion = self.reading.motion(folder / self.trace, machine)
+        record = self.stamped(folder, units, motion)
         return SensorLog.of(
             machine,
             motion,

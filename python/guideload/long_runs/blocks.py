@@ -94,7 +94,7 @@ def _blocks(
             given["column"] = columns.measured
             if columns.time is not None:
                 given["time"] = columns.time
-            stamps, _ = time_stamps(table, columns.time, given, len(table.numbers))
+            stamps = time_stamps(table, columns.time, given, len(table.numbers)).time
         trace = read_trace(table, **given)
         if trace.quantum and given.get("quantum") is None:
             given["quantum"] = trace.quantum
@@ -147,7 +147,7 @@ def _between(motion: Motion, ends: tuple[float, float], shift: float, last: Moti
     if last is not None:
         for name, values in histories.items():
             histories[name] = np.concatenate([getattr(last, name)[-1:], values])
-    return replace(motion, **histories, uncertainty=None, position=None, samples=None)
+    return replace(motion, **histories, uncertainty=None, position=None, samples=None, origin=None)
 
 
 def _tables(path: Path, rows: int) -> Iterator[tuple[Table, range]]:

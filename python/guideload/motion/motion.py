@@ -17,6 +17,7 @@ from guideload.base.number_text import counted
 from guideload.machine.points import PointOfInterest
 from guideload.motion.forces import Forces
 from guideload.motion.histories import checked_history, checked_stamps
+from guideload.motion.origin import Origin, stamps_from
 from guideload.motion.stamps import is_late, sampled, usable_bandwidth
 from guideload.motion.uncertainty import Uncertainty
 
@@ -29,7 +30,7 @@ HISTORIES: dict[str, tuple[int, ...]] = {
     "motor_speed": (),
 }
 ROUNDING = 1e-12  # of the largest velocity: one that is smaller and against those at both ends is none
-OTHERS = {"source": str, "bandwidth": float, "exact": bool, "recorded": bool}
+OTHERS = {"source": str, "bandwidth": float, "exact": bool, "recorded": bool, "origin": Origin}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,7 @@ class Motion(ReadOnlyArrays):
     source        name of the file or data it comes from, for reports
     notes         what was detected and chosen when the trace was read, for reports
     warnings      what speaks against the trace or its smoothing, for reports
+    origin        the instant from which the stamps count, as that of a `Trace`, or None
     samples       (m,) s, the samples as they were given, if stamps were put between them, or None
     bandwidth     Hz, of the acceleration along x; inf if the acceleration is exact, or if its bandwidth is unknown
     uncertainty   of the acceleration along x, or None; if its `time` is None, it has the stamps of the motion
@@ -69,6 +71,7 @@ class Motion(ReadOnlyArrays):
     recorded: bool = False
     warnings: tuple[str, ...] = ()
     samples: Array | None = None
+    origin: Origin = None
 
     def __repr__(self) -> str:
         source = f" of {self.source}" if self.source else ""
@@ -129,6 +132,7 @@ class Motion(ReadOnlyArrays):
         exact: bool = False,
         recorded: bool = False,
         warnings: tuple[str, ...] = (),
+        origin: Origin = None,
     ) -> Motion:
         """A motion along the rails: acceleration (n,) m/s2, velocity (n,) m/s and position (n,) m along x."""
         shape = (np.size(time),)
@@ -149,6 +153,7 @@ class Motion(ReadOnlyArrays):
             exact=exact,
             recorded=recorded,
             warnings=warnings,
+            origin=origin,
         )
 
     @checked
@@ -192,16 +197,19 @@ class Motion(ReadOnlyArrays):
         """The motion with process forces on the body at a point, as `machine.point("tool")`.
 
         own_axes: force and moment are in the axes of the point instead of those of the machine. start: s, added to the
-        stamps of the forces; needed if these count from the first one. The result has the stamps of both, as in
+        stamps of the forces; by default both keep their clock, if both have dates (or times of day, ...). It is needed
+        if only the stamps of the forces count from the first one. The result has the stamps of both, as in
         `with_force`. Raises TraceError for forces outside the time of the motion, unless they are zero there.
         """
-        if start is None and forces.from_first:
+        stamps = (
+            stamps_from(forces.time, forces.origin, self.origin) if start is None else forces.time + start
+        )
+        if stamps is None:
             raise TraceError(
                 f"{forces.source}: the stamps count from the first one: give the time of the first in the motion, "
                 "as in start=0.0 (--forces-start 0)"
             )
-        start = start or 0.0
-        stamps, vectors = forces.time + start, [forces.force, forces.moment]
+        vectors = [forces.force, forces.moment]
         outside = (stamps < self.time[0]) | (stamps > self.time[-1])
         lost = np.flatnonzero(outside & np.any(np.hstack(vectors) != 0.0, axis=1))
         if lost.size:
@@ -213,6 +221,7 @@ class Motion(ReadOnlyArrays):
         if own_axes:
             vectors = [vector @ at.rotation for vector in vectors]
         moved = self.with_force(at.at, *vectors, time=stamps)
+        start = float(stamps[0] - forces.time[0])
         shift = f", shifted by {start:g} s" if start else ""
         axes = "its own axes" if own_axes else "the axes of the machine"
         note = f"process forces of {forces.source} at {at.name}, in {axes}{shift}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from guideload.base.arrays import Array
 from guideload.base.errors import ArgumentError, ArgumentTypeError, shown
 from guideload.machine.machine import Machine
 from guideload.motion.motion import Motion, find_jumps, with_stamps
+from guideload.motion.origin import shown_origin, stamps_from
 from guideload.motion.travel import travel_at, travel_of
 
 # Speed at the ends of a rider's motion over its largest speed: below it the rider stands still before and after.
@@ -27,7 +29,7 @@ def with_riders(
     riders: motions along x by the names of the riders, where x is the travel along the rider's direction. A rider
     without motion stands at its `position`. Raises ArgumentError with the name of the rider.
     """
-    given = _checked(machine, riders)
+    given = {name: _on_clock(name, one, motion) for name, one in _checked(machine, riders).items()}
     if not given:
         return machine, motion, None
     _require_alone(machine)
@@ -92,11 +94,29 @@ def _checked(machine: Machine, riders: Mapping[str, Motion] | None) -> dict[str,
     return dict(riders)
 
 
+def _on_clock(name: str, rider: Motion, cart: Motion) -> Motion:
+    """The motion of a rider with stamps on the clock of the cart."""
+    if rider.origin is not None and np.isnat(rider.origin):  # rows of a rate begin with the cart
+        return rider
+    time = stamps_from(rider.time, rider.origin, cart.origin)
+    if time is None:
+        raise ArgumentError(
+            f"riders[{name!r}]: its stamps count from {shown_origin(rider.origin)}, those of the cart from "
+            f"{shown_origin(cart.origin)}; record both with one clock, or give both in seconds from one instant"
+        )
+    return rider if time is rider.time else replace(rider, time=time, origin=cart.origin)
+
+
 def _travel(name: str, motion: Motion, stamps: Array) -> Array:
     """Travel, speed and acceleration (n, 3) of a rider at stamps."""
     time, samples = motion.time, travel_of(motion)
     if np.array_equal(time, stamps):
         return samples
+    if time[0] > stamps[-1] or time[-1] < stamps[0]:
+        raise ArgumentError(
+            f"riders[{name!r}]: its motion lasts from {time[0]:g} to {time[-1]:g} s, that of the cart from "
+            f"{stamps[0]:g} to {stamps[-1]:g} s; expected motions of the same time, with stamps of one clock"
+        )
     speed = samples[:, 1]
     fastest = float(np.abs(speed).max())
     for end, covers in ((0, stamps[0] >= time[0]), (-1, stamps[-1] <= time[-1])):

@@ -35,7 +35,7 @@ from guideload.study.factors import Correlation
 from guideload.study.quantities import STATISTICS, Recorded, Statistic
 from guideload.study.sampling import Sampling, Sobol
 from guideload.study.varied_parameters import DistributionSpec, NumberOrText
-from guideload.traces.channels import read_forces
+from guideload.traces.channels import forces_beside
 from guideload.traces.options import ReadingOptions, SmoothingOptions
 from guideload.traces.reading import motion_from_trace, read_trace
 
@@ -99,7 +99,9 @@ Reading = Annotated[TraceOptions, AfterValidator(_of_a_trace)]  # below the key 
 class ForcesOptions(ConfigModel):
     """Process forces on the body in all samples, from a table with columns such as Fx [N] and Mz [N m]."""
 
-    file: StrictStr = Field(min_length=1, description='a table with its own time stamps, e.g. "forces.csv"')
+    file: StrictStr = Field(
+        min_length=1, description='a table with its own time stamps, e.g. "forces.csv"; or that of the trace'
+    )
     at: StrictStr = Field(description="name of the point of the machine file ([[points]]) where they act")
     axes: Literal["machine", "point"] = optional(
         "axes of the forces: of the machine, or the point's own", "machine"
@@ -108,9 +110,12 @@ class ForcesOptions(ConfigModel):
         'time in the motion of the zero of their time stamps, e.g. "0.35 s"'
     )
 
-    def added_to(self, motion: Motion, folder: Path, machine: Machine) -> Motion:
-        """The motion with the forces. Raises TraceError, ArgumentError."""
-        point, forces = machine.point(self.at), read_forces(folder / self.file)
+    def added_to(
+        self, motion: Motion, folder: Path, machine: Machine, trace: str, reading: TraceOptions
+    ) -> Motion:
+        """The motion of the trace with the forces. Raises TraceError, ArgumentError."""
+        point = machine.point(self.at)
+        forces = forces_beside(folder / trace, reading.model_dump(exclude_none=True), folder / self.file)
         return motion.with_forces(forces, point, own_axes=self.axes == "point", start=self.start)
 
 

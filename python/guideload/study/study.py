@@ -70,7 +70,9 @@ class Study(StudyOptions):
             motion = described.reading.motion(folder / described.trace, machine)
             sources = [Path(file), folder / described.machine, folder / described.trace]
             if described.forces is not None:
-                motion = described.forces.added_to(motion, folder, machine)
+                motion = described.forces.added_to(
+                    motion, folder, machine, described.trace, described.reading
+                )
                 sources.append(folder / described.forces.file)
             options = {key: getattr(described, key) for key in StudyOptions.model_fields}
             options["vary"] = tuple(

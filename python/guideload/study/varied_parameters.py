@@ -46,7 +46,8 @@ def column_numbers(table: Table, header: str, unit: str) -> tuple[Array, bool]:
     number, and ValueRefused for another dimension.
     """
     numbers = table.values(header).astype(np.float64)
-    table.require_numbers(header, numbers, "remove the rows; nothing is filled in")
+    if (bad := np.flatnonzero(~np.isfinite(numbers))).size:
+        raise table.no_number(header, bad, "remove the rows; nothing is filled in")
     written = name_and_unit(header)[1] or table.units.get(header, "")
     if written == "%":
         return numbers / 100.0, True

@@ -16,6 +16,7 @@ from guideload.base.arrays import Array, ReadOnlyArrays, errors_name
 from guideload.base.errors import TraceError, shown
 from guideload.motion.histories import checked_history
 from guideload.motion.motion import Motion
+from guideload.motion.origin import Origin
 from guideload.smoothing.estimation import MotionEstimate, noise_warnings
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import find_columns, option_in_si
@@ -55,6 +56,8 @@ class Trace(ReadOnlyArrays):
     clock    kind of the time stamps: "uniform", "ticks", "jitter" or "on_change" (see `quality.clocks`)
     tick     resolution of the clock, s, 0 if unknown
     jitter   rms deviation of the steps of time from the median, s; missing rows do not count
+    origin   the instant from which the stamps count: a date (datetime64), or a time of day, duration or count of a
+             clock (timedelta64; NaT for rows of a rate); None for numbers as they stand in the file
 
     The arrays are read-only copies in float64. Raises TraceError with the field and the way out.
     """
@@ -70,11 +73,13 @@ class Trace(ReadOnlyArrays):
     tick: float = 0.0
     jitter: float = 0.0
     warnings: tuple[str, ...] = ()
+    origin: Origin = None
 
     def __post_init__(self) -> None:
         for name, known in (("kind", KINDS_OF_TRACE), ("clock", CLOCKS)):
             if (word := getattr(self, name)) not in known:
                 raise TraceError(f"{name}: expected one of {', '.join(known)}, got {shown(word)}")
+        require_type("origin", self.origin, Origin)
         for name in ("quantum", "tick", "jitter"):
             require_type(name, size := getattr(self, name), float)
             if not 0.0 <= size < np.inf:
@@ -181,6 +186,7 @@ def _read(data: Table, options: ReadingOptions) -> Trace:
         tick=clock.tick,
         jitter=clock.jitter * clock.step,
         warnings=tuple(draft.warnings),
+        origin=draft.origin,
     )
 
 
@@ -222,4 +228,5 @@ def motion_from_trace(
             uncertainty=smoothed.uncertainty if isinstance(smoothed, MotionEstimate) else None,
             recorded=True,
             warnings=(*trace.warnings, *noise_warnings(smoothed)),
+            origin=trace.origin,
         )

@@ -14,6 +14,7 @@ from guideload.traces.format.headers import (
     MEASURED_WORDS,
     POSITION_WORDS,
     VELOCITY_WORDS,
+    converts,
     kind_of_unit,
     known_unit,
 )
@@ -78,7 +79,11 @@ def find_time_column(table: Table, options: ReadingOptions) -> str | None:
         return None
     if not table.named and len(table.names) > 1:
         return "0"
-    names = [name for name in table.time_names if name != options.get("column")]
+    others = [name for name in table.columns if name != options.get("column")]
+    names = [name for name in table.time_names if name in others]
+    odd = [name for name in others if name not in names and table.header(name).is_time_in_unknown_unit]
+    if not names and options.get("time_unit") is not None:
+        names = odd
     if len(names) > 1:  # with a time of day, a column of dates is ignored
         names = [name for name in names if not _is_date(table, name)] or names
     if len(names) == 1:
@@ -89,6 +94,12 @@ def find_time_column(table: Table, options: ReadingOptions) -> str | None:
         )
     first = [name for name in table.names[:1] if table.is_row_number(name)]
     hint = f"; the first column ({first[0]}) holds row numbers, not time" if first else ""
+    if odd:
+        raise TraceError(
+            f'column {odd[0]}: expected a unit of time, got "{table.header(odd[0]).unit}"; give the right one with '
+            f"time_unit='ms' (--time-unit ms), or the counts per second with time={odd[0]!r}, rate=1000 "
+            f'(--time "{odd[0]}" --rate 1000)'
+        )
     raise TraceError(
         f"no time column among {listed(table.names)}{hint}; give the samples per second "
         "with rate=1000 (--rate 1000), or name the column with time=NAME (--time NAME)"
@@ -97,7 +108,7 @@ def find_time_column(table: Table, options: ReadingOptions) -> str | None:
 
 def _counts_cycles(table: Table, name: str) -> bool:
     """Whether a column may count cycles of a clock: whole numbers without a unit of time."""
-    if table.header(name).unit not in ("", "counts") or table.is_stamped(name):
+    if converts(table.header(name).unit, "s") or table.is_stamped(name):
         return False
     values = table.values(name)
     return bool(np.all((values == np.round(values)) | np.isnan(values)))
@@ -144,8 +155,10 @@ def _measured_column(table: Table, time: str | None, options: ReadingOptions) ->
         )
     choice = [name for name, header in headers.items() if header.word_kind] or list(headers)
     name, quoted = (repr(choice[0]), f'"{choice[0]}"') if len(choice) == 1 else ("NAME", "NAME")
+    written = headers[choice[0]].unit if len(choice) == 1 else ""
+    got = f', got "{written}"' if written else ""
     raise TraceError(
-        f"no header gives a unit of motion: {listed(choice)}; choose a column and give its unit: column={name}, "
+        f"no header gives a unit of motion: {listed(choice)}{got}; choose a column and give its unit: column={name}, "
         f"unit=UNIT (--column {quoted} --unit UNIT), {UNITS}; of a counter the travel per count: kind='counts', "
         "unit='5e-8 m' (--kind counts --unit '5e-8 m')"
     )

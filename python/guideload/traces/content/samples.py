@@ -13,10 +13,11 @@ from guideload.base.errors import TraceError
 from guideload.base.number_text import counted
 from guideload.base.units import factor
 from guideload.base.warnings import LIMITS, WarningText
+from guideload.motion.origin import Origin
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.columns import Columns, option_in_si
 from guideload.traces.content.counters import unwrap
-from guideload.traces.content.stamps import read_stamps
+from guideload.traces.content.stamps import Stamps, read_stamps
 from guideload.traces.format.headers import KINDS
 from guideload.traces.format.table import Table
 from guideload.traces.options import ReadingOptions
@@ -35,7 +36,7 @@ class TraceDraft:
 
     table: for the row numbers of the samples; columns: the chosen ones; kind: position, velocity or motor_speed;
     time (n,) s; value (n,) SI; quantum: of the value, 0 if unknown; place (n,): index of the sample before any samples
-    were left out; partner (n,) m or m/s: the column to compare with, or None.
+    were left out; partner (n,) m or m/s: the column to compare with, or None; origin: of the time.
     """
 
     table: Table
@@ -46,6 +47,7 @@ class TraceDraft:
     quantum: float
     place: Indices
     partner: Array | None
+    origin: Origin
     notes: list[str]
     warnings: list[WarningText] = field(default_factory=list)
 
@@ -82,7 +84,7 @@ def read_samples(
     """
     value = table.values(columns.measured)
     table.require_size(columns.measured, value)
-    time, note = time_stamps(table, columns.time, options, value.size)
+    time, note, origin = time_stamps(table, columns.time, options, value.size)
     notes = [*table.notes, columns.note, note]
     empty, no_stamp = ~np.isfinite(value), ~np.isfinite(time)
     used = np.arange(value.size)
@@ -135,7 +137,7 @@ def read_samples(
     else:
         decimal = abs(columns.scale) * decimal_quantum(value)
         quantum = abs(columns.scale) if is_whole else find_quantum(si, decimal) or decimal
-    draft = TraceDraft(rows, columns, kind, time, si, quantum, place, partner, notes)
+    draft = TraceDraft(rows, columns, kind, time, si, quantum, place, partner, origin, notes)
     if columns.time is None:
         _compare_rate(draft, table, options)
     return draft
@@ -145,7 +147,7 @@ def _compare_rate(draft: TraceDraft, table: Table, options: ReadingOptions) -> N
     """Warn of a given rate that a column of the time contradicts."""
     for column in table.time_names[:1]:
         try:
-            stamps = read_stamps(table, column, options)[0]
+            stamps = read_stamps(table, column, options).time
         except TraceError:
             return
         given, own = (float(np.median(np.diff(each[np.isfinite(each)]))) for each in (draft.time, stamps))
@@ -217,8 +219,8 @@ def _partner(table: Table, columns: Columns) -> Array:
     return values
 
 
-def time_stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> tuple[Array, str]:
-    """Time stamps in s, NaN where there is none, and a note."""
+def time_stamps(table: Table, column: str | None, options: ReadingOptions, count: int) -> Stamps:
+    """The time stamps, NaN where there is none."""
     given = options.get("rate")
     rate = table.rate if given is None else option_in_si("rate", given, "Hz", ">")
     if column is not None:
@@ -228,4 +230,4 @@ def time_stamps(table: Table, column: str | None, options: ReadingOptions, count
     assert rate is not None
     unused = table.time_names[:1]
     note = f"time from the rate {rate:g} Hz" + (f"; column {unused[0]} not used" if unused else "")
-    return np.arange(count) / rate, note
+    return Stamps(np.arange(count) / rate, note, np.timedelta64("NaT", "ns"))

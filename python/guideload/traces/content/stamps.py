@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from fractions import Fraction
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from guideload.base.arrays import Array, Flags, Integers
 from guideload.base.errors import TraceError
+from guideload.motion.origin import Origin
 from guideload.traces.content.counters import unwrap
 from guideload.traces.format.headers import Header, known_unit
 from guideload.traces.format.table import Table
@@ -25,6 +27,7 @@ EPOCHS = (
     (1.0e18, 4.1e18, 1e-9, "nanoseconds since 1970"),
     (1.227e17, 1.575e17, 1e-7, "FILETIME (100 ns since 1601)"),
 )
+YEAR_1601 = -11_644_473_600  # s since 1970
 DATE_ORDERS = ("dmy", "mdy")
 # Notations of dates, and the time of day after each. With a slash, day and month are in the order of the country;
 # `_date_order` finds which.
@@ -42,10 +45,16 @@ TIME_OF_DAY = (
 YEARS = (1678, 2261)  # whose nanoseconds since 1970 have 64 bits
 
 
-def read_stamps(
-    table: Table, name: str, options: ReadingOptions, rate: float | None = None
-) -> tuple[Array, str]:
-    """Seconds (n,) and a note. Cells without a time stamp become NaN.
+class Stamps(NamedTuple):
+    """Time stamps (n,) [s], a note on them, and the instant from which they count."""
+
+    time: Array
+    note: str
+    origin: Origin
+
+
+def read_stamps(table: Table, name: str, options: ReadingOptions, rate: float | None = None) -> Stamps:
+    """The stamps of a column. Cells without a time stamp become NaN.
 
     Plain seconds stay as they are; dates, counts and times since an epoch run from the first stamp, since
     doubles could not hold their digits. options: of them date_order and time_unit; rate: counts per second (Hz) of a
@@ -62,21 +71,28 @@ def read_stamps(
     values = table.values(name)
     table.require_size(name, values)
     if rate is not None:
-        counts, note = _continuous(values)
-        return (counts - _first(counts)) / rate, f"time from column {name}, cycles of {rate:g} Hz{note}"
+        counts, begin, note = _continuous(values)
+        first = _first(counts)
+        origin = _duration(first if begin is None else begin, 1.0 / rate)
+        return Stamps(
+            (counts - first) / rate, f"time from column {name}, cycles of {rate:g} Hz{note}", origin
+        )
     if unit == "counts":
         raise TraceError(f"column {name}: a clock that counts needs its counts per second: rate=... (--rate)")
     scale = table.factor(name, "s", Header((), unit or "s"))
-    start = abs(float(_first(values)))
+    first = _first(values)
+    start = abs(float(first))
     for low, high, step, epoch in EPOCHS:
         # TwinCAT Scope exports FILETIME with the unit "ms".
         fits = not unit or scale == step or (step == 1e-7 and unit == "ms")
         if low <= start <= high and fits:
             note = f"time from column {name}, {epoch}, from the first"
-            return _scaled(values - _first(values), step), note
+            since_1970 = _duration(first, step, YEAR_1601 if "1601" in epoch else 0)
+            return Stamps(_scaled(values - first, step), note, np.datetime64(0, "ns") + since_1970)
     no_unit = "" if unit or not table.named else " (the header gives no unit)"
-    counts, note = _continuous(values)
-    return _scaled(counts, scale), f"time from column {name} in {unit or 's'}{no_unit}{note}"
+    counts, begin, note = _continuous(values)
+    note = f"time from column {name} in {unit or 's'}{no_unit}{note}"
+    return Stamps(_scaled(counts, scale), note, None if begin is None else _duration(begin, scale))
 
 
 def _scaled(values: NDArray[Any], scale: float) -> Array:
@@ -90,21 +106,27 @@ def _first(values: NDArray[Any]) -> Any:
     return finite[0] if finite.size else 0
 
 
-def _continuous(values: NDArray[Any]) -> tuple[NDArray[Any], str]:
-    """Values of a clock, unwrapped if they are whole numbers, and a note."""
+def _duration(count: Any, step: float, seconds: int = 0) -> np.timedelta64:
+    """So many steps [s] and seconds, to the nanosecond; NaT if they are too long."""
+    nanoseconds = round(10**9 * (Fraction(np.asarray(count).item()) * Fraction(f"{step:.15g}") + seconds))
+    return np.timedelta64(nanoseconds if abs(nanoseconds) < 1 << 63 else "NaT", "ns")
+
+
+def _continuous(values: NDArray[Any]) -> tuple[NDArray[Any], Any, str]:
+    """Values of a clock, unwrapped if they are whole numbers; what was subtracted from them, or None; a note."""
     is_whole = (values == np.round(values)) & (np.abs(values) <= 2**53)
     if values.dtype.kind == "f" and not np.all(is_whole):
-        return values, ""
+        return values, None, ""
     if values.dtype.kind == "u" and values.size and int(values.max()) >= 1 << 62:
-        return values - values.min(), ""
+        return values - values.min(), values.min(), ""
     counter = unwrap(values.astype(np.int64))
     if not counter.bits:
-        return values, ""
-    return counter.counts - counter.counts[0], f"; {counter.note}, from the first"
+        return values, None, ""
+    return counter.counts - counter.counts[0], counter.counts[0], f"; {counter.note}, from the first"
 
 
-def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]:
-    """Seconds (n,) from the first date, duration or time of day, and a note."""
+def _dated(table: Table, name: str, date_order: str | None) -> Stamps:
+    """Seconds (n,) from the first date, duration or time of day."""
     column = np.asarray(table.columns[name])
     days = 0
     if column.dtype.kind in "mM":
@@ -122,7 +144,9 @@ def _dated(table: Table, name: str, date_order: str | None) -> tuple[Array, str]
     first = nanoseconds[np.argmin(empty)] if empty.size else 0
     seconds = np.where(empty, np.nan, (nanoseconds - first) / 1e9)
     past = f"; it passes midnight {days} times" if days else ""
-    return seconds, f"time from column {name}, {notation}, from the first{past}"
+    since = np.timedelta64(int(first), "ns")
+    origin = np.datetime64(0, "ns") + since if notation.startswith("date") else since
+    return Stamps(seconds, f"time from column {name}, {notation}, from the first{past}", origin)
 
 
 def _read_dates(

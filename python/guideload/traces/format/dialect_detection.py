@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from guideload.base.number_text import counted
-from guideload.traces.format.headers import TIME_WORDS, Header, known_unit
+from guideload.traces.format.headers import OTHER_UNITS, TIME_WORDS, Header, known_unit
 
 SEPARATORS = (";", "\t", ",", "|", " ")  # in order of preference for equal scores
 COMMENT = re.compile(r"\s*(?:#|%|//)")
@@ -167,28 +167,24 @@ def _with_header(lines: Sequence[str], rows: list[Row], separator: str, width: i
     if head:
         named = max(range(len(head)), key=lambda i: (sum(map(_likeness_to_name, head[i].cells)), -i))
         names = head[named].cells
-        for row in head[:named]:
-            if (merged := _merged_names(names, row.cells)) != names:
-                # A unit may stand below the name that replaces it.
-                pairs = zip(merged, names, strict=True)
-                spare = tuple(known_unit(was) if name != was else "" for name, was in pairs)
+        known = [0 if i == named else _units_in(row.cells, names, i > named) for i, row in enumerate(head)]
+        # Symbols such as t, s and M stand above their units.
+        unit_row = max(range(len(head)), key=lambda i: (known[i], i))
+        for i, row in enumerate(head):
+            if i == named:
+                continue
+            place, merged = f"row {row.line + 1}", _merged_names(names, row.cells)
+            if known[i] and i == unit_row:
+                units = tuple(map(_written_unit, row.cells))
+                notes.append(f"units from {place}")
+            elif merged != names:
+                # The lower row has units too, where its cell is not the name.
+                lower = zip(names if i < named else row.cells, merged, strict=False)
+                spare = tuple(known_unit(cell) if cell != name else "" for cell, name in lower)
                 names = merged
-                notes.append(f"names of quantities from row {row.line + 1}")
-        for row in head[named + 1 :]:
-            known = tuple(known_unit(cell) for cell in row.cells)
-            # Without brackets; "[-]" and "1" are no units.
-            texts = [cell.strip("[]()-1 ").lower() for cell in row.cells]
-            count = sum(bool(unit) or text in TIME_WORDS for unit, text in zip(known, texts, strict=True))
-            if not units and any(known) and 2 * count >= sum(map(bool, texts)) > 0:
-                units = known
-                notes.append(f"units from row {row.line + 1}")
-            elif (merged := _merged_names(names, row.cells)) != names:
-                beside = zip(known, merged, row.cells, strict=False)  # a unit stands below a name that stays
-                spare = tuple(unit if name != cell else "" for unit, name, cell in beside)
-                names = merged
-                notes.append(f"names of quantities from row {row.line + 1}")
-            else:
-                notes.append(f"row {row.line + 1} above the samples is not used")
+                notes.append(f"names of quantities from {place}")
+            elif i > named:
+                notes.append(f"{place} above the samples is not used")
     else:  # the names may be in a comment
         comments = [COMMENT.sub("", line, count=1).strip() for line in lines[:first] if COMMENT.match(line)]
         for comment in reversed(comments):
@@ -244,6 +240,29 @@ def _likeness_to_name(cell: str) -> int:
     """Score of a cell as the name of a column: 2 for a time, 1 for a unit or word of motion."""
     header = Header.of(cell)
     return 2 * header.is_time + bool(header.kind or header.word_kind) if header.words else 0
+
+
+def _units_in(cells: tuple[str, ...], names: tuple[str, ...], below: bool) -> int:
+    """Number of units in a row below the names, or above them; 0 if it is no row of units."""
+    known = [bool(known_unit(cell)) for cell in cells]
+    others = [_bare(cell) in OTHER_UNITS for cell in cells]
+    # Without brackets; "[-]" and "1" are no units.
+    filled = [cell.strip("[]()-1 ").lower() for cell in cells]
+    count = sum(unit or other for unit, other in zip(known, others, strict=True))
+    alike = count + sum(text in TIME_WORDS and not unit for text, unit in zip(filled, known, strict=True))
+    enough = sum(map(bool, filled)) / (2 if below else 1)
+    return count if any(known) and alike >= enough and _merged_names(names, cells) == names else 0
+
+
+def _bare(cell: str) -> str:
+    return cell.strip("[](){}<> ")
+
+
+def _written_unit(cell: str) -> str:
+    """The unit in a row of units; one that is not known as it is written, so that it is refused where it counts."""
+    bare = _bare(cell)
+    is_text = any(map(str.isalpha, bare)) and bare.lower() not in EMPTY
+    return known_unit(cell) or (bare if is_text else "")
 
 
 def _merged_names(names: tuple[str, ...], cells: tuple[str, ...]) -> tuple[str, ...]:

@@ -16,8 +16,8 @@ SPELLINGS = {
     spelling: unit
     for unit, spellings in {
         "counts": "counts count cnt cnts inc incs increments inkremente ink ticks tick pulses impulse",
-        "s": "sec secs second seconds sek sekunde sekunden",
-        "ms": "msec msecs millisecond milliseconds millisekunden",
+        "s": "S sec secs second seconds sek sekunde sekunden",
+        "ms": "msec msecs msek millisecond milliseconds millisekunden",
         "us": "usec µsec μsec microsecond microseconds mikrosekunden",
         "ns": "nsec nanosecond nanoseconds",
         "min": "minute minutes minuten",
@@ -32,7 +32,9 @@ SPELLINGS = {
     }.items()
     for spelling in spellings.split()
 }
-# Unit suffixes of names, as in "v_mm_per_s"; brackets may hold any unit. The longest match is used.
+# Units of no trace, as written, that show a row of units.
+OTHER_UNITS = set("A mA V mV W kW K °C degC °F % bar mbar Pa kPa MPa ohm Ω VA dB".split())
+# Unit suffixes of names, as in "v_mm_per_s"; brackets may hold any unit.
 SUFFIXES = {
     **{f"{length}{sign}": f"{length}/s" for length in ("mm", "m", "rad") for sign in ("_per_s", "_s", "ps")},
     **{
@@ -40,11 +42,21 @@ SUFFIXES = {
         for word in "counts count ticks cnt inc rpm min sec mm um cm ms us ns s m".split()
     },
 }
-# Units at the end of a name, without brackets: "Position mm", "v in mm/s", "Zeit / ms".
+# A name with one, the longest that fits. N_m and N_per_m are no lengths, nor is M, a torque; nm may be nanometres.
+SUFFIXED = re.compile(
+    r"(.*?)_((?i:(?:(?:[mk]?n|kg)_(?:s_)?|(?:\w+_)?per_)?(?:(?:mm|m)_(?:per_)?s|mm|um|cm|(?-i:m))"
+    rf"|{'|'.join(SUFFIXES.keys() - {'m'})})|[mk]?Nm?)",
+    re.DOTALL,
+)
+# Units at the end of a name, without brackets: "Position mm", "v in mm/s", "Zeit / ms". Single capitals are symbols.
 TRAILING = re.compile(
-    r"(.*?\S)(?:\s*/\s+|\s*,\s*|\s+(?:in\s+)?)(mm/s|m/s|rad/s|mm|[uµμ]m|ms|[uµμ]s|ns|s|m|rpm|U/min|1/min|"
-    r"counts|inc|ticks|sec)",
-    re.IGNORECASE,
+    r"(.*?\S)(?:\s*/\s+|\s*,\s*|\s+(?:in\s+)?)"
+    r"((?i:mm/s|m/s|rad/s|mm|[uµμ]m|ms|[uµμ]s|ns|rpm|U/min|1/min|counts|inc|ticks|sec)|[ms])"
+)
+# Multiplier of a unit, at the end of the name before it or behind the unit: "in 1/10 mm", "0.1 mm", "mm x1000".
+MULTIPLIER = re.compile(
+    r"(?:(?:/|\bin)\s+)?(?<![\w.,])(1/10+|0[.,]\d+|10\^-?\d+|\d+[eE]-?\d+)\s*$|(?:/|\bin)\s+(\d+)\s*$"
+    r"|([*×]\s*\d\S*|(?<=\s)x\s?10+\b)"
 )
 TIME_WORDS = set(
     "t time times timestamp timestamps elapsed datetime date zeit zeitstempel uhrzeit datum".split()
@@ -70,8 +82,13 @@ class Header:
         """The header of a column; unit: from a row of units below the names, overrides a unit in the name.
 
         For a time column, a "unit" that is a word for time is ignored: "t" in a row of symbols "t; x" is no tonne.
+        A multiplier in the name becomes part of the unit, which is then unknown: "Position in 1/10 mm".
         """
         base, own_unit = _split(name)
+        scaled = MULTIPLIER.search(base) if unit or own_unit else None
+        if scaled:
+            unit = f"{scaled[1] or scaled[2] or scaled[3]} {unit or own_unit}"
+            base = base.replace(scaled[0], "")
         spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", base)
         words = tuple(re.findall(r"[a-zäöüß]+|\d+", spaced.lower()))
         if set(words) & TIME_WORDS:
@@ -95,9 +112,18 @@ class Header:
     @property
     def is_time(self) -> bool:
         """Whether the words mean time, and the unit is empty, a unit of time or counts of a clock."""
+        return self._says_time and (self.unit in ("", "counts") or converts(self.unit, "s"))
+
+    @property
+    def is_time_in_unknown_unit(self) -> bool:
+        """Whether the words mean time, and the unit is none that is known, such as 0.1 ms; T [°C] is no time."""
+        known = self.unit in ("", "counts", *OTHER_UNITS) or converts(self.unit, self.unit)
+        return self._says_time and not known
+
+    @property
+    def _says_time(self) -> bool:
         words = set(self.words)
-        named = words <= TIME_WORDS | TIME_FILLERS and bool(words & TIME_WORDS)
-        return named and (self.unit in ("", "counts") or converts(self.unit, "s"))
+        return words <= TIME_WORDS | TIME_FILLERS and bool(words & TIME_WORDS)
 
 
 def _split(name: str) -> tuple[str, str]:
@@ -111,11 +137,9 @@ def _split(name: str) -> tuple[str, str]:
     if inside and known_unit(inside[1]):
         return name[: inside.start()] + " " + name[inside.end() :], known_unit(inside[1])
     base = name.strip()
-    for suffix in sorted(SUFFIXES, key=len, reverse=True):
-        if base.lower().endswith(f"_{suffix}"):
-            return base[: -len(suffix) - 1], SUFFIXES[suffix]
-    trailing = TRAILING.fullmatch(base)
-    if trailing:
+    if suffixed := SUFFIXED.fullmatch(base):
+        return suffixed[1], SUFFIXES.get(suffixed[2].lower(), suffixed[2].replace("_", " "))
+    if trailing := TRAILING.fullmatch(base):
         return trailing[1], known_unit(trailing[2])
     return base, ""
 
@@ -125,13 +149,15 @@ def known_unit(text: str) -> str:
 
     Descriptions in brackets, as in "mm (Length)", are left out.
     """
-    bare = re.sub(r"(?<=\S)\s+\(.*\)$", "", text[:LONGEST_NAME].strip()).strip("[](){}<> ")
+    bare = re.sub(r"(?<=\S)\s+\([^\d)]*\)$", "", text[:LONGEST_NAME].strip()).strip("[](){}<>. ")
     if not bare or bare == "1" or len(bare) > LONGEST_UNIT:
         return ""
-    if bare.lower() in SPELLINGS:
-        return SPELLINGS[bare.lower()]
-    # "RPM" and "MM" occur, but are no units as written.
-    return next((written for written in (bare, bare.lower()) if converts(written, written)), "")
+    # "RPM" and "MM" occur, but are no units as written; M and other single capitals are symbols of quantities.
+    spelled = [bare, bare.lower()] if len(bare) > 1 else [bare]
+    for written in spelled:
+        if written in SPELLINGS or converts(written, written):
+            return SPELLINGS.get(written, written)
+    return ""
 
 
 def kind_of_unit(unit: str) -> str:

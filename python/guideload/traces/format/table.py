@@ -51,8 +51,10 @@ class Table:
 
     @property
     def time_names(self) -> list[str]:
-        """Columns whose headers say that they hold time stamps."""
-        return [name for name in self.columns if self.header(name).is_time]
+        """Columns whose headers say that they hold time stamps; dates may have a unit such as hh:mm:ss."""
+        headers = {name: self.header(name) for name in self.columns}
+        odd = {name for name, one in headers.items() if one.is_time_in_unknown_unit and self.is_stamped(name)}
+        return [name for name, header in headers.items() if header.is_time or name in odd]
 
     def header(self, name: str) -> Header:
         return Header.of(name, self.units.get(name, ""))
@@ -136,11 +138,6 @@ class Table:
                 f"{self.source}: column {name}: expected at most {largest:g}{unit and ' '}{unit}, got "
                 f"{values[far[0]]:.6g} in {self.rows(far)}; check the unit, or cut the trace to a sound part"
             )
-
-    def require_numbers(self, name: str, values: Array, hint: str) -> None:
-        """Raise TraceError for values of a column that are not finite. hint: as for `no_number`."""
-        if (bad := np.flatnonzero(~np.isfinite(values))).size:
-            raise self.no_number(name, bad, hint)
 
     def no_number(self, name: str, bad: Indices, hint: str) -> TraceError:
         """The error for these samples of a column: cells without a finite number.

@@ -127,6 +127,8 @@ def _decoded(path: Path) -> str:
         raise UnreadableTrace(
             "not a text table but an Excel workbook (or another archive); export the sheet as CSV"
         )
+    if content.startswith((b"\x1f\x8b", b"\xfd7zXZ", b"BZh", b"\x28\xb5\x2f\xfd")):
+        raise UnreadableTrace("the file is compressed; unpack it, then give the file that was in it")
     wide = _wide_encoding(content)
     if not wide and not content.strip(b"\xef\xbb\xbf \t\r\n"):
         raise UnreadableTrace(

@@ -54,7 +54,8 @@ def scope_dialect(lines: Sequence[str]) -> Dialect | None:
 
     columns: list[tuple[str, str]] = []  # names and units
     clocks: dict[str, str] = {}
-    clock, rate = "", None
+    clock = ""
+    periods: set[str] = set()
     has_clocks = not samples or len(samples[0].cells) > len(cells) - cells.count("Name")
     notes = ["TwinCAT Scope export"]
     for column, cell in enumerate(cells):
@@ -67,11 +68,13 @@ def scope_dialect(lines: Sequence[str]) -> Dialect | None:
         if has_clocks:
             clocks[cell] = clock
         else:
-            period = value("SampleTime[ms]", column).replace(",", ".")
-            rate = 1e3 / float(period) if is_value(period) and float(period) > 0.0 else None
+            periods.add(value("SampleTime[ms]", column).replace(",", "."))
         scale, offset = value("ScaleFactor", column), value("Offset", column)
         if scale not in ("", "1") or offset not in ("", "0"):
             notes.append(f"channel {cell}: ScaleFactor {scale}, Offset {offset}, values as exported")
+    # Without time columns, rows of channels with different sample times have no common clock.
+    period = periods.pop() if len(periods) == 1 else ""
+    rate = 1e3 / float(period) if is_value(period) and float(period) > 0.0 else None
     start = samples[0].line if samples else len(lines)
     names, units = zip(*columns, strict=True) if columns else ((), ())
     return Dialect(

@@ -62,8 +62,9 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
         return
     steps = np.diff(draft.time)
     worst = int(gaps[np.argmax(steps[gaps - 1])])
-    is_still = np.all(clock.still[np.isin(clock.gaps, gaps)])
+    is_still = bool(np.all(clock.still[np.isin(clock.gaps, gaps)]))
     still = "; the axis stands still across all of them" if is_still else ""
+    on_change = "; for a log that records on change clock='on_change' (--clock on_change)" if is_still else ""
     text = (
         f"{counted(gaps.size, 'gap')} in time (steps over {LONGEST_STEP:g} times the usual {np.median(steps):.4g} s), "
         f"before {draft.table.rows(gaps)}; the longest is {steps[worst - 1]:.4g} s, before "
@@ -71,8 +72,8 @@ def check_gaps(draft: TraceDraft, clock: Clock, kind: str, accept: bool) -> None
     )
     if not accept:
         raise draft.refusal(
-            f"{text}; rows may be missing: cut the trace, or accept them with allow_gaps=True (--allow-gaps); "
-            "for a log that records on change clock='on_change' (--clock on_change)",
+            f"{text}; rows may be missing, or the clock has jumped: cut the trace, or accept them with allow_gaps=True "
+            f"(--allow-gaps){on_change}",
             draft.columns.time or "time",
         )
     way_out = "cut the trace, or log again without lost rows"
@@ -97,6 +98,8 @@ def check_jumps(draft: TraceDraft, max_speed: float | None) -> None:
     first = f"{value[at]:.6g} {unit} between {before:.6g} and {after:.6g}"
     if is_position:
         first = f"from {before:.6g} to {value[at]:.6g} m in {time[at] - time[at - 1]:.4g} s"
+    if draft.columns.kind == "counts":
+        first += "; give the bits of a counter that wraps around with counter_bits=... (--counter-bits)"
     raise draft.refusal(
         f"{reason} in {draft.table.rows(samples)}: the first is {first}; cut the "
         "trace to a part without them, give the greatest speed of the axis with max_speed=... (--max-speed), or leave "

@@ -19,6 +19,9 @@ UNIFORM = 1e-3  # of a step: smaller errors of the stamps do not matter beside t
 TICK_RANGE = 1.5  # ticks: steps of uniform samples differ by one tick, and by rounding
 MOST_REPEATED = 0.2  # share of rows in a log on change that repeat the value before
 FIRST_STEP = 1.5  # largest first step of a move, over the next one; a lost row makes it 2
+FROM_REST = (
+    2.0  # least ratio of the second step of a move to the first: 3 at constant acceleration, less with jitter
+)
 STILL_QUANTA = 2.5  # largest change at rest: two quanta, and their rounding
 HELD = 100  # rows inserted at each end of a standstill: more than the smoothing spans
 
@@ -57,7 +60,8 @@ def detect_clock(
     time (n,) s, increasing, n >= 2; value (n,), a position or a speed; quantum: of the value, 0 if unknown;
     left_out (n - 1,): steps across which damaged samples were left out: they are ignored. A log on change has long
     steps only at standstill; in addition, the axis was already at rest one row before each of them, or at most
-    MOST_REPEATED of the rows repeat the value before.
+    MOST_REPEATED of the rows repeat the value before. An axis that moves in one direction before and after a long step,
+    and neither slows down to rest nor starts from rest there, has not stood still: the clock has jumped.
     """
     steps = np.diff(time)
     counted = np.ones(steps.size, bool) if left_out is None else ~left_out
@@ -71,10 +75,14 @@ def detect_clock(
     rounding = 4.0 * float(np.spacing(np.abs(time[[0, -1]]).max()))
     tick = 0.0 if farthest <= rounding else find_quantum(np.round(normal / rounding) * rounding, rounding)
     # The sample after a gap may be the first of a move: its change is at most FIRST_STEP times the next one.
-    change, quiet = np.abs(np.diff(value, prepend=value[0], append=value[-1])), STILL_QUANTA * quantum
+    signed, quiet = np.diff(value, prepend=value[0], append=value[-1]), STILL_QUANTA * quantum
+    change = np.abs(signed)
     limit = np.maximum(quiet, FIRST_STEP * change[gaps + 1])
     if is_position:
-        still = change[gaps] <= limit
+        goes_on = signed[gaps - 1] * signed[gaps] > 0.0
+        for near, beyond in ((gaps - 1, gaps - 2), (gaps, gaps + 1)):
+            goes_on &= change[near] > np.maximum(quiet, change[beyond] / FROM_REST)
+        still = (change[gaps] <= limit) & ~goes_on
     else:
         still = (np.abs(value[gaps - 1]) <= quiet) & (np.abs(value[gaps]) <= limit)
     kind = "jitter"
