@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from guideload.base.arrays import Array, Indices, Integers
+from guideload.base.arrays import Indices, Integers
 from guideload.base.errors import TraceError, ValueRefused, shortened
 from guideload.base.units import factor
 from guideload.traces.format.dialect_detection import decimal_by_groups
