@@ -21,7 +21,10 @@ DIMENSIONS = ("time", "motion_time", "carriage", "rail", "link", "point", "axis"
 
 
 class Quantity(NamedTuple):
-    """An array with the names of its dimensions and its attributes: `units` and `long_name`."""
+    """An array with the names of its dimensions and its attributes: `units` and `long_name`.
+
+    `units` is one unit, as UDUNITS and pint read it. An array along `dof` has `units_of_dofs` in its place.
+    """
 
     dims: tuple[str, ...]
     values: NDArray[Any]
@@ -94,6 +97,8 @@ class Quantities:
 def quantities(rows: Iterable[tuple[str, tuple[str, ...], NDArray[Any], str, str]]) -> dict[str, Quantity]:
     """Quantities by name, from rows of (name, dimensions, values, units, long_name)."""
     return {
-        name: Quantity(dims, values, {"units": units, "long_name": text})
+        name: Quantity(
+            dims, values, {"units_of_dofs" if "dof" in dims else "units": units, "long_name": text}
+        )
         for name, dims, values, units, text in rows
     }
