@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,7 @@ def test_the_file_gives_the_identified_machine(tmp_path: Path) -> None:
     model, truth = Model(machine, unknown(machine, *tables)), np.array([-0.2, 0.3, 0.0, 0.0, 0.0, 0.0])
     data = deflections(model, truth, [("p y", "p y"), ("p z", "p z")], noise=1e-3)
     found = identify(machine, tables, [data], starts=1)
+    assert pickle.loads(pickle.dumps(found)).table().equals(found.table())
     text = machine_text(found, source, tmp_path / "new")
     after = Machine.from_text(text, tmp_path / "new" / "after.toml")
     assert after.riders[0].motion == "../slide.toml"
