@@ -185,7 +185,7 @@ class Product(ConfigModel):
         return estimated_stiffness(self.type, self.static, length, preload)
 
     def stiffness_source(self, preload_class: str | None) -> str:
-        """`PRINTED`, `estimated, within 30 %`, or "" if it is not printed and cannot be estimated.
+        """`PRINTED`, the words of the estimate, such as `estimated, within 30 %`, or "" if there is neither.
 
         Raises ValueRefused for an unknown class.
         """

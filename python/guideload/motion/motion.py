@@ -215,7 +215,8 @@ class Motion(ReadOnlyArrays):
             vectors = [vector @ at.rotation for vector in vectors]
         moved = self.with_force(at.at, *vectors, time=stamps)
         shift = f", shifted by {start:g} s" if start else ""
-        axes = "its own axes" if own_axes else "the axes of the machine"
+        own = own_axes and not np.array_equal(at.rotation, np.eye(3))
+        axes = "its own axes" if own else "the axes of the machine"
         note = f"process forces of {forces.source} at {at.name}, in {axes}{shift}"
         return replace(moved, notes=(*self.notes, note, *forces.notes))
 
