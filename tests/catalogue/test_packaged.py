@@ -273,11 +273,20 @@ def test_own_values_win() -> None:
     assert (carriage.stiffness_y, carriage.width) == (5e7, 0.03)
     estimate = packaged_product("HGW25CC").stiffness_estimate("ZA")
     assert estimate is not None and carriage.stiffness_z == estimate.stiffness
-    # Without the product's law along y no width is derived, as the user's stiffness may hold more than the contacts.
     assert (
         named("HGW25CC", "ZA", stiffness_y="50 N/um", stiffness_roll="1 kN m/rad").carriages[0].width is None
     )
-    assert alone("HGW25CC", "ZA", stiffness_y="50 N/um").width is None
+
+
+def test_the_stiffness_of_the_product_written_in_the_file_changes_nothing() -> None:
+    """Also where length and width follow from static moments, and where a `Carriage` names the product."""
+    moments = {"row_length": None, "static_moments": {"roll": 100.0, "pitch": 80.0}}
+    more: dict[str, Any] = {"products": [{**FACTS_OF_USER, **moments}]}
+    filled = alone("p", **more)
+    assert filled.width == pytest.approx(0.02)
+    assert alone("p", stiffness_y=1e8, **more) == filled
+    of_python = Carriage(**{key: value for key, value in filled if key != "width"})
+    assert machine(of_python, free=["y", "z"], **more).carriages == (filled,)
 
 
 @pytest.mark.parametrize(

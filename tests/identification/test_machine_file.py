@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,13 @@ name = "2a"
 type = "t"
 rail = "2"
 x = "-500 mm"
+[[riders]]
+name = "slide"
+mass = "20 kg"
+center_of_mass = [0, 0, 0]
+inertia = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+direction = [0, 0, 1]
+motion = "slide.toml"
 [[points]]
 name = "p"
 at = [0.3, 0.2, 0.4]
@@ -62,9 +70,10 @@ def test_the_file_gives_the_identified_machine(tmp_path: Path) -> None:
     model, truth = Model(machine, unknown(machine, *tables)), np.array([-0.2, 0.3, 0.0, 0.0, 0.0, 0.0])
     data = deflections(model, truth, [("p y", "p y"), ("p z", "p z")], noise=1e-3)
     found = identify(machine, tables, [data], starts=1)
-    text = machine_text(found, source, tmp_path)
-    (tmp_path / "after.toml").write_text(text, encoding="utf-8", newline="")
-    after = Machine.from_toml(tmp_path / "after.toml")
+    assert pickle.loads(pickle.dumps(found)).table().equals(found.table())
+    text = machine_text(found, source, tmp_path / "new")
+    after = Machine.from_text(text, tmp_path / "new" / "after.toml")
+    assert after.riders[0].motion == "../slide.toml"
     assert "# weighed\r\n" in text and text.count("\r\n") == text.count("\n")
     assert text.count("from static") == 6 and text.count("NOT identified by static") == 4
     for one, other in zip(after.carriages, found.machine.carriages, strict=True):

@@ -15,7 +15,7 @@ from texts import one_line
 from guideload._core import Law
 from guideload.base.errors import ArgumentError, ConfigError, LifeError
 from guideload.base.number_text import kilometres
-from guideload.catalogue.conditions import LifeConditions
+from guideload.catalogue.conditions import RULES, LifeConditions, RuleName
 from guideload.catalogue.product import Product
 from guideload.catalogue.stiffness import CONTACT_EXPONENT
 from guideload.life.arrangement import arrangements
@@ -377,6 +377,21 @@ def test_the_life_lies_in_its_band_as_both_are_written(
     row = text.partition(" machine ")[2].partition("P_m:")[0]
     assert (f"{low} to {high}" in row) == (f"{low} to {high} km, 95 %" in answer) == (width > 0.01)
     assert ("within 0.01 %" in row) == (width < 0.01)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_the_report_names_the_factors_of_the_product_that_count(rule: RuleName, result: Result) -> None:
+    """The static safety falls with the side factor under every rule, and the formulas of the report say so."""
+
+    def judged(**keys: float) -> Life:
+        one = Product(**PRODUCT, dynamic_moments=PRODUCT["static_moments"], **keys)
+        machine = result.machine.model_copy(update={"products": [one]})
+        return life_of(Result(machine, result.data), LifeConditions(rule=rule))
+
+    plain, factor = judged(), judged(side_factor=1.28)
+    assert (factor.table()["static_safety"] < plain.table()["static_safety"]).all()
+    assert "side_factor of the product, 1.28." in life_report(factor).text().replace("\n", " ")
+    assert "factor of the product" not in life_report(plain).text().replace("\n", " ")
 
 
 def test_a_loaded_result_has_the_same_life_but_no_band(tmp_path: Any, life: Life, result: Result) -> None:

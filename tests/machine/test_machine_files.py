@@ -10,6 +10,7 @@ import lives
 import numpy as np
 import pytest
 import random_machines
+import tomli_w
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from moves import GENTLE
@@ -226,6 +227,21 @@ def test_a_machine_that_is_written_is_read_again(kind: str | int, tmp_path: Path
         machine = with_everything() if kind == "everything" else Machine.from_text(file_template(kind))
     machine.to_toml(tmp_path / "machine.toml")
     assert Machine.from_toml(tmp_path / "machine.toml") == machine
+
+
+def test_a_rider_keeps_its_motion_file_when_its_machine_is_written_into_another_folder(
+    tmp_path: Path,
+) -> None:
+    """Also by way of a copy; from there back into the first folder it has its first name."""
+    values = with_everything().model_dump(mode="json", exclude_none=True)
+    values["riders"][0]["motion"] = "slide.toml"
+    (tmp_path / "new" / "deeper").mkdir(parents=True)
+    machine = Machine.from_text(tomli_w.dumps(values), tmp_path / "machine.toml")
+    machine.model_copy(update={"name": "copy"}).to_toml(tmp_path / "new" / "deeper" / "machine.toml")
+    moved = Machine.from_toml(tmp_path / "new" / "deeper" / "machine.toml")
+    assert moved.riders[0].motion == "../../slide.toml"
+    moved.to_toml(tmp_path / "back.toml")
+    assert Machine.from_toml(tmp_path / "back.toml").riders == machine.riders
 
 
 def test_points_of_a_file_are_written_into_the_machine_file(tmp_path: Path) -> None:

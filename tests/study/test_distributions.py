@@ -219,6 +219,10 @@ def test_measured_values_come_from_a_list_or_a_table_in_their_unit(tmp_path: Any
         marginal(distribution="sample", file=str(file))
     with pytest.raises(KeyRefused, match="a mass in kg.*is a stiffness"):
         marginal("kg", distribution="sample", file=str(file), column="k [N/mm]")
+    file.write_text("k [N/mm]\n")
+    with pytest.raises(KeyRefused, match=r"at least one value in column k \[N/mm\]") as caught:
+        marginal(distribution="sample", file=str(file))
+    assert caught.value.key == "file"
 
 
 @pytest.mark.parametrize(

@@ -86,6 +86,14 @@ def test_every_sample_is_the_run_of_its_machine_and_motion(
     assert not np.array_equal(study.sample_motion(0).acceleration, study.sample_motion(1).acceleration)
 
 
+@pytest.mark.parametrize("options", [{}, {"posterior": False}])
+@pytest.mark.parametrize("sample", [-1, 16, 999])
+def test_the_motion_of_a_sample_that_does_not_exist_is_refused(options: dict[str, Any], sample: int) -> None:
+    study = study_of(ref.cart(), uncertain(), samples=16, replicates=1, **options)
+    with pytest.raises(ArgumentError, match=f"sample: expected 0 to 15, got {sample}"):
+        study.sample_motion(sample)
+
+
 def test_loads_scatter_as_the_covariance_says_and_peaks_as_those_of_the_bands() -> None:
     machine, motion, count = ref.cart(), uncertain(1.0), 4096
     plan = study_of(machine, motion, vary=FIXED, samples=count).plan()

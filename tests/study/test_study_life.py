@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -192,7 +193,8 @@ def test_a_life_in_any_unit_is_the_same_limit(unit: str) -> None:
     required = machine.model_copy(update={"life": machine.life.model_copy(update={"life": text})})
     for result in (studied(machine), studied(required), studied(machine, limits={"life": text})):
         assert result.metadata.limits["life_km"] == pytest.approx(300.0, rel=1e-14)
-        assert result.metadata.repetition == repetition
+        found = result.metadata.repetition
+        assert found is not None and astuple(found) == pytest.approx(astuple(repetition), rel=1e-15)
     probability = result.failure_probability(text)["probability"]
     assert probability.tolist() == pytest.approx(
         result.failure_probability(300.0)["probability"].tolist(), rel=1e-12
@@ -235,7 +237,7 @@ def mixed() -> Machine:
         (
             with_product(cart(), static_moments={}),
             MOTION,
-            "carriage 1a can carry a yaw moment, which the rule sum",
+            "carriage 1a can carry a roll moment, which the rule sum",
         ),
         (cart(), Motion.along_x(MOTION.time, MOTION.acceleration[:, 0]), "the motion has no velocity"),
         (cart(), Motion.along_x([0, 1], [0, 0], velocity=[0, 0]), "the cart does not move along x"),

@@ -70,6 +70,11 @@ def test_a_turned_frame_turns_the_force() -> None:
     """In axes with x along the machine's z and y along its x, (1, 2, 3) N is 1 z + 2 x + 3 y; its moment is r x F."""
     load = np.broadcast_to([1.0, 2.0, 3.0], (51, 3))
     moved = STILL.with_forces(Forces(TIME, load, 10.0 * load), TOOL, own_axes=True)
+    assert "in its own axes" in moved.notes[-1]
+    plain = STILL.with_forces(
+        Forces(TIME, load, load), TOOL.model_copy(update={"axes": np.eye(3)[:2].tolist()}), own_axes=True
+    )
+    assert "in the axes of the machine" in plain.notes[-1]
     expected = np.array([2.0, 3.0, 1.0])
     assert moved.wrench is not None
     inside = moved.wrench[moved.time < 0.5]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import PrivateAttr
 
 from guideload.base.arguments import checked
 from guideload.base.config import ConfigModel
@@ -35,6 +38,13 @@ class FileModel(ConfigModel):
     FILE: ClassVar[str]
     WRITTEN_BY: ClassVar[str]
     REQUIRED: ClassVar[tuple[str, str]]
+    _folder: Path | None = PrivateAttr(None)  # of the file, to which names of files in it are relative
+
+    @checked
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        copy = super().model_copy(update=update, deep=deep)
+        copy._folder = self._folder
+        return copy
 
     @classmethod
     @checked
@@ -72,9 +82,11 @@ class FileModel(ConfigModel):
     ) -> Self:
         try:
             require_key(*cls.REQUIRED, values)
-            return cls._of_file(values, Path(file))
+            model = cls._of_file(values, Path(file))
         except ConfigError as error:
             raise located(error, str(file), places) from None
+        model._folder = Path(file).parent.absolute()
+        return model
 
     @classmethod
     def _of_file(cls, values: dict[str, Any], file: Path) -> Self:

@@ -23,7 +23,10 @@ DIMENSIONS = ("time", "motion_time", "carriage", "rail", "link", "point", "axis"
 
 
 class Quantity(NamedTuple):
-    """An array with the names of its dimensions and its attributes: `units` and `long_name`."""
+    """An array with the names of its dimensions and its attributes: `units` and `long_name`.
+
+    `units` is one unit, as UDUNITS and pint read it. An array along `dof` has `units_of_dofs` in its place.
+    """
 
     dims: tuple[str, ...]
     values: NDArray[Any]
@@ -96,6 +99,8 @@ class Quantities:
 def quantities(rows: Iterable[QuantityRow]) -> dict[str, Quantity]:
     """Quantities by name, from their rows."""
     return {
-        name: Quantity(dims, values, {"units": units, "long_name": text})
+        name: Quantity(
+            dims, values, {"units_of_dofs" if "dof" in dims else "units": units, "long_name": text}
+        )
         for name, dims, values, units, text in rows
     }

@@ -185,7 +185,7 @@ class Product(ConfigModel):
         return estimated_stiffness(self.type, self.static, length, preload)
 
     def stiffness_source(self, preload_class: str | None) -> str:
-        """`PRINTED`, `estimated, within 30 %`, or "" if it is not printed and cannot be estimated.
+        """`PRINTED`, the words of the estimate, such as `estimated, within 30 %`, or "" if there is neither.
 
         Raises ValueRefused for an unknown class.
         """
@@ -244,18 +244,15 @@ class Product(ConfigModel):
             return row_length_of_moment(self.type, self.static, self.static_moments.pitch)
         return known
 
-    def model_distances(self, with_law: bool) -> dict[str, float]:
-        """`length` and `width` [m] of a carriage of the model, as far as the record gives them.
+    def model_distances(self) -> dict[str, float]:
+        """`length` and `width` [m] of a carriage of the model, as far as the record gives them or the numbers for them.
 
-        length    its two ends tilt like the loaded rows
-        width     spacing of the rows
-        with_law  whether the product gives the elastic law as well. Then length and width that are not in the record
-                  follow from static moments: with rows at 45 degrees, roll stiffness over stiffness is (M0/C0)^2.
+        length  its two ends tilt like the loaded rows
+        width   spacing of the rows, or that of the static moment: with rows at 45 degrees, roll stiffness over
+                stiffness is (M0/C0)^2
         """
-        length, width = self.row_length or self.body_length, self.row_spacing
-        if with_law:
-            length = self.loaded_length
-        if with_law and width is None and self.static is not None and self.static_moments.roll is not None:
+        length, width = self.loaded_length, self.row_spacing
+        if width is None and self.static is not None and self.static_moments.roll is not None:
             width = 2.0 * self.static_moments.roll / self.static
         found = {"length": None if length is None else length / ROW_OVER_LENGTH, "width": width}
         return {key: distance for key, distance in found.items() if distance is not None}

@@ -195,6 +195,9 @@ class Model:
         self._varied = VariedMachine(machine, {one.name: one.targets for one in self.unknowns})
         self._last: ModelAt | None = None
 
+    def __reduce__(self) -> tuple[type[Model], tuple[Machine, Sequence[Unknown]]]:
+        return Model, (self.machine, self.unknowns)  # a copy builds its machines anew
+
     def at(self, z: Array) -> ModelAt:
         """The machine at z (p,). Raises SceneError for an impossible one, ArgumentError for one without derivatives."""
         if self._last is None or not np.array_equal(self._last.z, z):

@@ -28,7 +28,7 @@ from guideload.identification.unknowns import key_path, usual_unit
 
 DIGITS = 6  # of a value: more than any measurement has
 ROUNDING = 1e-5  # relative difference that these digits may make
-FILES = ("straightness_file",)  # keys of rails with names of files, relative to the machine file
+FILES = ("catalogue", "straightness_file", "motion")  # keys with names of files, relative to the machine file
 
 
 class _Edit(NamedTuple):
@@ -130,7 +130,7 @@ def _comment(
 def _of_files(places: dict[KeyPath, TomlPlace], text: str, source: Path, folder: Path) -> Iterator[_Edit]:
     """Names of files that are relative to the machine file, as seen from the new folder."""
     for path, place in places.items():
-        if path == ("catalogue",) or (path[0] == "rails" and path[-1] in FILES):
+        if path[-1] in FILES:
             name = text[place.first : place.last].strip("\"'")
             new = os.path.relpath(source.parent / name, folder)
             yield _Edit(place.first, place.last, _quoted(new.replace(os.sep, "/")), "")

@@ -30,7 +30,7 @@ PRINTED: dict[RuleName, PreloadEffect] = {"rexroth": "power", "thomson": "linear
 class Rule(NamedTuple):
     """A rule of the equivalent load.
 
-    source, note    where it is from; what to know about it
+    source, note    where it is from; its formula, without the lift and side factors of the product
     minor           factor on the smaller group
     rated           whether moments are divided by the "static" or by the "dynamic" rated moments
     always_moments  whether moments count also if several carriages, not side by side, run on the rail
@@ -66,7 +66,7 @@ RULES: dict[RuleName, Rule] = {
     ),
     "iko": Rule(
         "IKO, general catalogue",
-        "Fr = k_r |Fy| + C0/T0 |Mx| + C0/Tx |Mz|, Fa = k_a |Fz| + C0/Ty |My|, P = the larger + 0.6 the smaller",
+        "Fr = |Fy| + C0/T0 |Mx| + C0/Tx |Mz|, Fa = |Fz| + C0/Ty |My|, P = the larger + 0.6 the smaller",
         minor=0.6,
         always_moments=True,
         side_moments=("yaw",),
@@ -171,7 +171,7 @@ def static_load(
     preload: float = 0.0,
     effect: PreloadEffect | None = None,
 ) -> EquivalentLoad:
-    """The equivalent load for the static safety (ISO 14728-2): a plain sum, moments over static moments.
+    """The equivalent load for the static safety (ISO 14728-2): a plain sum of the terms, moments over static moments.
 
     preload: N, of the carriage. effect: None: the preload does not count, as the maker prints the rule.
     """

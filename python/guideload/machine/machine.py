@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from os import PathLike
+from os.path import relpath
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, cast, get_args
 
@@ -114,12 +115,16 @@ class Machine(FileModel):
     def to_toml(self, file: str | PathLike[str]) -> None:
         """Write a machine file from which `from_toml` reads this machine: numbers in SI units, products included.
 
-        A file that exists is replaced, whole or not at all; its comments are lost. Raises OSError.
+        The key `motion` of a rider names the same file, as seen from the new folder. A file that exists is
+        replaced, whole or not at all; its comments are lost. Raises OSError.
         """
         import tomli_w
 
         # The products of a catalogue are among the products.
         values = self.model_dump(mode="json", exclude_defaults=True, exclude_none=True, exclude={"catalogue"})
+        for rider in values.get("riders", ()):
+            if "motion" in rider and self._folder is not None:
+                rider["motion"] = Path(relpath(self._folder / rider["motion"], Path(file).parent)).as_posix()
         with atomic_write(Path(file)) as draft:
             draft.write_bytes(tomli_w.dumps(values).encode())
 

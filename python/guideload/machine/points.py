@@ -26,7 +26,7 @@ class PointOfInterest(ConfigModel):
     at: Point = Field(description='x, y, z from L, e.g. ["0 mm", "-400 mm", "120 mm"]')
     axes: Annotated[tuple[Vector, Vector], _AXES] = optional(
         "directions of the point's own x and y, at right angles, in the axes of the machine; its z "
-        "completes them. Forces may be given in these axes",
+        "completes them. Forces may be given in these axes; by default those of the machine",
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
     )
     settle_window: Annotated[float, in_range(LENGTH, above=0.0)] | None = optional(

@@ -63,14 +63,14 @@ def filled(values: Any) -> Any:
     """Unchecked values of a machine whose carriages have the keys of their products, unless they have their own.
 
     A product gives length and width, and the elastic law along each axis for which the carriage has neither stiffness
-    nor curve; length and width that follow from static moments only together with the law along y.
+    nor curve.
     """
     products, carriages = _products(values), list(find_tables(values, "carriages"))
     if not products or not carriages:
         return values
     for i, name in find_texts(values, "carriages", "product"):
-        if isinstance(carriages[i], dict) and name in products:
-            carriages[i] = _with_product(carriages[i], products[name])
+        if isinstance(carriages[i], dict | Carriage) and name in products:
+            carriages[i] = _with_product(dict(carriages[i]), products[name])
     return {**values, "carriages": carriages}
 
 
@@ -84,7 +84,7 @@ def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
     for axis, keys in laws.items():
         if not any(f"{key}_{axis}" in given for key in LAW_KEYS):
             added |= keys
-    distances = product.model_distances(with_law="stiffness_y" in added or "curve_y" in added)
+    distances = product.model_distances()
     if {"stiffness_pitch", "stiffness_yaw"} <= given.keys():
         distances.pop("length", None)
     if "stiffness_roll" in given:

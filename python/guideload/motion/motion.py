@@ -223,7 +223,8 @@ class Motion(ReadOnlyArrays):
         moved = self.with_force(at.at, *vectors, time=stamps)
         start = float(stamps[0] - forces.time[0])
         shift = f", shifted by {start:g} s" if start else ""
-        axes = "its own axes" if own_axes else "the axes of the machine"
+        own = own_axes and not np.array_equal(at.rotation, np.eye(3))
+        axes = "its own axes" if own else "the axes of the machine"
         note = f"process forces of {forces.source} at {at.name}, in {axes}{shift}"
         return replace(moved, notes=(*self.notes, note, *forces.notes))
 

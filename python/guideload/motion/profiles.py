@@ -186,13 +186,10 @@ def _polynomial(distance: float, limits: Limits) -> Pieces:
     shape = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
     unit = Pieces(np.full(LINES, 1.0 / LINES), shape[:-1], shape[1:])
     scale = distance / float(unit.distances()[-1])
-    speed, acceleration, jerk = (
-        scale * float(np.abs(values).max()) for values in (unit.speeds(), shape, LINES * np.diff(shape))
-    )
-    duration = max(
-        speed / limits.speed,
-        math.sqrt(acceleration / min(limits.acceleration, limits.deceleration)),
-        (jerk / limits.jerk) ** (1.0 / 3.0),
+    duration = max(  # by the largest speed, acceleration and jerk of the polynomial itself
+        15.0 / 8.0 * scale / limits.speed,
+        math.sqrt(10.0 / math.sqrt(3.0) * scale / min(limits.acceleration, limits.deceleration)),
+        (60.0 * scale / limits.jerk) ** (1.0 / 3.0),
     )
     heights = scale / duration**2 * shape
     return Pieces(np.full(LINES, duration / LINES), heights[:-1], heights[1:])

@@ -297,6 +297,13 @@ def _preload_formula(carriages: Sequence[Criteria]) -> Iterator[str]:
             yield f"A preload F0 raises it: {text}. F0 = {joined(forces)}."
 
 
+def _factors_of_products(carriages: Sequence[Criteria]) -> Iterator[str]:
+    for key, force in (("lift_factor", "Lifting Fy"), ("side_factor", "Fz")):
+        factors = dict.fromkeys(getattr(one.product, key) for one in carriages)
+        if factors.keys() != {1.0}:
+            yield f"{force} counts times the {key} of the product, {joined(map(number, factors))}."
+
+
 def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
     """Formulas of equivalent load, mean load and life, with their numbers."""
     one = carriages[0]
@@ -305,6 +312,7 @@ def rating_formulas(carriages: Sequence[Criteria]) -> list[str]:
     factors = joined(f"{number(value)}" for value in dict.fromkeys(c.contact_factor for c in carriages))
     return [
         f"Equivalent load, rule {conditions.rule} ({rule.source}): {rule.note}.",
+        *_factors_of_products(carriages),
         *_preload_formula(carriages),
         "P_m = (int P^p |v| dt / int |v| dt)^(1/p), exact for loads that are linear between the samples. "
         f"L = a1 base (f_H f_T f_C C / (f_W P_m))^p with p = {digits(one.rating.exponent, 4)}, f_H = "

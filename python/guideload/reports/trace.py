@@ -23,8 +23,9 @@ DEFINITIONS = (
 # Motions by the order of the derivative of position that is white noise.
 MOVES = {3: "acceleration that jumps", 4: "jerk that jumps", 5: "smooth moves", 6: "moves that ring"}
 NO_DRIVE = (
-    "Warning: the machine has no [drive] (gear_ratio, and pinion_diameter or screw_lead) to convert the speed of the "
-    "motor to that of the cart (or --ratio): the figures are those of the motor, and the modes are not compared."
+    "Warning: the machine has no [drive] (gear_ratio, and pinion_diameter, pulley_diameter or screw_lead) to convert "
+    "the speed of the motor to that of the cart (or --ratio): the figures are those of the motor, and the modes are "
+    "not compared."
 )
 
 

@@ -76,7 +76,7 @@ ARRAYS: dict[str, tuple[Callable[[_Derivatives], Array], str, tuple[str, ...]]] 
     "acceleration": (lambda d: d.run.history("acceleration"), ACCELERATION_UNITS, ("time", "dof")),
     "point_displacement": (lambda d: d.points("displacement"), "m", OF_POINT),
     "point_velocity": (lambda d: d.points("velocity"), "m/s", OF_POINT),
-    "point_acceleration": (lambda d: d.points("acceleration"), "m/s2", OF_POINT),
+    "point_acceleration": (lambda d: d.points("acceleration"), "m/s^2", OF_POINT),
     "static_force": (lambda d: d.at_rest.d_static_carriage_loads[..., :3], "N", OF_CARRIAGE[1:]),
     "static_moment": (lambda d: d.at_rest.d_static_carriage_loads[..., 3:], "N m", OF_CARRIAGE[1:]),
     "static_link_load": (lambda d: d.at_rest.d_static_link_loads, "N", ("link",)),
@@ -106,9 +106,10 @@ def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: St
     Returns
     -------
     Dataset with a variable d_NAME for each quantity, whose first dimension is `parameter`: derivatives per SI unit of
-    the parameter. Times the coordinate `value` they are per 100 % of the parameter. For modes and carriages it also has
-    the values themselves, NAME. damping_ratio is that of the damped machine, as in `Modes`. `attrs["notes"]` says why a
-    derivative is nan: e.g. equal frequencies, or a peak that occurs at two instants.
+    the parameter, `units_of_numerator` per `unit`. Times the coordinate `value` they are per 100 % of the parameter.
+    For modes and carriages it also has the values themselves, NAME. damping_ratio is that of the damped machine, as in
+    `Modes`. `attrs["notes"]` says why a derivative is nan: e.g. equal frequencies, or a peak that occurs at two
+    instants.
 
     Raises
     ------
@@ -139,8 +140,7 @@ def sensitivities(machine: Machine, motion: Motion, *, of: Of, to: To, start: St
             derivatives = compute(wanted)
         if values is not None:
             data[name] = xr.Variable(dims, values, {"units": unit})
-        units = {"units": f"{unit} per unit of the parameter"}
-        data[f"d_{name}"] = xr.Variable(("parameter", *dims), derivatives, units)
+        data[f"d_{name}"] = xr.Variable(("parameter", *dims), derivatives, {"units_of_numerator": unit})
     columns = wanted.at_rest.columns
     labels = {
         "parameter": [column.name for column in columns],

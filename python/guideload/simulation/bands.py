@@ -86,7 +86,7 @@ def with_bands(data: Quantities, bands: CredibleBands) -> Quantities:
                 f"{sd} magnitude of the moment",
             ),
             ("link_load_sd", ("time", "link"), bands.links, "N", f"{sd} load along the link"),
-            ("cart_acceleration_sd", ("time", "axis"), along_x, "m/s2", f"{sd} acceleration of the cart"),
+            ("cart_acceleration_sd", ("time", "axis"), along_x, "m/s^2", f"{sd} acceleration of the cart"),
             ("peak_resultant_lower", ("carriage",), bands.lower, "N", f"lower {peak}"),
             ("peak_resultant_upper", ("carriage",), bands.upper, "N", f"upper {peak}"),
         ]

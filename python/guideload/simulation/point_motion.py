@@ -47,8 +47,8 @@ def point_rows(machine: Machine, known: Mapping[str, Array]) -> Iterator[Quantit
     place, static = moved(machine, known["displacement"]), moved(machine, known["static_displacement"])
     yield "point_displacement", dims, place, "m", f"displacement {frame}, sag included"
     yield "point_velocity", dims, moved(machine, known["velocity"]), "m/s", f"velocity {frame}"
-    yield "point_acceleration", dims, acceleration, "m/s2", f"acceleration {frame}"
-    yield "point_absolute_acceleration", dims, absolute, "m/s2", "acceleration with that of the cart"
+    yield "point_acceleration", dims, acceleration, "m/s^2", f"acceleration {frame}"
+    yield "point_absolute_acceleration", dims, absolute, "m/s^2", "acceleration with that of the cart"
     yield "static_point_displacement", DIMS["static_point_displacement"], static, "m", "displacement at rest"
 
 

@@ -150,6 +150,7 @@ def _rest(data: Quantities) -> dict[str, Any]:
     return {
         "attributes": data.attrs,
         "labels": {name: data[name].tolist() for name in labels},
+        "label_attributes": {name: data.variables[name].attrs for name in labels},
         "quantities": {
             name: {
                 "dims": list(dims),
@@ -181,5 +182,8 @@ def _assembled(table: pa.Table, rest: dict[str, Any]) -> Quantities:
                 values[:, i] = column.to_numpy()
             values = values.reshape([time.size, *[len(labels[dim]) for dim in dims[1:]]])
         variables[name] = Quantity(tuple(dims), values, quantity["attributes"])
-    variables |= {name: Quantity((name,), np.array(names), {}) for name, names in labels.items()}
+    attributes = rest.get("label_attributes", {})  # files of earlier versions have none
+    variables |= {
+        name: Quantity((name,), np.array(names), attributes.get(name, {})) for name, names in labels.items()
+    }
     return Quantities(variables, rest["attributes"])

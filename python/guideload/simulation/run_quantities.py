@@ -20,7 +20,7 @@ MOST_STORED = 200_000  # samples of the motion beside other instants: 5 MB
 LOAD_UNITS = "N, N, N, N m, N m, N m"
 POSITION_UNITS = "m, m, m, rad, rad, rad"
 SPEED_UNITS = "m/s, m/s, m/s, rad/s, rad/s, rad/s"
-ACCELERATION_UNITS = "m/s2, m/s2, m/s2, rad/s2, rad/s2, rad/s2"
+ACCELERATION_UNITS = "m/s^2, m/s^2, m/s^2, rad/s^2, rad/s^2, rad/s^2"
 
 
 def quantities_of(run: Run, carriage_loads: Array) -> Quantities:
@@ -100,7 +100,7 @@ def _static(run: Run) -> Iterator[QuantityRow]:
 
 def _motion(run: Run) -> Iterator[QuantityRow]:
     motion, inputs = run.motion, run.solution.inputs()
-    yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s2", "acceleration of the cart"
+    yield "cart_acceleration", ("time", "axis"), inputs[:, :3], "m/s^2", "acceleration of the cart"
     if motion.wrench is not None:
         yield "wrench", ("time", "dof"), inputs[:, 3:], LOAD_UNITS, "external force and moment about L"
     if run.times is None:  # measured histories are not interpolated to other instants
@@ -113,7 +113,7 @@ def _motion(run: Run) -> Iterator[QuantityRow]:
     elif motion.time.size <= MOST_STORED:  # so that the audit of a stored result can solve the run again
         yield "motion_time", ("motion_time",), motion.time, "s", "samples of the motion"
         dims, text = ("motion_time", "axis"), "acceleration of the cart"
-        yield "motion_acceleration", dims, motion.acceleration, "m/s2", text
+        yield "motion_acceleration", dims, motion.acceleration, "m/s^2", text
         if motion.wrench is not None:
             dims, text = ("motion_time", "dof"), "external force and moment about L"
             yield "motion_wrench", dims, motion.wrench, LOAD_UNITS, text
@@ -127,7 +127,7 @@ def _riders(run: Run) -> Iterator[QuantityRow]:
     relative = "of the rider relative to the main body"
     yield "rider_position", dims, travel + starts, "m", "travel of the rider"
     yield "rider_velocity", dims, speed, "m/s", f"speed {relative}"
-    yield "rider_acceleration", dims, acceleration, "m/s2", f"acceleration {relative}"
+    yield "rider_acceleration", dims, acceleration, "m/s^2", f"acceleration {relative}"
     yield "rider_force", dims, solution.rider_forces(), "N", "force of the rider's drive along its direction"
     text = "force and moment about L by which the riders' motion differs from riders at their start"
     yield "rider_wrench", ("time", "dof"), solution.rider_wrench(), LOAD_UNITS, text

@@ -276,7 +276,7 @@ def _tried(
 def with_product(machine: Machine, product: Product, preload_class: str | None) -> Machine:
     """The machine with a product on every carriage, which keeps its place and its damping ratio."""
     laws = product.law_keys(preload_class)
-    distances = product.model_distances(with_law=bool(laws))
+    distances = product.model_distances()
     shared: dict[str, Any] = {
         "product": product.name,
         "preload_class": preload_class,

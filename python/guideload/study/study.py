@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from guideload.audit.motion_plausibility import motion_warnings
 from guideload.base.arguments import checked
 from guideload.base.config import optional
-from guideload.base.errors import ABSENT, ConfigError, Problem, ValueRefused, refused_at
+from guideload.base.errors import ABSENT, ArgumentError, ConfigError, Problem, ValueRefused, refused_at
 from guideload.base.file_model import require_key
 from guideload.base.toml import located, require_files
 from guideload.machine.machine import Machine
@@ -100,14 +100,18 @@ class Study(StudyOptions):
         _ = self.machine.scene, self._plan  # computed once, and cached
         return self
 
+    @checked
     def sample_motion(self, sample: int) -> Motion:
         """The motion of a sample: with `posterior`, the estimate plus the drawn deviation of its acceleration.
 
         `simulate` of the sample's machine under it, from the `start` of the plan, gives the loads of the sample.
+        Raises ArgumentError for a sample that the study does not have.
         """
+        plan, acceleration = self.plan(), self.motion.acceleration.copy()
+        if not 0 <= sample < plan.runs:
+            raise ArgumentError(f"sample: expected 0 to {plan.runs - 1}, got {sample}")
         if not self.posterior:
             return self.motion
-        plan, acceleration = self.plan(), self.motion.acceleration.copy()
         acceleration[:, 0] += np.interp(self.motion.time, plan.motion.time, plan.deviation(sample))
         notes = (*self.motion.notes, f"sample {sample} of a study, drawn from the posterior of the trace")
         return replace(self.motion, acceleration=acceleration, uncertainty=None, notes=notes)

@@ -357,6 +357,8 @@ class SampleSpec(VariedParameter):
         except ValueRefused as refused:
             hint = f"column {header} of {table.source}: {refused.hint}"
             raise KeyRefused("file", refused.expected, refused.value, hint) from None
+        if not numbers.size:
+            raise KeyRefused("file", f"at least one value in column {header}", self.file)
         return [Amount(number, relative) for number in numbers.tolist()]
 
     def _distribution(self, numbers: Numbers, nominal: float) -> Array:

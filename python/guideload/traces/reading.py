@@ -211,7 +211,7 @@ def motion_from_trace(
     if is_motor_speed and drive is None:
         raise TraceError(
             f"{trace.source}: column {trace.column} is a motor speed: the machine needs a [drive] with "
-            "gear_ratio and pinion_diameter or screw_lead to convert it to the cart's speed"
+            "gear_ratio and pinion_diameter, pulley_diameter or screw_lead to convert it to the cart's speed"
         )
     kind, value, quantum = trace.samples(drive)
     with errors_name(trace.source):
