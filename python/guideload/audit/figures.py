@@ -208,7 +208,7 @@ def uniform(time: Array, columns: Array, step: float | None = None) -> tuple[flo
 def without_pauses(time: Array) -> Array:
     """Times (n,) [s] with steps of at most `PAUSE` median ones: of a weekend without samples there is no spectrum."""
     beyond = np.maximum(np.diff(time) - PAUSE * median_step(time), 0.0)
-    return time - np.append(0.0, np.cumsum(beyond))
+    return np.asarray(time - np.append(0.0, np.cumsum(beyond)))
 
 
 @dataclass(frozen=True, eq=False)
