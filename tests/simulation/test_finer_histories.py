@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 import reference as ref
 from machines import with_carriages
-from moves import integrals
+from moves import BRISK, integrals
 
 from guideload import Life, LongRun, Machine, Motion, Study, life_of, peak_loads, run_study, simulate
+from guideload.cli.inputs import EXAMPLES
 from guideload.drive import drive_requirements
+from guideload.drive.requirements import rms
 from guideload.life.mean_load import load_bows
 from guideload.plots import load_density
 from guideload.simulation.finer_histories import MOST_BOW, _bows_little
@@ -241,3 +243,19 @@ def test_the_mean_load_is_that_of_the_motion(law: str, rate: int) -> None:
         varied = found.column(f"mean_load_N[{one.name}]")[0]
         assert varied == pytest.approx(one.mean_load, rel=error)
         assert single.mean_load == pytest.approx(one.mean_load, rel=1e-6)
+
+
+def test_a_vibration_into_a_long_pause_is_as_visible_as_into_a_short_one() -> None:
+    """The instants follow the vibration until it has died away: the squared force has the same integral."""
+    machine = Machine.from_toml(EXAMPLES / "manipulator.toml")
+    time = BRISK.times(1000.0)
+    time = time[time <= BRISK.corners()[0][7] + 0.02]  # the move there, and 20 ms of its vibration
+    position, velocity, acceleration = BRISK.motion(time)
+    found = []
+    for pause in (60.0, 64 * 3600.0):
+        velocities, accelerations = (np.append(values, 0.0) for values in (velocity, acceleration))
+        motion = Motion.along_x(np.append(time, time[-1] + pause), accelerations, velocity=velocities)
+        run = drive_requirements(simulate(machine, motion))
+        assert run.time.size < 20_000
+        found.append(rms(run.time, run.force - run.holding_force) ** 2 * (motion.time[-1] - motion.time[0]))
+    assert found[1] == pytest.approx(found[0], rel=1e-6)

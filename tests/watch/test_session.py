@@ -19,7 +19,7 @@ from guideload.watch.inputs import GrowingFile, Input, StandardInput
 from guideload.watch.lines import Lines
 from guideload.watch.reaction import Command, Crossing
 from guideload.watch.session import Session
-from guideload.watch.status import EQUIVALENT, RESULTANT, WatchState
+from guideload.watch.status import EQUIVALENT, RESULTANT, LoadCurves, WatchState
 from guideload.watch.store import Store
 
 STAMPS, COUNTS = samples()
@@ -173,6 +173,18 @@ def test_curves_have_the_largest_load_of_each_step() -> None:
     for when, *values in points:
         in_step = periods // 100 == round(when / 0.1)
         assert values == resultant[in_step & (periods >= 0)].max(axis=0).tolist()
+
+
+@pytest.mark.parametrize("period", [1e-3, 0.9])
+def test_curves_are_of_the_last_minute(period: float) -> None:
+    """Also where nothing was heard for hours."""
+    curves = LoadCurves(period)
+    for start in (0.0, 30.0, 12 * 3600.0, 12 * 3600.0 + 50.0):
+        periods = np.arange(int(start / period), int((start + 40.0) / period))
+        curves.add(periods, np.ones((periods.size, 1, 5)))
+        times = [point[0] for point in curves.points]
+        assert times[0] >= max(times[-1] - 60.0, 12 * 3600.0 * (start > 100.0) - 2.0)
+        assert times[-1] == pytest.approx(start + 40.0, abs=2.0)
 
 
 def test_the_state_is_read_as_it_was_written_and_refused_if_damaged(tmp_path: Path) -> None:

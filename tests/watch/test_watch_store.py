@@ -296,3 +296,51 @@ def test_a_file_that_is_not_the_one_of_the_record_is_read_from_its_start(tmp_pat
     again.close()
     assert "read from its start" in said[0]
     assert monitor.totals()["samples"] == TEXT[:9000].count(b"\n") + TEXT[:12_000].count(b"\n")
+
+
+@pytest.mark.parametrize("is_saved", [False, True])
+def test_killed_soon_after_a_start_no_sample_of_a_new_file_is_lost(is_saved: bool, tmp_path: Path) -> None:
+    """Also between the first samples and the record of their place."""
+    source, out = tmp_path / "samples.csv", tmp_path / "out"
+    out.mkdir()
+    source.write_bytes(TEXT[:9000])
+    session = in_file(source, out)
+    record = (out / RECORD).read_bytes()
+    session.step()
+    kill(session)
+    if not is_saved:
+        (out / RECORD).write_bytes(record)
+    source.rename(tmp_path / "samples.csv.1")
+    source.write_bytes(TEXT[9000:])
+    session = in_file(source, out)
+    while session.lines.position < len(TEXT) - 9000:
+        session.step()
+    session.close()
+    assert session.samples == TEXT[9000:].count(b"\n")
+    assert session.monitor.totals()["samples"] == TEXT[:9000].count(b"\n") + session.samples
+
+
+def test_a_clock_that_is_set_back_changes_no_totals(tmp_path: Path) -> None:
+    """The names of the files then do not sort by time; after a kill the samples before it are found all the same."""
+    lines, now = TEXT.splitlines(keepends=True), [NOON]
+    pieces = [b"".join(lines[start : start + 800]) for start in range(0, 4000, 800)]
+    session = session_in(tmp_path, *pieces, clock=lambda: now[0])
+    for hour in (5, 6, 1, 2, 3):
+        now[0] = NOON + 3600.0 * hour
+        session.step()
+    kill(session)
+    assert session.store is not None
+    session.store._finish()
+    expected = new_monitor()
+    expected.push(STAMPS, COUNTS)
+    assert Store(tmp_path, new_monitor()).monitor.totals() == expected.totals()
+
+
+def test_a_tail_of_zeros_is_no_sample(tmp_path: Path) -> None:
+    """As of a file system that has grown a file whose bytes it did not write before the power failed."""
+    session = run(session_in(tmp_path, TEXT))
+    assert session.store is not None and session.store._journal is not None
+    session.store._journal[1].write(bytes(100_000))
+    kill(session)
+    assert Store(tmp_path, new_monitor()).samples == STAMPS.size
+    require_every_sample_once(tmp_path)

@@ -13,6 +13,7 @@ from guideload.machine.modes import Modes
 from guideload.motion.resolution import TraceResolution
 
 POWER_SHARE = 0.99  # of the excitation's power that lies within its bandwidth
+PAUSE = 100.0  # median steps: a longer step of time is a pause without samples
 # Load over preload at which the unloaded row of a preloaded contact opens: 2^n.
 BALL_ROW = 2.0**1.5
 ROLLER_ROW = 2.0 ** (10 / 9)
@@ -190,10 +191,11 @@ def excitation_band(histories: Histories) -> float | None:
 
 
 def uniform(time: Array, columns: Array, step: float | None = None) -> tuple[float, Array]:
-    """The step [s], by default the median one, and the columns (n, ...) at uniform steps.
+    """The step [s], by default the median one, and the columns (n, ...) at uniform steps, without long pauses.
 
     Columns with uneven steps are interpolated linearly, which reduces the highest frequencies.
     """
+    time = without_pauses(time)
     step = median_step(time) if step is None else step
     even = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1 + 1e-12)) + 1)
     if even.size == time.size and np.allclose(np.diff(time), step, rtol=1e-6, atol=0):
@@ -201,6 +203,12 @@ def uniform(time: Array, columns: Array, step: float | None = None) -> tuple[flo
     flat = columns.reshape(time.size, -1)
     flat = np.stack([np.interp(even, time, column) for column in flat.T], axis=1)
     return step, flat.reshape(even.size, *columns.shape[1:])
+
+
+def without_pauses(time: Array) -> Array:
+    """Times (n,) [s] with steps of at most `PAUSE` median ones: of a weekend without samples there is no spectrum."""
+    beyond = np.maximum(np.diff(time) - PAUSE * median_step(time), 0.0)
+    return np.asarray(time - np.append(0.0, np.cumsum(beyond)))
 
 
 @dataclass(frozen=True, eq=False)

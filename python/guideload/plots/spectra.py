@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
-from guideload.audit.figures import uniform
+from guideload.audit.figures import uniform, without_pauses
 from guideload.base.arguments import checked
 from guideload.base.arrays import Array, Indices, median_step
 from guideload.base.errors import ArgumentError
@@ -95,7 +95,7 @@ def even_step(data: Quantities) -> float:
         return median_step(time)
     steps = np.diff(time)
     means = np.convolve(steps[steps > 0.0], (0.5, 0.5), "valid")
-    return max(float(means.min()), float(np.ptp(time)) / MOST_EVEN)
+    return max(float(means.min()), float(np.ptp(without_pauses(time))) / MOST_EVEN)
 
 
 def power_density(step: float, values: Array) -> tuple[Array, Array]:

@@ -12,6 +12,7 @@ from guideload.simulation.instants import (
     fastest_vibration,
     limited,
     slowest_vibration,
+    with_more_instants,
     with_parts,
 )
 from guideload.simulation.run import Run
@@ -23,6 +24,7 @@ ROUNDING = 1e-9  # of the load scale: a smaller dynamic load has no bow
 # Instants per period of the fastest mode: the most, and those from which on halving lessens each bow but that of a
 # jump, as by a damper that gains contact.
 MOST_PER_PERIOD, RESOLVED = 320, 6
+PAUSE = 2.0  # times in which vibrations die away: a longer interval is a pause
 MOST_INSTANTS = 200_000  # beyond them, some intervals have fewer than they need
 PASSES = 6  # where an interval lasts for many periods, one pass does not show the whole vibration
 # Where in an interval a load is compared with the line: not in its middle, where a vibration with whole periods from
@@ -50,6 +52,7 @@ def with_visible_vibration(run: Run) -> Run:
     other = (run.times, run.step, run.straightness_loads)
     if any(each is not None for each in other) or run.motion.time.size >= MOST_INSTANTS or _bows_little(run):
         return run
+    run = _with_ends_of_vibrations(run)
     intervals, fastest, slowest = np.diff(run.motion.time), _fastest(run), slowest_vibration(run.machine)
     periods = intervals * fastest / (2.0 * np.pi)
     most = 2.0 ** np.clip(np.ceil(np.log2(np.maximum(MOST_PER_PERIOD * periods, 1.0))), 0, 40)
@@ -95,6 +98,15 @@ def with_instants_for_peaks(run: Run) -> Run:
     if run.method != "exact":  # its steps would end at the new stamps
         return replace(run, times=motion.time)
     return run.at_stamps(motion, stretches)
+
+
+def _with_ends_of_vibrations(run: Run) -> Run:
+    """The run with an instant in each pause at which vibrations have died away: from there on no load bows."""
+    decay = -run.machine.scene.modes()[3].real.max(initial=-np.inf)
+    lasts = -np.log(ROUNDING) / decay if decay > 0.0 else np.inf
+    stamps = run.motion.time
+    pauses = np.flatnonzero(np.diff(stamps) > PAUSE * lasts)
+    return run.at_stamps(*with_more_instants(run.motion, run.stretches, stamps[pauses] + lasts))
 
 
 def _bows_little(run: Run) -> bool:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, get_args
+from dataclasses import dataclass, replace
+from typing import Literal, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,12 +11,15 @@ from numpy.typing import ArrayLike
 from guideload.base.arguments import require_unmasked
 from guideload.base.arrays import Array, check_finite
 from guideload.base.errors import TraceError
+from guideload.base.number_text import counted
 from guideload.base.warnings import LIMITS
 
 Kind = Literal["position", "velocity"]
 UNIT = {"position": "m", "velocity": "m/s"}
 
 FEWEST = 8
+SPAN = 100  # usual steps: more than the smoothing spans
+STILL_QUANTA = 2.5  # largest change at rest: two quanta, and their rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +31,9 @@ class Kinematics:
     acceleration: Array  # (n,) m/s2
     bandwidth: float  # Hz, at which a change of acceleration has half amplitude; inf if unknown
     note: str  # method and parameters, as text
+
+
+Motion = TypeVar("Motion", bound=Kinematics)
 
 
 def checked_samples(time: ArrayLike, value: ArrayLike, kind: Kind) -> tuple[Array, Array]:
@@ -70,6 +76,31 @@ def travel(time: Array, velocity: Array, acceleration: Array | None = None) -> A
     if acceleration is not None:
         parts += (acceleration[:-1] - acceleration[1:]) * step**2 / 12.0
     return np.concatenate([[0.0], np.cumsum(parts)])
+
+
+def across_gaps(motion: Motion, time: Array, value: Array, kind: Kind, quantum: float) -> Motion:
+    """The motion, at constant speed across each gap in the samples that is longer than `SPAN` usual steps.
+
+    The samples before such a gap show nothing of those after it, and the least speed that the smoothing leaves at its
+    ends would be kilometres after hours. The speed is that of the change of position, or 0 for a change of up to
+    `STILL_QUANTA` quanta. Samples of speed do not show the way: the cart stands still.
+
+    time, value (n,): the samples; quantum: of the value, 0 if unknown.
+    """
+    step = np.diff(time)
+    gaps = np.flatnonzero(step > SPAN * np.median(step))
+    if not gaps.size:
+        return motion
+    velocity, acceleration, position = motion.velocity.copy(), motion.acceleration.copy(), motion.position
+    way = np.diff(value)[gaps] if kind == "position" else np.zeros(gaps.size)
+    speed = np.where(np.abs(way) > STILL_QUANTA * quantum, way / step[gaps], 0.0)
+    for ends in (gaps, gaps + 1):
+        velocity[ends], acceleration[ends] = speed, 0.0
+    if kind == "velocity":
+        position = travel(time, velocity, acceleration)
+    moves = "moves at constant speed" if speed.any() else "stands still"
+    note = f"{motion.note}; the cart {moves} across {counted(gaps.size, 'gap')} of over {SPAN} steps"
+    return replace(motion, position=position, velocity=velocity, acceleration=acceleration, note=note)
 
 
 def noise_warning(noise: float, value: Array, quantum: float, step: float) -> str:

@@ -18,6 +18,7 @@ from guideload.motion.histories import checked_history
 from guideload.motion.motion import Motion
 from guideload.motion.origin import Origin
 from guideload.smoothing.estimation import MotionEstimate, noise_warnings
+from guideload.smoothing.kinematics import across_gaps
 from guideload.smoothing.smoothing import Kind, Method, smooth
 from guideload.traces.content.columns import find_columns, option_in_si
 from guideload.traces.content.samples import FEWEST_SAMPLES, quantum_note, read_samples
@@ -205,7 +206,8 @@ def motion_from_trace(
 
     Position is differentiated twice, velocity once, by one smoothing; velocity is integrated to a
     position that starts at 0. Motor speed needs `drive`, the machine's [drive]. smoothing and window: see
-    `smoothing.smooth`. Raises TraceError.
+    `smoothing.smooth`. Across a gap of more than 100 steps the cart moves at constant speed from position to position;
+    between speeds it stands still. Raises TraceError.
     """
     is_motor_speed = trace.kind == "motor_speed"
     if is_motor_speed and drive is None:
@@ -216,6 +218,7 @@ def motion_from_trace(
     kind, value, quantum = trace.samples(drive)
     with errors_name(trace.source):
         smoothed = smooth(trace.time, value, kind, smoothing, quantum=quantum, window=window)
+        smoothed = across_gaps(smoothed, trace.time, value, kind, quantum)
         return Motion.along_x(
             trace.time,
             smoothed.acceleration,

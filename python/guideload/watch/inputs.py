@@ -106,7 +106,12 @@ class GrowingFile(Input):
         return False
 
     def _mark(self, position: int) -> int:
-        """Checksum of the bytes before a position, which shows whether the file is the same; -1 if it is shorter."""
+        """Checksum of the bytes before a position, which shows whether the file is the same; -1 if it is shorter.
+
+        At the start of a file, which has no bytes before it, its number in the file system.
+        """
+        if not position:
+            return os.fstat(self.file.fileno()).st_ino
         here = self.file.tell()
         size = min(MARK, position)
         self.file.seek(position - size)

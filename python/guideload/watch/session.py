@@ -69,7 +69,11 @@ class Session:
         found = self.source.read(WAIT)
         self._count()
         if isinstance(found, bytes):
-            return self._take(found)
+            goes_on = self._take(found)
+            # The start of a file has no checksum, so the place after its first samples is written at once.
+            if self.store is not None and self.store.place.get("position") == 0 < self.lines.position:
+                self._save()
+            return goes_on
         if (cut := self.lines.end()) is not None and self.on_refused(cut):
             return False
         if found is None:

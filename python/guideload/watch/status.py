@@ -126,7 +126,7 @@ class LoadCurves:
     def __init__(self, period: float) -> None:
         self.per_bucket = max(1, round(BUCKET / period))
         self.step = self.per_bucket * period  # s
-        self._points: deque[tuple[int, Array]] = deque(maxlen=max(100, round(SECONDS / self.step)))
+        self._points: deque[tuple[int, Array]] = deque()
 
     def add(self, periods: Integers, loads: Array) -> None:
         """Loads (n, carriages, 5) of some periods; -1 for those that are not known."""
@@ -142,6 +142,8 @@ class LoadCurves:
                 self._points[-1] = (number, np.maximum(self._points[-1][1], values))
             else:
                 self._points.append((number, values))
+        while (self._points[-1][0] - self._points[0][0]) * self.step >= SECONDS:
+            self._points.popleft()
 
     @property
     def points(self) -> list[list[float]]:

@@ -12,7 +12,7 @@ import base64
 import json
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime, timezone
@@ -70,7 +70,7 @@ class Store:
     def _restore(self) -> None:
         """Go on with the record, and with the samples that came after it."""
         self._read_record()
-        journals = sorted(self.folder.glob("_*.journal"))
+        journals = _by_sample(self.folder.glob("_*.journal"))
         if not self._replay(journals):
             self.since = self.samples
         self.save(self.place)
@@ -122,7 +122,7 @@ class Store:
         from pyarrow import parquet
 
         found: list[Integers] = []
-        for path in sorted(self.folder.glob("????-??-??T??-*.parquet"))[-FILES:]:
+        for path in _by_sample(self.folder.glob("????-??-??T??-*.parquet"))[-FILES:]:
             wanted = [("sample", ">=", first), ("sample", "<", end)]
             with suppress(OSError, ValueError):  # a damaged file: the others must do
                 found.append(_as_pushed(parquet.read_table(path, columns=list(PUSHED), filters=wanted)))
@@ -211,6 +211,11 @@ class Store:
         journal.unlink()
 
 
+def _by_sample(paths: Iterable[Path]) -> list[Path]:
+    """Files in the order of their first sample, which ends their names: the clock of their hours may be set back."""
+    return sorted(paths, key=lambda path: path.stem.rpartition("-")[2])
+
+
 def _hour(now: float) -> str:
     """The hour of an instant, UTC."""
     return datetime.fromtimestamp(now, timezone.utc).strftime("%Y-%m-%dT%H")
@@ -252,14 +257,19 @@ def _described(journal: Path) -> dict[str, Any]:
 
 
 def _rows(journal: Path) -> Iterator[NDArray[Any]]:
-    """The complete rows of a journal, without a last one that was cut off."""
-    row = _row(_described(journal)["carriages"])
+    """The complete rows of a journal, up to one whose number is not the next, as of bytes that were never written."""
+    row, number = _row(_described(journal)["carriages"]), int(journal.stem.rpartition("-")[2])
     with journal.open("rb") as file:
         file.readline()
         while data := file.read(ROWS * row.itemsize):
             rows = np.frombuffer(data[: len(data) - len(data) % row.itemsize], row)
-            if rows.size:
-                yield rows
+            follows = rows["sample"] == number + np.arange(rows.size)
+            size = rows.size if follows.all() else int(follows.argmin())
+            if size:
+                yield rows[:size]
+            if size < rows.size:
+                return
+            number += size
 
 
 def _as_pushed(rows: Any) -> Integers:

@@ -8,6 +8,7 @@ import numpy as np
 
 from guideload.base.arrays import Array, Flags, Indices
 from guideload.base.number_text import milliseconds
+from guideload.smoothing.kinematics import SPAN, STILL_QUANTA
 from guideload.smoothing.smoothing import find_quantum
 from guideload.traces.content.samples import TraceDraft
 
@@ -19,11 +20,8 @@ UNIFORM = 1e-3  # of a step: smaller errors of the stamps do not matter beside t
 TICK_RANGE = 1.5  # ticks: steps of uniform samples differ by one tick, and by rounding
 MOST_REPEATED = 0.2  # share of rows in a log on change that repeat the value before
 FIRST_STEP = 1.5  # largest first step of a move, over the next one; a lost row makes it 2
-FROM_REST = (
-    2.0  # least ratio of the second step of a move to the first: 3 at constant acceleration, less with jitter
-)
-STILL_QUANTA = 2.5  # largest change at rest: two quanta, and their rounding
-HELD = 100  # rows inserted at each end of a standstill: more than the smoothing spans
+# Least ratio of the second step of a move from rest to the first: 3 at constant acceleration, less with jitter.
+FROM_REST = 2.0
 
 
 @dataclass(frozen=True)
@@ -131,13 +129,13 @@ def fill_standstills(time: Array, value: Array, gaps: Indices, step: float) -> t
     """Time and value with the rows that a log on change omits, and the number of these rows.
 
     Before each of `gaps` the last value is repeated at the usual step: forwards from the row before the gap and
-    backwards from the row after it, at most HELD rows on either side.
+    backwards from the row after it, at most `SPAN` rows on either side.
     """
     added: list[Array] = [np.empty(0)]
     for gap in gaps:
         start, end = float(time[gap - 1]), float(time[gap])
         missing = int(np.ceil((end - start) / step - 0.5)) - 1
-        before, after = (0, missing) if missing <= 2 * HELD else (HELD, HELD)
+        before, after = (0, missing) if missing <= 2 * SPAN else (SPAN, SPAN)
         near, far = start + step * np.arange(1.0, before + 1), end - step * np.arange(after, 0, -1.0)
         added.append(np.concatenate([near, far]))
     stamps, places = np.concatenate(added), np.repeat(gaps, [part.size for part in added[1:]])
