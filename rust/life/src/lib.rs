@@ -4,6 +4,7 @@
 //! - `real`: f32 and f64.
 //! - `rows`: two preloaded rows, for one number or several side by side.
 //! - `rule`: what a [`Rule`] makes of a load.
+//! - `sum`: addition of two numbers with its rounding error.
 //! - `travel`: `∫ P^p |v| dt` over an interval on which loads are linear and the speed is quadratic, cut into pieces on which P is smooth.
 //!
 //! No function calls itself, allocates or panics, and the number of operations is bounded.
@@ -16,9 +17,11 @@ extern crate std;
 mod real;
 mod rows;
 mod rule;
+mod sum;
 mod travel;
 
 pub use real::Real;
 pub use rows::{Number, Rows};
 pub use rule::{COMPONENTS, Exponent, Rule, Weighed};
+pub use sum::two_sum;
 pub use travel::{Integrals, Interval, Piece, Power, Travel};

@@ -96,6 +96,13 @@ impl<T: Real> Piece<T> {
         [Self::new(self.from, at, [first, before, there]), Self::new(at, self.to, [there, after, last])]
     }
 
+    /// Velocity: coefficients of 1, x and x², x from -1 to 1.
+    pub fn speed_powers(&self) -> [T; 3] {
+        let ([first, middle, last], number) = (self.speed, T::from_f64);
+        let (quarter, double) = (number(0.25), middle + middle);
+        [quarter * (first + double + last), number(0.5) * (last - first), quarter * (first - double + last)]
+    }
+
     /// The share of the piece at which it reaches a fraction of the interval.
     fn share(&self, fraction: T) -> T {
         (fraction - self.from) / (self.to - self.from)

@@ -3,7 +3,7 @@
 use super::covariance::Covariance;
 use super::schedule::{Deviation, Event, Schedule};
 use crate::error::Stopped;
-use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::{add_scaled, fma, norm, sqrt};
 use crate::numeric::simd::{LANES, Lanes, dispatch};
 use crate::output::{Axial, Part, Recovery, Wrench, link_load};
 use crate::system::{ModelLevel, System};
@@ -143,7 +143,7 @@ fn fill_sizes(z: &[[f64; 12]; 12], quantities: &Quantities, loads: &[f64], sprea
         for (chunk, loads) in loads.chunks(6 * LANES).enumerate() {
             let mut size = [0.0; LANES];
             for (size, load) in size.iter_mut().zip(loads.as_chunks::<6>().0) {
-                *size = sqrt(load[components.clone()].iter().map(|x| x * x).sum());
+                *size = norm(&load[components.clone()]);
             }
             let mut rows = [[0.0; LANES]; 12];
             for component in components.clone() {
@@ -162,8 +162,7 @@ fn fill_sizes(z: &[[f64; 12]; 12], quantities: &Quantities, loads: &[f64], sprea
             for lane in 0..loads.len() / 6 {
                 let group = chunk * LANES + lane;
                 let all = &spread[6 * group + components.start..6 * group + components.end];
-                out[2 * group + which] =
-                    if size[lane] > 0.0 { root(along[lane]) } else { sqrt(all.iter().map(|x| x * x).sum()) };
+                out[2 * group + which] = if size[lane] > 0.0 { root(along[lane]) } else { norm(all) };
             }
         }
     }

@@ -4,7 +4,7 @@ use super::block::{LinkBlock, NO_LINKS};
 use crate::equations::{Equations, LongStepBounds, PowerSeries, SegmentEquations, growth, growth_rate};
 use crate::excitation::Ramp;
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
-use crate::numeric::float::{add_scaled, sqrt};
+use crate::numeric::float::{add_scaled, norm};
 use crate::numeric::simd::LANES;
 use crate::system::{Force, LinkRow, NO_FORCE, State, System, energy_norm};
 
@@ -52,20 +52,18 @@ pub(super) struct Segments<'a, const CACHED: usize = CACHED_COMBINATIONS> {
 impl<'a, const CACHED: usize> Segments<'a, CACHED> {
     /// The segments in `state`. `load_scale`: size of the loads, N; `slack`: tolerance of a load beyond an edge, over the load scale.
     pub(super) fn new(system: &'a System, state: &State, load_scale: f64, slack: f64) -> Self {
-        let is_nonlinear = |row: &LinkRow| !row.link.law().is_linear();
-        let count = system.rows().iter().filter(|row| is_nonlinear(row)).count();
+        let count = system.nonlinear().count();
         let mut links = BoundedVec::filled((0, 0), count);
         let mut blocks = BoundedVec::filled(NO_LINKS, count.div_ceil(LANES));
-        let rows = system.rows().iter().enumerate().filter(|(_, row)| is_nonlinear(row));
-        for (place, (index, row)) in rows.enumerate() {
+        for (place, (index, row)) in system.nonlinear().enumerate() {
             let law = row.link.law();
-            links.as_mut_slice()[place] = (index, law.segment_of(row.deflection_at(state)) as u8);
+            links.as_mut_slice()[place] = (index, row.segment_at(state) as u8);
             let (block, lane) = (&mut blocks.as_mut_slice()[place / LANES], place % LANES);
             for j in 0..6 {
                 block.deflection[j][lane] = row.deflection[j];
                 block.rate[j][lane] = row.rate[j];
             }
-            block.norm[lane] = sqrt(row.deflection.iter().map(|x| x * x).sum());
+            block.norm[lane] = norm(&row.deflection);
             let edges = law.edges().iter().fold(row.rest.abs(), |most, edge| f64::max(most, edge.abs()));
             let largest = load_scale / law.nominal();
             block.tolerance[lane] = f64::max(EDGE_TOLERANCE * (edges + largest), slack * largest);

@@ -1,7 +1,9 @@
 //! The exact solution of the linear part over one step under a force that is a cubic polynomial in time.
 
 use super::Equations;
-use super::propagator::{Columns, integrals, scale_by, three_sums};
+use super::columns::{Columns, scale_by, three_sums, whole};
+use super::exponential::{integrals, matrix, norm_1};
+
 use super::series::{CubicForce, LONG_SERIES, PowerSeries};
 use crate::numeric::float::add_scaled;
 use crate::numeric::simd::dispatch;
@@ -52,7 +54,8 @@ impl CubicPropagator {
 #[cfg_attr(feature = "std", inline(always))]
 fn propagator<E: Equations>(equations: &E, h: f64) -> CubicPropagator {
     // R_k is k! / h^k times integral k + 1.
-    let (exp_minus_identity, mut response) = integrals::<E, 4>(equations, h);
+    let a = matrix(equations);
+    let (exp_minus_identity, mut response) = integrals(&a, norm_1(&a), h);
     let mut factor = 1.0;
     for k in 1..4 {
         factor *= k as f64 / h;
@@ -62,7 +65,7 @@ fn propagator<E: Equations>(equations: &E, h: f64) -> CubicPropagator {
     for (cubic, quadratic) in cubic.iter_mut().zip(quadratic) {
         add_scaled(cubic, quadratic, -1.0);
     }
-    CubicPropagator { exp_minus_identity, response }
+    CubicPropagator { exp_minus_identity: *whole(&exp_minus_identity), response }
 }
 
 /// A step of the linear part: by a propagator where the length recurs, else by the series.

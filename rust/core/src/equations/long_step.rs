@@ -12,9 +12,9 @@
 
 use nalgebra::Matrix6;
 
-use super::propagator::{
-    Columns, Propagator, add_product, double, identity, matrix, plus_product, product, three_sums,
-};
+use super::columns::{Columns, add_product, double, identity, plus_product, product, three_sums, whole};
+use super::exponential::matrix;
+use super::propagator::Propagator;
 use super::{Equations, growth, growth_rate};
 use crate::excitation::{Forcing, Instant};
 use crate::numeric::bounded_vec::BoundedVec;
@@ -93,7 +93,7 @@ impl LongStep {
         let (mut power, mut largest) = (identity::<12>(0), identity::<12>(0));
         for _ in 0..LONG_STEP {
             let before = power;
-            add_product(&mut power, &once, &before);
+            add_product::<0, 12, 12>(&mut power, &once, &before);
             for (column, largest) in power.iter().zip(&mut largest) {
                 for i in 0..12 {
                     let entry = column[i].abs();
@@ -105,7 +105,7 @@ impl LongStep {
         let mut second = [[0.0; 12]; 12];
         if E::PIECEWISE {
             let a = matrix(equations);
-            second = product(&a, &a);
+            second = product::<0, 12, 12>(whole(&a), whole(&a));
             for entry in second.as_flattened_mut() {
                 *entry = entry.abs();
             }

@@ -8,12 +8,14 @@
 //! ```
 //!
 //! `linear`, `piecewise`, `smooth`: the three kinds; `ball_links`, `riding`: what preloaded balls and moving riders add to the third.
-//! `propagator`, `series`, `cubic`: the exact solution of the linear part over one step; `propagator_derivative`: its derivatives; `sampled`:
-//! at a fixed period; `two_steps`, `long_step`: over two and many steps; `linearized`: steps and long steps of preloaded scenes near an equilibrium;
+//! `columns`, `exponential`: matrices, and the exponential of that of the linear part; `propagator`, `series`, `cubic`: the exact solution of this part over one step;
+//! `propagator_derivative`: its derivatives; `sampled`: at a fixed period; `two_steps`, `long_step`: over two and many steps; `linearized`: steps and long steps of preloaded scenes near an equilibrium;
 //! `side_by_side`: steps of some preloaded scenes at once.
 
 mod ball_links;
+mod columns;
 mod cubic;
+mod exponential;
 mod linear;
 mod linearized;
 mod long_step;
@@ -29,20 +31,23 @@ mod side_by_side;
 mod smooth;
 mod two_steps;
 
+#[cfg(feature = "studies")]
+pub(crate) use columns::three_sums;
 pub use cubic::CubicPropagator;
 pub(crate) use cubic::{CubicStep, advance_cubic};
+#[cfg(feature = "studies")]
+pub(crate) use exponential::series_terms;
 pub use linearized::Linearized;
 pub use long_step::LongStep;
 pub(crate) use long_step::{LONG_STEP, LongStepBounds, LongStepSamples};
 pub(crate) use piecewise::SegmentEquations;
 pub use propagator::Propagator;
-pub(crate) use propagator::three_sums;
 #[cfg(feature = "studies")]
-pub(crate) use propagator_derivative::{EquationsDerivative, PropagatorDerivative, PropagatorStages};
+pub(crate) use propagator_derivative::EquationsDerivative;
 pub(crate) use riding::Riders;
 pub use riding::StageData;
 pub use sampled::SampledSystem;
-pub(crate) use series::{CubicForce, PowerSeries, advance, work};
+pub(crate) use series::{CubicForce, PowerSeries, advance, power_series, work};
 #[cfg(feature = "studies")]
 pub(crate) use side_by_side::{BallScenes, Forces, Propagators, Remainders, States, number, plus};
 pub(crate) use smooth::SmoothEquations;

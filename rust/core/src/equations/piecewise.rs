@@ -24,13 +24,7 @@ impl SegmentEquations {
 
     /// The equations of the linear links alone, to which the others are added.
     pub(crate) fn of_linear_links(system: &System) -> Self {
-        let mut piece = Self {
-            frequency: *system.frequencies(),
-            stiffness: [[0.0; 6]; 6],
-            damping: [[0.0; 6]; 6],
-            constant: NO_FORCE,
-            key: 0,
-        };
+        let mut piece = Self::new(*system.frequencies(), [[[0.0; 6]; 6]; 2], NO_FORCE);
         if system.model_level() == ModelLevel::Linear {
             // From the modes: on an elastic base the body feels less than the sum of its links.
             (piece.stiffness, piece.damping) = system.tangent(&[0.0; 12], Instant::FIRST);
@@ -63,7 +57,7 @@ impl SegmentEquations {
     /// springs with their stiffness at rest.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn with_links(mut self, system: &System, mut segment: impl FnMut(&LinkRow) -> usize) -> Self {
-        for row in system.rows().iter().filter(|row| !row.link.law().is_linear()) {
+        for (_, row) in system.nonlinear() {
             let segment = segment(row);
             if row.link.law().is_piecewise_linear() {
                 let (stiffness, excess, damped) = row.on_segment(segment);

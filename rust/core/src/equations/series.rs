@@ -116,12 +116,12 @@ impl PowerSeries {
 }
 
 /// Receives the terms of a power series. (A trait, because a closure may be compiled for the oldest processor.)
-trait TermSink {
+pub(crate) trait TermSink {
     /// Receives term `k`; returns whether the next one is needed.
     fn take(&mut self, k: usize, term: &State) -> bool;
 }
 
-impl TermSink for [State; TERMS + 1] {
+impl<const N: usize> TermSink for [State; N] {
     #[cfg_attr(feature = "std", inline(always))]
     fn take(&mut self, k: usize, term: &State) -> bool {
         self[k] = *term;
@@ -160,7 +160,7 @@ const LEAST_TERM: f64 = 1e-18;
 /// Passes terms 1, 2, … of the solution to `sink` until it returns false or `most` is reached. The solution starts in `state` and covers
 /// `tau` s, in which the force is a polynomial of the fraction of it, with these coefficients in ascending order.
 #[cfg_attr(feature = "std", inline(always))]
-fn power_series<E: Equations, const N: usize>(
+pub(crate) fn power_series<E: Equations, const N: usize>(
     equations: &E,
     tau: f64,
     force: &[Force; N],

@@ -165,8 +165,7 @@ impl Equations for SmoothEquations<'_> {
                 force[j] -= row.rate[j] * load;
                 rate[j] -= row.rate[j] * load_rate;
             }
-            let segment = row.link.law().segment_of(row.deflection_at(state));
-            contact_signature = fma(contact_signature, SIGNATURE_FACTOR, segment as f64 - 1.0);
+            contact_signature = fma(contact_signature, SIGNATURE_FACTOR, row.segment_at(state) as f64 - 1.0);
         }
         add_scaled(&mut force, &second, 1.0);
         add_scaled(&mut rate, &second_rate, 1.0);
@@ -205,9 +204,7 @@ impl Equations for SmoothEquations<'_> {
             }
         }
         for row in self.others.as_slice() {
-            let [one, other] =
-                [state, other].map(|state| row.link.law().segment_of(row.deflection_at(state)));
-            count += usize::from(one != other);
+            count += usize::from(row.segment_at(state) != row.segment_at(other));
         }
         count
     }

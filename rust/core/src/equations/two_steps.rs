@@ -7,7 +7,8 @@
 //! x(2h) = x(0) + (2 E + E²) x(0) + (B₀ + E B₀) f(0) + (B₀ + B₁ + E B₁) f(h) + B₁ f(2h)
 //! ```
 
-use super::propagator::{Propagator, add_product, double};
+use super::columns::{add_product, double};
+use super::propagator::Propagator;
 use crate::excitation::Values;
 use crate::numeric::bounded_vec::BoundedVec;
 use crate::numeric::float::add_scaled;
@@ -37,7 +38,7 @@ impl TwoSteps {
             let mut twice = once;
             add_scaled(&mut twice[1], from_start, 1.0);
             add_scaled(&mut twice[2], from_end, 1.0);
-            add_product(&mut twice, &step.exp_minus_identity, &once);
+            add_product::<0, 12, 3>(&mut twice, &step.exp_minus_identity, &once);
             for place in 0..3 {
                 to[place] = pair(&twice[place], &once[place]);
             }

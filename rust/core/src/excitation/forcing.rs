@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use super::Excitation;
 use super::riding::{Instant, MAX_RIDERS};
-use crate::numeric::float::{add_scaled, fma, sqrt};
+use crate::numeric::float::{add_scaled, fma, norm};
 use crate::system::{Force, Input, NO_FORCE, System};
 
 /// An excitation with a factor on its accelerations and one on its external loads.
@@ -78,7 +78,7 @@ impl Forcing {
                 *force *= factors[usize::from(component >= 3)];
             }
             forcing.influence[forcing.count] = influence;
-            forcing.size[forcing.count] = sqrt(influence.iter().map(|f| f * f).sum());
+            forcing.size[forcing.count] = norm(&influence);
             forcing.peak[forcing.count] = peak[component];
             forcing.count += 1;
         }
@@ -98,9 +98,25 @@ impl Forcing {
         &self.influence[..self.count]
     }
 
+    /// The components.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn components(&self) -> &[usize] {
+        &self.components[..self.count]
+    }
+
     /// The components, with the modal force of a unit of each.
     pub(crate) fn influences(&self) -> impl Iterator<Item = (usize, &Force)> {
         self.components.iter().copied().zip(self.influence())
+    }
+
+    /// The values of the components in an input.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn values_of(&self, input: &Input) -> Values {
+        let mut values = [0.0; 9];
+        for (value, &component) in values.iter_mut().zip(self.components()) {
+            *value = input[component];
+        }
+        values
     }
 
     /// The last sample up to which the excitation from sample `k` on is a straight line to within rounding; at least sample `k + 1`.
@@ -138,7 +154,7 @@ impl Forcing {
     #[inline(always)]
     pub(crate) fn is_constant(&self, excitation: &Excitation, samples: Range<usize>) -> bool {
         let mut constant = true;
-        for &component in &self.components[..self.count] {
+        for &component in self.components() {
             constant &= excitation.is_constant(samples.clone(), component);
         }
         constant
@@ -172,7 +188,7 @@ impl Forcing {
         k: usize,
         samples: &mut [[f64; N]; 9],
     ) {
-        for (samples, &component) in samples.iter_mut().zip(&self.components[..self.count]) {
+        for (samples, &component) in samples.iter_mut().zip(self.components()) {
             for (index, sample) in samples.iter_mut().enumerate() {
                 *sample = excitation.component(k + index, component);
             }
@@ -182,7 +198,7 @@ impl Forcing {
     /// Writes the values at sample `k` to `values`.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn sample(&self, excitation: &Excitation, k: usize, values: &mut Values) {
-        for (value, &component) in values.iter_mut().zip(&self.components[..self.count]) {
+        for (value, &component) in values.iter_mut().zip(self.components()) {
             *value = excitation.component(k, component);
         }
     }
@@ -247,8 +263,7 @@ impl<'a> Ramp<'a> {
     /// Bound on the growth of the norm of a state by the force over the step.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn impulse(&self) -> f64 {
-        let size = |force: Force| sqrt(force.iter().map(|f| f * f).sum());
-        self.h * (f64::max(size(self.force(0.0)), size(self.force(1.0))) + self.forcing.riders)
+        self.h * (f64::max(norm(&self.force(0.0)), norm(&self.force(1.0))) + self.forcing.riders)
     }
 
     /// Modal force at the fraction `theta` of the step.

@@ -130,7 +130,7 @@ impl<'a> Excitation<'a> {
     }
 
     /// Some of its samples, at least one; without riders, which studies refuse.
-    pub(crate) fn part(&self, samples: core::ops::Range<usize>) -> Self {
+    pub(crate) fn part(&self, samples: Range<usize>) -> Self {
         let knots = match self.knots {
             _ if samples.len() == self.count() => self.knots,
             Knots::Every { start, step } => Knots::Every { start: start + step * samples.start as f64, step },
@@ -217,11 +217,7 @@ impl<'a> Excitation<'a> {
     /// # Panics
     /// If there is no next sample.
     pub fn input_between(&self, k: usize, theta: f64) -> Input {
-        let (mut from, to) = (self.input(k), self.input(k + 1));
-        for (from, to) in from.iter_mut().zip(to) {
-            *from += theta * (to - *from);
-        }
-        from
+        between(&[self.input(k), self.input(k + 1)], theta)
     }
 
     /// Excitation at `time` s. Before the first and after the last sample it is constant; at a jump it is the value after it.
@@ -253,6 +249,16 @@ impl<'a> Excitation<'a> {
         let largest_load = |wrench| dispatch!(largest(wrench));
         input_from(dispatch!(largest(self.acceleration)), self.wrench.map_or([0.0; 6], largest_load))
     }
+}
+
+/// The input at the fraction `theta` of the way from one to another.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn between(ends: &[Input; 2], theta: f64) -> Input {
+    let mut input = ends[0];
+    for i in 0..9 {
+        input[i] += theta * (ends[1][i] - input[i]);
+    }
+    input
 }
 
 /// The external load, force and moment about L, of a `force` N at `point` (m from L) and a `moment` N m.

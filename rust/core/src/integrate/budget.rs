@@ -6,7 +6,7 @@ use super::control::Control;
 use super::method::Method;
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::Excitation;
-use crate::numeric::float::{pow, sqrt};
+use crate::numeric::float::{dot, pow, sqrt};
 use crate::output::Record;
 use crate::system::{State, System, finite};
 
@@ -40,7 +40,7 @@ const LINKS_PER_UNIT: f64 = 8.0;
 
 /// Largest modal frequency at rest, rad/s; `damped`: or decay rate.
 fn fastest(system: &System, damped: bool) -> f64 {
-    let mut fastest = system.frequency.iter().fold(0.0, |most, x| f64::max(most, *x));
+    let mut fastest = system.highest_frequency();
     for column in system.damping.iter().filter(|_| damped) {
         fastest = f64::max(fastest, column.iter().map(|x| x.abs()).sum());
     }
@@ -50,12 +50,9 @@ fn fastest(system: &System, damped: bool) -> f64 {
 /// Largest frequency of the body on a single nonlinear link of nominal stiffness, rad/s: behind an edge it may vibrate faster than at rest.
 fn fastest_on_a_link(system: &System) -> f64 {
     let mut fastest = 0.0;
-    for row in system.rows() {
-        let law = row.link.law();
-        if !law.is_linear() {
-            let mobility: f64 = row.rate.iter().map(|x| x * x).sum();
-            fastest = f64::max(fastest, sqrt(law.nominal() * mobility));
-        }
+    for (_, row) in system.nonlinear() {
+        let mobility = dot(&row.rate, &row.rate);
+        fastest = f64::max(fastest, sqrt(row.link.law().nominal() * mobility));
     }
     fastest
 }
@@ -97,8 +94,7 @@ impl Budget {
                 (WORK_PER_RADIAN * radians, MOST_WORK)
             }
         };
-        let nonlinear = system.links().filter(|link| !link.law().is_linear()).count();
-        let time_of_unit = 1.0 + nonlinear as f64 / LINKS_PER_UNIT;
+        let time_of_unit = 1.0 + system.nonlinear().count() as f64 / LINKS_PER_UNIT;
         let most = most / time_of_unit + MOST_WORK_PER_INTERVAL * count as f64;
         match control {
             Control::Fixed { step } => {

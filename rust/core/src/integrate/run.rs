@@ -12,7 +12,7 @@ use crate::contacts::{Contacts, SmoothContacts, SwitchedEquations, Unswitched};
 use crate::equations::{Equations, Riders, SmoothEquations};
 use crate::error::{OtherMethod, RunError};
 use crate::excitation::{Excitation, Forcing, ScaledExcitation};
-use crate::numeric::float::sqrt;
+use crate::numeric::float::norm;
 use crate::numeric::simd::dispatch_once;
 use crate::output::Record;
 use crate::system::{ModelLevel, State, System, energy_norm};
@@ -154,7 +154,7 @@ impl<'a, M: Method> Setup<'a, M> {
         }
         let mut forcing = Forcing::new(system, &scaled.peak, scaled.factors).with_riders(excitation);
         let riders = Riders::new(system, excitation);
-        riders.peak_forces(&scaled.peak, |force| forcing.riders += sqrt(force.iter().map(|f| f * f).sum()));
+        riders.peak_forces(&scaled.peak, |force| forcing.riders += norm(force));
         let start = start.state(system, &forcing, &riders, excitation)?;
         let other = match system.first_smooth() {
             None if excitation.riders().is_empty() => OtherMethod::Exact,

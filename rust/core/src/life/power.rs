@@ -48,7 +48,7 @@ impl Power<f64> for LoadPower {
             return piece.cubic(ends);
         }
         let [load, end] = ends.map(|load| f64::max(load, 0.0));
-        (piece.to - piece.from) * mean_of_product(load, end, speed_coefficients(piece), self.0)
+        (piece.to - piece.from) * mean_of_product(load, end, piece.speed_powers(), self.0)
     }
 
     #[inline(never)]
@@ -77,7 +77,7 @@ impl LoadPower {
 
     /// The integral over a piece under two preloaded rows.
     fn of_rows(&self, rule: &Rule<f64>, piece: &Piece<f64>, ends: [f64; 2]) -> f64 {
-        let [even, odd, bend] = speed_coefficients(piece);
+        let [even, odd, bend] = piece.speed_powers();
         let mut sum = 0.0;
         for_each_part(ends.map(|load| load / rule.opening), |[from, to], [first, last]| {
             // Of the part, x from -1 to 1.
@@ -127,12 +127,6 @@ pub(crate) fn mean_by_series<N: Number>(
         sum = sum + weight * relative * (c0 + x * (c1 + x * c2));
     }
     power(row) * sum
-}
-
-/// Coefficients of the speed on a piece by 1, x and x², x from -1 to 1.
-fn speed_coefficients(piece: &Piece<f64>) -> [f64; 3] {
-    let [first, middle, last] = piece.speed;
-    [0.25 * (first + 2.0 * middle + last), 0.5 * (last - first), 0.25 * (first - 2.0 * middle + last)]
 }
 
 /// Calls `part` for the parts of a piece on which the load, in units of the opening, is linear from one end to the other and below 1: with the

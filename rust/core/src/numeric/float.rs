@@ -27,6 +27,18 @@ pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
     return a * b + c;
 }
 
+/// Sum of the products of the entries of two vectors.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Euclidean norm.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn norm(vector: &[f64]) -> f64 {
+    sqrt(dot(vector, vector))
+}
+
 /// Adds `factor * column` to `sum`.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn add_scaled<const N: usize>(sum: &mut [f64; N], column: &[f64; N], factor: f64) {

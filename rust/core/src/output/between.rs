@@ -63,7 +63,7 @@ impl<'a> Between<'a> {
             excitation,
             forcing: Forcing::new(system, &peak, factors).with_riders(excitation),
             linear,
-            segments: BoundedVec::filled(u8::MAX, nonlinear(system).count()),
+            segments: BoundedVec::filled(u8::MAX, system.nonlinear().count()),
             on_segments: (linear, PowerSeries::new(&linear)),
             waiting: [None; WAITING],
             count: 0,
@@ -237,8 +237,8 @@ impl Between<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn find_equations(&mut self, inside: &State) {
         let mut same = true;
-        for (known, row) in self.segments.as_mut_slice().iter_mut().zip(nonlinear(self.system)) {
-            let segment = row.link.law().segment_of(row.deflection_at(inside)) as u8;
+        for (known, (_, row)) in self.segments.as_mut_slice().iter_mut().zip(self.system.nonlinear()) {
+            let segment = row.segment_at(inside) as u8;
             same &= *known == segment;
             *known = segment;
         }
@@ -249,8 +249,4 @@ impl Between<'_> {
             self.on_segments = (equations, PowerSeries::new(&equations));
         }
     }
-}
-
-fn nonlinear(system: &System) -> impl Iterator<Item = &LinkRow> {
-    system.rows().iter().filter(|row| !row.link.law().is_linear())
 }

@@ -191,7 +191,7 @@ impl<'a, const ROWS: usize> Recovery<'a, ROWS> {
                 out.nonlinear.push(*link);
                 continue;
             }
-            let (load_at_zero, stiffness) = law.segment(law.segment_of(row.deflection_at(state)));
+            let (load_at_zero, stiffness) = law.segment(row.segment_at(state));
             add_scaled(&mut out.linear.constant, elastic, fma(stiffness, row.rest, load_at_zero));
             for j in 0..6 {
                 add_scaled(&mut out.linear.by_state[j], elastic, stiffness * row.deflection[j]);

@@ -106,7 +106,7 @@ pub(crate) fn contacts(system: &System) -> Vec<&LinkRow> {
 /// Whether a link is on different segments of its law in these states.
 fn contact_changes(contacts: &[&LinkRow], states: [&State; 3]) -> bool {
     contacts.iter().any(|row| {
-        let [start, middle, end] = states.map(|state| row.link.law().segment_of(row.deflection_at(state)));
+        let [start, middle, end] = states.map(|state| row.segment_at(state));
         start != middle || middle != end
     })
 }

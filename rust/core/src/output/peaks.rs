@@ -15,7 +15,7 @@ use crate::error::RunError;
 use crate::excitation::{Excitation, ScaledExcitation};
 use crate::numeric::float::fma;
 use crate::numeric::simd::{dispatch, dispatch_wide};
-use crate::system::{Bounded, Input, NO_INPUT, SUM_ROUNDING, State, StateBox, System};
+use crate::system::{Bounded, Input, NO_INPUT, SUM_ROUNDING, State, StateBox, System, range_of};
 
 /// Stores only the extremes of loads, in between the recorded samples too; the smallest magnitudes at the samples. It takes 42 kB, and
 /// without `std` 24 kB.
@@ -283,13 +283,7 @@ impl Record for Peaks<'_> {
 /// The ranges of the entries of the excitation.
 #[cfg_attr(feature = "std", inline(always))]
 fn ranges_of(inputs: &[Input; BLOCK]) -> [Bounded; 9] {
-    let (mut low, mut high) = (inputs[0], inputs[0]);
-    for input in inputs {
-        for i in 0..9 {
-            low[i] = if input[i] < low[i] { input[i] } else { low[i] };
-            high[i] = if input[i] > high[i] { input[i] } else { high[i] };
-        }
-    }
+    let [low, high] = range_of(inputs);
     core::array::from_fn(|i| {
         let (middle, half) = (0.5 * (low[i] + high[i]), 0.5 * (high[i] - low[i]));
         [middle, fma(SUM_ROUNDING, middle.abs(), half)]

@@ -4,10 +4,9 @@
 //! column, and `dJ = Σ λ_{k+1} · D (s_k, u_k, u_{k+1}, 1)` needs each column only once for each length of interval, for the sum of the
 //! outer products.
 
-use super::steps::Recurring;
-use super::tangents::{Interval, LinearRun, components};
-use crate::equations::{EquationsDerivative, PropagatorDerivative};
-use crate::numeric::float::add_scaled;
+use super::tangents::{Interval, LinearRun, Prepared};
+use crate::equations::Propagator;
+use crate::numeric::float::{add_scaled, dot};
 use crate::numeric::simd::dispatch;
 use crate::system::State;
 
@@ -25,26 +24,18 @@ impl Products {
         Self { state: [[0.0; 12]; 12], start: [[0.0; 12]; 9], end: [[0.0; 12]; 9], constant: [0.0; 12] };
 
     /// The sum with the derivative of the step by a column.
-    fn with(&self, by: &PropagatorDerivative) -> f64 {
-        let product = |a: &[[f64; 12]], b: &[[f64; 12]]| -> f64 {
-            a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
-        };
-        product(&self.state, &by.exp_minus_identity)
-            + product(&self.start, &by.from_start)
-            + product(&self.end, &by.from_end)
-            + product(&[self.constant], &[by.from_constant])
+    fn with(&self, by: &Propagator) -> f64 {
+        dot(self.state.as_flattened(), by.exp_minus_identity.as_flattened())
+            + dot(self.start.as_flattened(), by.from_start.as_flattened())
+            + dot(self.end.as_flattened(), by.from_end.as_flattened())
+            + dot(&self.constant, &by.from_constant)
     }
 }
 
 /// Derivatives of a figure by each column through the states. `by_state`: its derivatives by the state at each sample.
-pub(super) fn through_states(
-    run: LinearRun,
-    columns: &[EquationsDerivative],
-    (intervals, recurring): (&[Interval], &[Recurring]),
-    by_state: &[State],
-) -> Vec<f64> {
-    let components = &components(run.excitation)[..];
-    let (products, first) = dispatch!(backwards(run, intervals, recurring, components, by_state));
+pub(super) fn through_states(run: LinearRun, prepared: &Prepared, by_state: &[State]) -> Vec<f64> {
+    let Prepared { columns, recurring, .. } = prepared;
+    let (products, first) = dispatch!(backwards(run, prepared, by_state));
     let mut out: Vec<f64> = (0..columns.len())
         .map(|column| {
             products.iter().zip(recurring).map(|(products, of)| products.with(&of.derivatives[column])).sum()
@@ -53,25 +44,20 @@ pub(super) fn through_states(
     if run.quasi_static {
         for (out, column) in out.iter_mut().zip(columns) {
             let tangent = column.quasi_static(run.varied, &run.states[0], &run.excitation.input(0));
-            *out += tangent.iter().zip(first).map(|(a, b)| a * b).sum::<f64>();
+            *out += dot(&tangent, &first);
         }
     }
     out
 }
 
 #[cfg_attr(feature = "std", inline(always))]
-fn backwards(
-    run: LinearRun,
-    intervals: &[Interval],
-    recurring: &[Recurring],
-    components: &[usize],
-    by_state: &[State],
-) -> (Vec<Products>, State) {
+fn backwards(run: LinearRun, prepared: &Prepared, by_state: &[State]) -> (Vec<Products>, State) {
+    let Prepared { intervals, recurring, forcing, .. } = prepared;
     let mut products = vec![Products::NONE; recurring.len()];
     let mut transposed = Vec::with_capacity(recurring.len());
     for of in recurring {
         transposed.push(core::array::from_fn::<[f64; 12], 12, _>(|j| {
-            of.exp_minus_identity.map(|column| column[j])
+            of.propagator.exp_minus_identity.map(|column| column[j])
         }));
     }
     let mut adjoint = by_state[by_state.len() - 1];
@@ -83,9 +69,9 @@ fn backwards(
             for (column, &factor) in to.state.iter_mut().zip(&run.states[k]) {
                 add_scaled(column, &adjoint, factor);
             }
-            for &component in components {
-                add_scaled(&mut to.start[component], &adjoint, run.excitation.component(k, component));
-                add_scaled(&mut to.end[component], &adjoint, run.excitation.component(k + 1, component));
+            for (place, &component) in forcing.components().iter().enumerate() {
+                add_scaled(&mut to.start[place], &adjoint, run.excitation.component(k, component));
+                add_scaled(&mut to.end[place], &adjoint, run.excitation.component(k + 1, component));
             }
             add_scaled(&mut to.constant, &adjoint, 1.0);
             let (mut back, mut second) = (adjoint, [0.0; 12]);

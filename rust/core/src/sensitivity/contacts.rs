@@ -7,15 +7,12 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector6;
-
 use super::error::SensitivityError;
-use super::steps::{Recurring, by_series, derivatives};
+use super::steps::{Recurring, by_series};
 use super::system::VariedSystem;
 use crate::equations::{EquationsDerivative, PowerSeries, SegmentEquations};
 use crate::error::RunError;
-use crate::excitation::Excitation;
-use crate::numeric::simd::dispatch;
+use crate::excitation::{Excitation, Forcing, between};
 use crate::output::Record;
 use crate::system::{Input, State, System};
 
@@ -117,8 +114,7 @@ impl ContactChanges {
             return known;
         }
         let (varied, equations) = varied.on_segments(segments);
-        let columns =
-            (0..varied.derivatives.len()).map(|column| EquationsDerivative::new(&varied, column)).collect();
+        let columns = EquationsDerivative::all(&varied);
         let series = PowerSeries::new(&equations);
         self.pieces.push(Piece { segments: segments.to_vec(), varied, equations, columns, series });
         self.pieces.len() - 1
@@ -174,13 +170,10 @@ impl ContactChanges {
         (length, state, ends): (f64, &State, &[Input; 2]),
         tangents: &mut [State],
     ) {
-        let input = |since: f64| -> Input {
-            core::array::from_fn(|i| ends[0][i] + since / length * (ends[1][i] - ends[0][i]))
-        };
         let (mut from, mut state, mut index) = (0.0, state, self.at_samples[sample]);
         let mut start = ends[0];
         for change in self.within(sample) {
-            let (until, end) = (change.at.1, input(change.at.1));
+            let (until, end) = (change.at.1, between(ends, change.at.1 / length));
             self.pieces[index].pass((until - from, state, &[start, end]), tangents);
             self.jump(varied, index, change, tangents);
             (from, state, index, start) = (until, &change.state, change.piece, end);
@@ -199,7 +192,7 @@ impl ContactChanges {
             let impulse = if is { -row.link.damping() } else { row.link.damping() };
             for (tangent, by) in tangents.iter_mut().zip(&varied.derivatives) {
                 let of = &by.links[link];
-                let turned: Vector6<f64> = varied.system.shapes().transpose() * of.row;
+                let turned = of.rate(&varied.system);
                 let mut past = of.rest - row.link.law().edge_derivative(usize::min(from, to), &of.law);
                 for mode in 0..varied.system.mode_count() {
                     past += turned[mode] / varied.system.frequencies()[mode] * change.state[mode];
@@ -215,8 +208,8 @@ impl ContactChanges {
 
 impl Piece {
     /// The propagator over a length of interval, and its derivatives.
-    pub(super) fn recurring(&self, length: f64) -> Recurring {
-        dispatch!(derivatives(&self.equations, &self.varied, &self.columns, length))
+    pub(super) fn recurring(&self, forcing: &Forcing, length: f64) -> Recurring {
+        Recurring::new(&self.equations, &self.columns, forcing, length)
     }
 
     /// Passes a part of an interval.
@@ -229,6 +222,5 @@ impl Piece {
 
 /// The segments in the state in which a run starts.
 fn start_of(system: &System, state: &State) -> Vec<(usize, u8)> {
-    let rows = system.rows().iter().enumerate().filter(|(_, row)| !row.link.law().is_linear());
-    rows.map(|(link, row)| (link, row.link.law().segment_of(row.deflection_at(state)) as u8)).collect()
+    system.nonlinear().map(|(link, row)| (link, row.segment_at(state) as u8)).collect()
 }

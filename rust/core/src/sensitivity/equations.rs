@@ -11,6 +11,11 @@ use crate::numeric::float::{add_columns, times};
 use crate::system::{Force, Input, NO_FORCE, Square, State};
 
 impl EquationsDerivative {
+    /// The derivatives of the equations of a linear system by all columns.
+    pub(super) fn all(varied: &VariedSystem) -> Vec<Self> {
+        (0..varied.derivatives.len()).map(|column| Self::new(varied, column)).collect()
+    }
+
     /// The derivatives of the equations of a linear system by a column.
     pub(super) fn new(varied: &VariedSystem, column: usize) -> Self {
         let (system, by) = (&varied.system, &varied.derivatives[column]);
@@ -18,7 +23,7 @@ impl EquationsDerivative {
         let mass = shapes.transpose() * by.mass * shapes;
         let (mut stiffness, mut damping) = ([NO_FORCE; 6], [NO_FORCE; 6]);
         for (row, link) in system.rows().iter().zip(&by.links) {
-            let turned: [f64; 6] = (shapes.transpose() * link.row).into();
+            let turned = link.rate(system);
             let b = row.link.damping();
             for j in 0..n {
                 for i in 0..n {

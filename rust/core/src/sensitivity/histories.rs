@@ -8,12 +8,12 @@ use super::error::SensitivityError;
 use super::rows::{Operands, Quantity, Row, WeightedSums, apply, state_weights};
 use super::smooth::SmoothSystem;
 use super::system::VariedSystem;
-use super::tangents::{LinearRun, Prepared, components, tangent_states};
+use super::tangents::{LinearRun, Prepared, forcing, tangent_states};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
 use crate::integrate::{Control, NamedMethod, Output, Start};
 use crate::numeric::simd::dispatch_wide;
-use crate::numeric::watch::{Watch, check_memory};
+use crate::numeric::watch::{Watch, filled};
 use crate::output::Watched;
 use crate::system::{Input, ModelLevel, State};
 use crate::variation::Group;
@@ -61,13 +61,13 @@ impl History {
         let mut record = Watched { record: Recorded::default(), watch };
         let control = Control::Adaptive { rtol: 1e-6 };
         NamedMethod::Exact.run(system, control, start, excitation, Output::Samples, &mut record)?;
-        if system.model_level() == ModelLevel::Linear {
-            let (states, tangents) = (record.record.states, OnceLock::new());
-            return Ok(Self { states, contacts: None, smooth: None, quasi_static, tangents });
-        }
-        let (contacts, states) = ContactChanges::new(varied, excitation, record.record)?;
-        let (contacts, tangents) = (Some(contacts), OnceLock::new());
-        Ok(Self { states, contacts, smooth: None, quasi_static, tangents })
+        let (contacts, states) = if system.model_level() == ModelLevel::Linear {
+            (None, record.record.states)
+        } else {
+            let (contacts, states) = ContactChanges::new(varied, excitation, record.record)?;
+            (Some(contacts), states)
+        };
+        Ok(Self { states, contacts, smooth: None, quasi_static, tangents: OnceLock::new() })
     }
 
     /// Whether all links are linear.
@@ -99,8 +99,7 @@ impl History {
             return Ok(known);
         }
         let count = varied.derivatives.len().saturating_mul(self.states.len());
-        check_memory(count.saturating_mul(size_of::<State>()))?;
-        let mut tangents = vec![[0.0; 12]; count];
+        let mut tangents = filled([0.0; 12], count)?;
         if !tangent_states(self.run(varied, excitation), watch, &mut tangents) {
             return Err(Stopped::Interrupted.into());
         }
@@ -140,10 +139,9 @@ impl History {
             (0..columns).map(|column| quantity.rows(varied, groups, Some(column))).collect();
         let Some(own) = rows.first() else { return Ok(Vec::new()) };
         let by_state = dispatch_wide!(state_weights(own, weights));
-        let kinds = (&prepared.intervals[..], &prepared.recurring[..]);
-        let mut out = through_states(self.run(varied, excitation), &prepared.columns, kinds, &by_state);
+        let mut out = through_states(self.run(varied, excitation), &prepared, &by_state);
         // Directly, at fixed states: the weighted sums of states and inputs are those of every column.
-        let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
+        let (inputs, components) = (inputs(excitation), prepared.forcing.components());
         let at = Operands { states: &self.states, tangents: &[], inputs: &inputs, components };
         let sums = dispatch_wide!(WeightedSums::new(at, weights, width));
         for (out, rows) in out.iter_mut().zip(&rows) {
@@ -181,7 +179,8 @@ impl History {
         let count = self.states.len();
         let width = quantity.width(varied, groups);
         assert_eq!(out.len(), varied.derivatives.len() * count * width, "room for every derivative");
-        let (inputs, components) = (inputs(excitation), &components(excitation)[..]);
+        let (inputs, forcing) = (inputs(excitation), forcing(varied, excitation));
+        let components = forcing.components();
         let (mut finite, states) = (true, &self.states[..]);
         let whole = varied;
         let linear = self.smooth.as_ref().map_or(varied, |smooth| &smooth.linear);

@@ -10,8 +10,8 @@ use super::histories::{History, Tangents};
 use super::rows::{Operands, Quantity, apply, combined};
 use super::steps::by_series;
 use super::system::VariedSystem;
-use super::tangents::{Interval, MIN_OCCURRENCES, Prepared, components};
-use crate::equations::{Equations, PowerSeries, Propagator};
+use super::tangents::{Interval, MIN_OCCURRENCES, Prepared};
+use crate::equations::{Equations, PowerSeries};
 use crate::error::Stopped;
 use crate::excitation::Excitation;
 use crate::integrate::{Output, check_output};
@@ -63,18 +63,17 @@ impl History {
         check_memory(count.saturating_mul(size_of::<State>()))?;
         let places = places(excitation, times);
         let legs = Legs::new(excitation, &places);
-        let prepared = &Prepared::new(varied, (legs.intervals, legs.lengths));
+        let prepared = &Prepared::new(varied, excitation, (legs.intervals, legs.lengths));
         let slopes: Vec<Input> = places.iter().map(|at| slope(excitation, at.sample)).collect();
         let inputs: Vec<Input> =
             places.iter().zip(&slopes).map(|(at, slope)| input(excitation, at, slope, at.since)).collect();
-        let components = components(excitation);
+        let components = prepared.forcing.components().to_vec();
         let parts = Parts {
             varied,
             prepared,
             excitation,
             places: &places,
             slopes: &slopes,
-            components: &components,
             samples: self.states(),
             tangents,
             watch,
@@ -152,27 +151,18 @@ struct Parts<'a> {
     excitation: &'a Excitation<'a>,
     places: &'a [Place],
     slopes: &'a [Input],
-    components: &'a [usize],
     samples: &'a [State],
     tangents: &'a [State],
     watch: Watch<'a>,
 }
 
-/// Instants between two looks at the watch.
-const BETWEEN: usize = 1024;
-
 impl Parts<'_> {
     /// States, their derivatives by time, and tangents; None if the watch stopped it.
     #[inline(always)]
     fn pass(self) -> Option<[Vec<State>; 3]> {
-        let Self { varied, prepared, excitation, places, slopes, components, samples, tangents, watch } =
-            self;
+        let Self { varied, prepared, excitation, places, slopes, samples, tangents, watch } = self;
         let (system, columns, count) = (&varied.system, prepared.columns.len(), places.len());
-        let Prepared { intervals, recurring, .. } = prepared;
-        let mut propagators = Vec::with_capacity(recurring.len());
-        for of in recurring {
-            propagators.push(Propagator::new(system, system.influence(), of.length));
-        }
+        let Prepared { intervals, recurring, forcing, .. } = prepared;
         let (mut states, mut out) = (Vec::with_capacity(count), vec![[0.0; 12]; columns * count]);
         // Inputs at the ends of the propagators.
         let mut ends = Vec::with_capacity(count);
@@ -180,7 +170,8 @@ impl Parts<'_> {
             let (start, state) = (excitation.input(at.sample), &samples[at.sample]);
             if let Interval::Propagator(index) = intervals[i] {
                 ends.push([start, input(excitation, at, &slopes[i], recurring[index].length)]);
-                states.push(propagators[index].apply(state, &ends[i][0], &ends[i][1]));
+                let [start, end] = ends[i].map(|input| forcing.values_of(&input));
+                states.push(recurring[index].propagator.apply(state, &start, &end));
             } else {
                 ends.push([start; 2]);
                 states.push(*state);
@@ -192,8 +183,8 @@ impl Parts<'_> {
                 let tangent = &tangents[column * samples.len() + at.sample];
                 out[column * count + i] = match intervals[i] {
                     Interval::Propagator(index) => {
-                        let ends = [&ends[i][0], &ends[i][1]];
-                        recurring[index].step(column, tangent, &samples[at.sample], ends, components)
+                        let ends = ends[i].map(|input| forcing.values_of(&input));
+                        recurring[index].step(column, tangent, &samples[at.sample], &ends)
                     }
                     _ => *tangent,
                 };
@@ -202,7 +193,7 @@ impl Parts<'_> {
         let series = PowerSeries::new(system);
         let mut there = vec![[0.0; 12]; columns];
         for (i, at) in places.iter().enumerate() {
-            if i % BETWEEN == 0 && watch.stops() {
+            if watch.stops_at(i) {
                 return None;
             }
             let passed =

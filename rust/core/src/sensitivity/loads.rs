@@ -1,6 +1,6 @@
 //! Derivatives of the loads of links and groups of links as functions of the state.
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 use super::system::{SystemDerivative, VariedSystem};
 use crate::output::{Axes, Linear, Part};
@@ -64,7 +64,7 @@ fn add<const ROWS: usize>(
     direction: &[f64; ROWS],
 ) {
     let (row, of) = (&varied.system.rows()[link], &by.links[link]);
-    let turned: Vector6<f64> = varied.system.shapes().transpose() * of.row;
+    let turned = of.rate(&varied.system);
     let frequency = varied.system.frequencies();
     let (mut elastic, mut damping) = ([0.0; 6], [0.0; 6]);
     for mode in 0..varied.system.mode_count() {

@@ -30,7 +30,7 @@ impl VariedSystem {
                 if !damped {
                     of.damping = 0.0;
                 }
-                let turned = self.system.shapes().transpose() * of.row;
+                let turned = of.rate(&self.system);
                 for mode in 0..6 {
                     constant[mode] -= turned[mode] * excess + row.rate[mode] * further;
                 }
@@ -38,15 +38,16 @@ impl VariedSystem {
             out.system.rows_mut()[link].stay_on(segment, (stiffness, excess, damped));
         }
         out.system.damping = equations.tangent(&[0.0; 12], Instant::FIRST).1;
-        let (stiffness, constant) = (equations.tangent(&[0.0; 12], Instant::FIRST).0, *equations.constant());
-        out.on_segments = Some(OnSegments { stiffness, constant, constants });
+        out.on_segments = Some(OnSegments { equations, constants });
         (out, equations)
     }
 
     /// Stiffness S and constant force of the equations.
     pub(super) fn stiffness_and_constant(&self) -> (Square, Force) {
         match &self.on_segments {
-            Some(of) => (of.stiffness, of.constant),
+            Some(OnSegments { equations, .. }) => {
+                (equations.tangent(&[0.0; 12], Instant::FIRST).0, *equations.constant())
+            }
             None => (self.system.tangent(&[0.0; 12], Instant::FIRST).0, NO_FORCE),
         }
     }

@@ -45,9 +45,7 @@ pub(super) struct NonlinearResiduals {
 
 impl SmoothSystem {
     pub(super) fn new(varied: &VariedSystem) -> Self {
-        let rows = varied.system.rows().iter().enumerate();
-        let links: Vec<usize> =
-            rows.filter(|(_, row)| !row.link.law().is_linear()).map(|(link, _)| link).collect();
+        let links: Vec<usize> = varied.system.nonlinear().map(|(link, _)| link).collect();
         let linear = VariedSystem { system: varied.system.linearised(), ..varied.clone() };
         let shapes = *varied.system.shapes();
         let columns = varied.derivatives.iter().enumerate().map(|(column, by)| {
@@ -103,8 +101,7 @@ impl SmoothSystem {
     pub(super) fn passes_edge(&self, varied: &VariedSystem, from: &State, to: &State) -> bool {
         self.links.iter().any(|&link| {
             let row = &varied.system.rows()[link];
-            let [before, after] = [from, to].map(|state| row.link.law().segment_of(row.deflection_at(state)));
-            before != after
+            row.segment_at(from) != row.segment_at(to)
         })
     }
 

@@ -8,8 +8,8 @@ use super::order_8::{ERROR_3, ERROR_5, NODES, STAGE, STAGES, STEP};
 use super::smooth::{NonlinearResiduals, SmoothSystem};
 use super::system::VariedSystem;
 use crate::error::{OtherMethod, RunError, Stopped};
-use crate::excitation::Excitation;
-use crate::numeric::float::add_scaled;
+use crate::excitation::{Excitation, between};
+use crate::numeric::float::{add_scaled, norm};
 use crate::numeric::simd::dispatch;
 use crate::numeric::watch::Watch;
 use crate::system::{Input, State, energy_norm, finite};
@@ -134,23 +134,19 @@ struct IntegratorState {
 impl IntegratorState {
     fn new(run: &SmoothRun, state: State) -> Self {
         let system = &run.varied.system;
-        let fastest =
-            f64::max(system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f)), f64::MIN_POSITIVE);
+        let fastest = f64::max(system.highest_frequency(), f64::MIN_POSITIVE);
         let peak = run.excitation.peak();
         let effect = |influence: &[[f64; 8]; 9]| -> f64 {
-            let force =
-                |(column, value): (&[f64; 8], &f64)| column.iter().map(|x| x * x).sum::<f64>().sqrt() * value;
-            influence.iter().zip(&peak).map(force).sum()
+            influence.iter().zip(&peak).map(|(column, value)| norm(column) * value).sum()
         };
         // At rest, and of a preload near it, the terms of a nonlinear link cancel, up to their rounding.
-        let norm = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
         let rows = || run.smooth.links.iter().map(|&link| (link, &system.rows()[link]));
         let loads: f64 = rows().map(|(_, row)| norm(&row.rate) * row.load.abs()).sum();
         let scale = ROUNDING_MAY_BE * (effect(system.influence()) + loads) / fastest;
         let moved = effect(system.influence()) / fastest;
         let scales = run.smooth.columns.iter().zip(&run.varied.derivatives).map(|(of, by)| {
             let equations = &of.linear;
-            let matrix = equations.matrix.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+            let matrix = norm(equations.matrix.as_flattened());
             let terms = rows().map(|(link, row)| {
                 let by = &by.links[link];
                 let (law, load) =
@@ -200,7 +196,7 @@ fn pass_interval(
         let step = f64::max(integrator.step, shortest);
         let h = if step >= rest { rest } else { rest / (rest / step).ceil() };
         if integrator.steps > most {
-            let fastest = run.varied.system.frequencies().iter().fold(0.0, |most, &f| f64::max(most, f));
+            let fastest = run.varied.system.highest_frequency();
             let (time, steps, other) = (start + done, integrator.steps, OtherMethod::None);
             return Err(RunError::TooManySteps { time, step: h, steps, fastest, other }.into());
         }
@@ -252,7 +248,7 @@ fn state_step(
 ) -> (State, f64) {
     for stage in 0..STAGES {
         let at = from + share * NODES[stage];
-        integrator.inputs[stage] = core::array::from_fn(|i| ends[0][i] + at * (ends[1][i] - ends[0][i]));
+        integrator.inputs[stage] = between(ends, at);
         let mut state = integrator.state;
         for (rate, factor) in integrator.rates.iter().zip(STAGE[stage]) {
             add_scaled(&mut state, rate, h * factor);

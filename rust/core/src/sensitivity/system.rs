@@ -4,9 +4,10 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::error::SensitivityError;
 use super::scene::{LinkNumbers, SceneDerivative};
+use crate::equations::SegmentEquations;
 use crate::model::LawDerivative;
 use crate::output::{Axes, Part, Wrench};
-use crate::system::{Force, LinkRow, ModelLevel, NEGLIGIBLE, Square, System};
+use crate::system::{Force, LinkRow, ModelLevel, System};
 use crate::variation::{Base, Group, Instance, Plan};
 
 /// A system with given values, and its derivatives by each column of them.
@@ -64,12 +65,17 @@ pub struct LinkDerivative {
     pub(super) law: LawDerivative,
 }
 
+impl LinkDerivative {
+    /// Of its deflection rate per unit of `η'`, with the mode shapes as they are.
+    pub(super) fn rate(&self, system: &System) -> [f64; 6] {
+        (system.shapes().transpose() * self.row).into()
+    }
+}
+
 /// What the equations of a system whose links are on some segments of their laws have beyond those of a linear one.
 #[derive(Debug, Clone)]
 pub(super) struct OnSegments {
-    /// Columns of S.
-    pub stiffness: Square,
-    pub constant: Force,
+    pub equations: SegmentEquations,
     /// Derivatives of the constant force by each column, with the mass matrix as it is.
     pub constants: Vec<Force>,
 }
@@ -109,7 +115,7 @@ impl VariedSystem {
     /// Indices of the links without stiffness at rest, which enter the modes with their nominal stiffness.
     pub fn out_of_contact(&self) -> impl Iterator<Item = usize> {
         let rows = self.system.rows().iter().enumerate();
-        rows.filter(|(_, row)| !slope(row).1).map(|(link, _)| link)
+        rows.filter(|(_, row)| !row.slope_at_rest().1).map(|(link, _)| link)
     }
 
     /// The load of the group with this index, along its axes and about its centre.
@@ -134,13 +140,6 @@ fn is_at_edge(row: &LinkRow) -> bool {
     row.link.law().edges().iter().any(near)
 }
 
-/// Slope of the law of a link at rest, N/m, and whether it is the stiffness in the modes.
-fn slope(row: &LinkRow) -> (f64, bool) {
-    let law = row.link.law();
-    let slope = law.tangent(row.rest);
-    (slope, slope > NEGLIGIBLE * law.nominal())
-}
-
 impl SystemDerivative {
     fn new(system: &System, scene: &SceneDerivative) -> Self {
         let rows = system.rows();
@@ -157,7 +156,7 @@ impl SystemDerivative {
             let moment = of.point.cross(&row.link.direction());
             let turned = Vector6::new(0.0, 0.0, 0.0, moment.x, moment.y, moment.z);
             let rest = turned.dot(&q) - of.offset;
-            let load = law.force_derivative(row.rest, &of.law) + slope(row).0 * rest;
+            let load = law.force_derivative(row.rest, &of.law) + row.slope_at_rest().0 * rest;
             force -= turned * row.load + row.link.row() * load;
             let (point, damping, law) = (of.point, of.damping, of.law);
             links.push(LinkDerivative { row: turned, point, stiffness: 0.0, damping, rest, load, law });
@@ -167,7 +166,7 @@ impl SystemDerivative {
         for ((row, of), link) in rows.iter().zip(&numbers).zip(&mut links) {
             let (law, d) = (row.link.law(), row.link.row());
             let further = d.dot(&moved);
-            let (slope, in_modes) = slope(row);
+            let (slope, in_modes) = row.slope_at_rest();
             link.rest += further;
             link.load += slope * further;
             link.stiffness = if in_modes {
@@ -209,20 +208,16 @@ fn displacement(system: &System, force: &Vector6<f64>) -> Vector6<f64> {
         right[mode] = modal[mode] / frequency[mode];
     }
     let mut moved = right;
-    if system.model_level() != ModelLevel::Linear && !system.rows().iter().all(|row| slope(row).1) {
+    if system.model_level() != ModelLevel::Linear && !system.rows().iter().all(|row| row.slope_at_rest().1) {
         stiffness.fill(0.0);
         for row in system.rows() {
             let d = Vector6::from(row.deflection);
-            stiffness.ger(slope(row).0, &d, &d, 1.0);
+            stiffness.ger(row.slope_at_rest().0, &d, &d, 1.0);
         }
         for mode in n..6 {
             stiffness[(mode, mode)] = 1.0;
         }
         moved = stiffness.cholesky().map_or(Vector6::repeat(f64::NAN), |factors| factors.solve(&right));
     }
-    let mut out = Vector6::zeros();
-    for mode in 0..n {
-        out += system.shapes().column(mode) * (moved[mode] / frequency[mode]);
-    }
-    out
+    system.position_of(&moved.into())
 }

@@ -2,11 +2,11 @@
 //! sample.
 
 use super::contacts::ContactChanges;
-use super::steps::{Recurring, by_series, derivatives};
+use super::steps::{Recurring, by_series};
 use super::system::VariedSystem;
 use crate::equations::{EquationsDerivative, PowerSeries};
-use crate::excitation::Excitation;
-use crate::numeric::simd::{dispatch, dispatch_once};
+use crate::excitation::{Excitation, Forcing};
+use crate::numeric::simd::dispatch_once;
 use crate::numeric::watch::Watch;
 use crate::system::State;
 
@@ -42,39 +42,42 @@ pub(super) struct Prepared {
     pub columns: Vec<EquationsDerivative>,
     pub intervals: Vec<Interval>,
     pub recurring: Vec<Recurring>,
+    pub forcing: Forcing,
 }
 
 impl Prepared {
     /// For intervals, and the lengths that recur.
     pub(super) fn new(
         varied: &VariedSystem,
+        excitation: &Excitation,
         (intervals, lengths): (Vec<Interval>, Vec<(usize, f64)>),
     ) -> Self {
-        let columns: Vec<EquationsDerivative> =
-            (0..varied.derivatives.len()).map(|column| EquationsDerivative::new(varied, column)).collect();
-        let of = |length| dispatch!(derivatives(&varied.system, varied, &columns, length));
-        let recurring = lengths.iter().map(|&(_, length)| of(length)).collect();
-        Self { columns, intervals, recurring }
+        let (columns, forcing) = (EquationsDerivative::all(varied), forcing(varied, excitation));
+        let of = |&(_, length): &(usize, f64)| Recurring::new(&varied.system, &columns, &forcing, length);
+        let recurring = lengths.iter().map(of).collect();
+        Self { columns, intervals, recurring, forcing }
     }
 
     /// For the tangents of all columns.
     fn forwards(varied: &VariedSystem, excitation: &Excitation) -> Self {
-        Self::new(varied, intervals(lengths(excitation), MIN_OCCURRENCES))
+        Self::new(varied, excitation, intervals(lengths(excitation), MIN_OCCURRENCES))
     }
 
     /// For the adjoint state, if there are few enough lengths of interval.
     pub(super) fn backwards(varied: &VariedSystem, excitation: &Excitation) -> Option<Self> {
         let intervals = intervals(lengths(excitation), 1);
-        (intervals.1.len() <= MOST_LENGTHS).then(|| Self::new(varied, intervals))
+        (intervals.1.len() <= MOST_LENGTHS).then(|| Self::new(varied, excitation, intervals))
     }
 
     /// For the tangents of a run with contact changes.
-    fn with_contacts(contacts: &ContactChanges, excitation: &Excitation) -> Self {
+    fn with_contacts(contacts: &ContactChanges, varied: &VariedSystem, excitation: &Excitation) -> Self {
+        let forcing = forcing(varied, excitation);
         let pieces = (1..excitation.count()).map(|k| contacts.of_interval(k - 1));
         let lengths = pieces.zip(lengths(excitation)).map(|(piece, (_, length))| (piece, length));
         let (intervals, lengths) = intervals(lengths, MIN_OCCURRENCES);
-        let recurring = lengths.iter().map(|&(piece, length)| contacts.pieces[piece].recurring(length));
-        Self { columns: Vec::new(), intervals, recurring: recurring.collect() }
+        let recurring =
+            lengths.iter().map(|&(piece, length)| contacts.pieces[piece].recurring(&forcing, length));
+        Self { columns: Vec::new(), intervals, recurring: recurring.collect(), forcing }
     }
 }
 
@@ -84,10 +87,9 @@ const MOST_LENGTHS: usize = 256;
 /// Writes the derivatives of the states by each column to `out`, (column, sample). Returns false if the watch stopped it.
 pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) -> bool {
     let prepared = &match run.contacts {
-        Some(contacts) => Prepared::with_contacts(contacts, run.excitation),
+        Some(contacts) => Prepared::with_contacts(contacts, run.varied, run.excitation),
         None => Prepared::forwards(run.varied, run.excitation),
     };
-    let components = &components(run.excitation)[..];
     let mut tangents = vec![[0.0; 12]; run.varied.derivatives.len()];
     if run.quasi_static {
         let (varied, columns) = match run.contacts.map(|contacts| &contacts.pieces[contacts.at_samples[0]]) {
@@ -98,13 +100,12 @@ pub(super) fn tangent_states(run: LinearRun, watch: Watch, out: &mut [State]) ->
             *tangent = column.quasi_static(varied, &run.states[0], &run.excitation.input(0));
         }
     }
-    dispatch_once!(pass_all(run, prepared, components, tangents, watch, out))
+    dispatch_once!(pass_all(run, prepared, tangents, watch, out))
 }
 
-/// The components of the input that are not zero throughout.
-pub(super) fn components(excitation: &Excitation) -> Vec<usize> {
-    let peak = excitation.peak();
-    (0..9).filter(|&component| peak[component] > 0.0).collect()
+/// The modal force of an excitation that contains the factors on the motion.
+pub(super) fn forcing(varied: &VariedSystem, excitation: &Excitation) -> Forcing {
+    Forcing::new(&varied.system, &excitation.peak(), [1.0; 2])
 }
 
 /// The intervals between the samples, under equations that hold throughout.
@@ -139,12 +140,11 @@ pub(super) fn intervals(
 fn pass_all(
     run: LinearRun,
     prepared: &Prepared,
-    components: &[usize],
     mut tangents: Vec<State>,
     watch: Watch,
     out: &mut [State],
 ) -> bool {
-    let Prepared { columns, intervals, recurring } = prepared;
+    let Prepared { columns, intervals, recurring, forcing } = prepared;
     let count = intervals.len() + 1;
     let system = &run.varied.system;
     let series = PowerSeries::new(system);
@@ -178,9 +178,10 @@ fn pass_all(
         for (column, tangent) in tangents.iter_mut().enumerate() {
             for at in k..end {
                 if let Interval::Propagator(index) = intervals[at] {
-                    let ends = [&run.excitation.input(at), &run.excitation.input(at + 1)];
-                    let state = &run.states[at];
-                    *tangent = recurring[index].step(column, tangent, state, ends, components);
+                    let mut ends = [[0.0; 9]; 2];
+                    forcing.sample(run.excitation, at, &mut ends[0]);
+                    forcing.sample(run.excitation, at + 1, &mut ends[1]);
+                    *tangent = recurring[index].step(column, tangent, &run.states[at], &ends);
                 }
                 out[column * count + at + 1] = *tangent;
             }

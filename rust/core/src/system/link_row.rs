@@ -2,8 +2,9 @@
 
 use super::state::State;
 use super::state_box::StateBox;
+use super::statics::NEGLIGIBLE;
 use crate::model::{Link, ball_force};
-use crate::numeric::float::{add_scaled, fma};
+use crate::numeric::float::{add_scaled, dot, fma};
 
 /// A link in the undamped modes, per unit of each entry of the state (√J), and at rest.
 #[derive(Debug, Clone, Copy)]
@@ -48,10 +49,16 @@ impl LinkRow {
             add_scaled(&mut unloaded, &row.elastic, row.link.offset());
         }
         for row in rows {
-            let moved: f64 = row.deflection.iter().zip(unloaded).map(|(a, b)| a * b).sum();
-            row.rest = row.link.offset() - moved;
+            row.rest = row.link.offset() - dot(&row.deflection, &unloaded);
         }
         unloaded
+    }
+
+    /// Slope of the law at rest, N/m, and whether it is the stiffness in the modes: without stiffness at rest that is the nominal one.
+    pub(crate) fn slope_at_rest(&self) -> (f64, bool) {
+        let law = self.link.law();
+        let slope = law.tangent(self.rest);
+        (slope, slope > NEGLIGIBLE * law.nominal())
     }
 
     /// On a segment of a piecewise linear law: its stiffness, by how much the elastic load at the static position exceeds the load at rest,
@@ -88,6 +95,12 @@ impl LinkRow {
             at = fma(self.deflection[j], state[j], at);
         }
         at
+    }
+
+    /// Segment of the law at a state.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn segment_at(&self, state: &State) -> usize {
+        self.link.law().segment_of(self.deflection_at(state))
     }
 
     /// Elastic load at a state beyond that of a spring with the stiffness at rest, N, and its slope over the deflection, N/m.

@@ -31,16 +31,15 @@ pub use state_box::StateBox;
 
 pub(crate) use link_row::LinkRow;
 pub(crate) use state::{Force, NO_FORCE, NO_INPUT, Square, energy_norm, finite, speed};
-pub(crate) use state_box::{Bounded, SUM_ROUNDING};
+pub(crate) use state_box::{Bounded, SUM_ROUNDING, range_of};
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::error::SceneError;
 use crate::model::{Free, Link, Scene};
 use crate::numeric::bounded_vec::BoundedVec;
-use crate::numeric::float::{add_scaled, fma};
+use crate::numeric::float::{add_scaled, dot, fma};
 use base::ElasticBase;
-pub(crate) use statics::NEGLIGIBLE;
 use statics::equilibrium;
 use undamped_modes::{UndampedModes, undamped_modes};
 
@@ -124,7 +123,7 @@ impl System {
                 row.rest -= row.link.row().dot(&moved);
             }
         }
-        let origin = position(&modes, &unloaded);
+        let origin = modes.position(&unloaded);
         let mut equilibrium = if model_level == ModelLevel::Linear {
             linear_equilibrium(&modes, &rest, rows.as_mut_slice())
         } else {
@@ -201,6 +200,12 @@ impl System {
         self.rows.as_slice()
     }
 
+    /// The links whose laws are not linear, with their indices.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn nonlinear(&self) -> impl Iterator<Item = (usize, &LinkRow)> + Clone {
+        self.rows().iter().enumerate().filter(|(_, row)| !row.link.law().is_linear())
+    }
+
     /// The linear system in which every link keeps the stiffness that it has in the modes.
     pub(crate) fn linearised(&self) -> Self {
         let mut out = Self { model_level: ModelLevel::Linear, ..self.clone() };
@@ -240,9 +245,19 @@ impl System {
         &self.frequency
     }
 
+    /// The highest of them.
+    pub(crate) fn highest_frequency(&self) -> f64 {
+        self.frequency.iter().fold(0.0, |most, &frequency| f64::max(most, frequency))
+    }
+
     /// Undamped mode shapes in columns, `(u, φ)` of L, mass-normalised (`Φᵀ M Φ = I`).
     pub fn shapes(&self) -> &Matrix6<f64> {
         &self.shapes
+    }
+
+    /// `(u, φ)` of the elastic half of a state.
+    pub(crate) fn position_of(&self, elastic: &[f64; 6]) -> Vector6<f64> {
+        UndampedModes { shapes: self.shapes, frequency: self.frequency }.position(elastic)
     }
 
     /// Modal damping `Ĉ = Φᵀ C Φ`, 1/s; diagonal where damping is proportional.
@@ -320,7 +335,7 @@ fn linear_equilibrium(modes: &UndampedModes, rest: &[f64; 6], rows: &mut [LinkRo
         row.rest = dot(&row.deflection, rest) - offset;
         row.load = dot(&row.elastic, rest) - row.stiffness * offset;
     }
-    Rest { position: position(modes, rest), loose: Matrix6::zeros(), loose_count: 0 }
+    Rest { position: modes.position(rest), loose: Matrix6::zeros(), loose_count: 0 }
 }
 
 /// Rest on links of any laws, from `linear` in energy coordinates; sets the deflections, loads and tangent stiffnesses at rest in `rows`.
@@ -335,22 +350,21 @@ fn nonlinear_equilibrium(
     }
     let springs = rows.iter().map(|row| (row.link.law(), row.deflection, row.rest));
     let found = equilibrium(springs, linear, scene.free().count()).map_err(|direction| {
-        let motion = position(modes, &direction);
+        let motion = modes.position(&direction);
         let largest = motion.amax();
         if largest > 0.0 { SceneError::NoEquilibrium { motion: motion / largest } } else { OUT_OF_RANGE }
     })?;
     let mut loose = Matrix6::zeros();
     for (i, direction) in found.loose[..found.loose_count].iter().enumerate() {
-        loose.set_column(i, &position(modes, direction));
+        loose.set_column(i, &modes.position(direction));
     }
     for row in rows {
         row.rest = dot(&row.deflection, &found.position) - row.rest;
         row.load = row.link.law().force(row.rest);
-        let tangent = row.link.law().tangent(row.rest);
-        let nominal = row.link.law().nominal();
-        row.stiffness = if tangent > NEGLIGIBLE * nominal { tangent } else { nominal };
+        let (slope, is_stiffness) = row.slope_at_rest();
+        row.stiffness = if is_stiffness { slope } else { row.link.law().nominal() };
     }
-    Ok(Rest { position: position(modes, &found.position), loose, loose_count: found.loose_count })
+    Ok(Rest { position: modes.position(&found.position), loose, loose_count: found.loose_count })
 }
 
 /// Columns of `Ĉ = Φᵀ C Φ`, link by link.
@@ -375,17 +389,4 @@ fn modal_influence(matrices: &Matrices, shapes: &Matrix6<f64>) -> [Force; 9] {
         column[..6].copy_from_slice((shapes.transpose() * force).as_slice());
     }
     influence
-}
-
-/// `(u, φ)` of the elastic half of a state.
-fn position(modes: &UndampedModes, elastic: &[f64; 6]) -> Vector6<f64> {
-    let mut q = Vector6::zeros();
-    for (mode, frequency) in modes.frequency.iter().enumerate().filter(|(_, frequency)| **frequency > 0.0) {
-        q += modes.shapes.column(mode) * (elastic[mode] / frequency);
-    }
-    q
-}
-
-fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -45,8 +45,7 @@ impl System {
         let whole: [f64; 6] = core::array::from_fn(|i| elastic(i, weight[i] + force[i]));
         let springs = self.rows().iter().map(|row| (row.link.law(), row.deflection, row.link.offset()));
         let found = equilibrium(springs, &whole, self.mode_count()).map_err(|direction| {
-            let motion = Vector6::from_fn(|i, _| elastic(i, direction[i]));
-            let motion = self.shapes * motion;
+            let motion = self.position_of(&direction);
             motion / f64::max(motion.amax(), f64::MIN_POSITIVE)
         })?;
         for i in 0..6 {

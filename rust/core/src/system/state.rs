@@ -1,6 +1,6 @@
 //! State, excitation and modal force as plain arrays.
 
-use crate::numeric::float::{fma, sqrt};
+use crate::numeric::float::{fma, norm, sqrt};
 
 /// Deviation from the static position in energy coordinates: `ω η` (six), then `η'` (six), both in √J. Entries past the number
 /// of free degrees of freedom are zero.
@@ -43,7 +43,7 @@ pub(crate) fn energy_norm(state: &State) -> f64 {
 /// Square root of twice the kinetic energy.
 #[cfg_attr(feature = "std", inline(always))]
 pub(crate) fn speed(state: &State) -> f64 {
-    sqrt(state[6..].iter().map(|entry| entry * entry).sum())
+    norm(&state[6..])
 }
 
 /// Whether no entry is infinite or NaN.

@@ -19,6 +19,19 @@ pub(crate) const SUM_ROUNDING: f64 = 1e-13;
 /// The middle between two bounds, and half their distance.
 pub(crate) type Bounded = [f64; 2];
 
+/// The smallest and the largest of each entry.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn range_of<const M: usize, const N: usize>(all: &[[f64; M]; N]) -> [[f64; M]; 2] {
+    let (mut low, mut high) = (all[0], all[0]);
+    for entries in all {
+        for j in 0..M {
+            low[j] = if entries[j] < low[j] { entries[j] } else { low[j] };
+            high[j] = if entries[j] > high[j] { entries[j] } else { high[j] };
+        }
+    }
+    [low, high]
+}
+
 impl StateBox {
     /// A box without states.
     pub(crate) const NOTHING: Self = Self {
@@ -31,13 +44,7 @@ impl StateBox {
     /// The box of some states.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of<const N: usize>(states: &[State; N]) -> Self {
-        let (mut low, mut high) = (states[0], states[0]);
-        for state in states {
-            for j in 0..12 {
-                low[j] = if state[j] < low[j] { state[j] } else { low[j] };
-                high[j] = if state[j] > high[j] { state[j] } else { high[j] };
-            }
-        }
+        let [low, high] = range_of(states);
         Self::between(low, high)
     }
 

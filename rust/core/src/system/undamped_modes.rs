@@ -21,6 +21,18 @@ pub(crate) struct UndampedModes {
     pub frequency: [f64; 6],
 }
 
+impl UndampedModes {
+    /// `(u, φ)` of the elastic half of a state.
+    pub(crate) fn position(&self, elastic: &[f64; 6]) -> Vector6<f64> {
+        let mut q = Vector6::zeros();
+        for (mode, frequency) in self.frequency.iter().enumerate().filter(|(_, frequency)| **frequency > 0.0)
+        {
+            q += self.shapes.column(mode) * (elastic[mode] / frequency);
+        }
+        q
+    }
+}
+
 /// A mode with a frequency below this fraction of the highest counts as unsupported. Rounding errors are about 1e-15; the frequencies of
 /// real machines differ by factors up to 1e6.
 const UNSUPPORTED: f64 = 1e-12;

@@ -1,5 +1,6 @@
 //! Running statistics of signals, one scene in each lane, block by block.
 
+use guideload_life::two_sum;
 use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
@@ -271,10 +272,8 @@ impl<S: Simd> LaneStatistics<S> {
     /// Adds to the integral of a power, and the rounding error to `low_at`: see [`RunningStatistics::add`].
     #[inline(always)]
     fn add(&mut self, term: Real<S>) {
-        let sum = self.sum + term;
-        let added = sum - self.sum;
-        self.low_at = self.low_at + ((self.sum - (sum - added)) + (term - added));
-        self.sum = sum;
+        let [sum, error] = two_sum(self.sum, term);
+        (self.sum, self.low_at) = (sum, self.low_at + error);
     }
 }
 
