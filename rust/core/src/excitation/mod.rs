@@ -1,12 +1,19 @@
 //! Excitation: acceleration of L and external load, given by samples and linear between them (first-order hold).
 //!
 //! `forcing`: the modal force that an excitation makes on a system. `repeated`: lengths of intervals that recur. `riding`: the motion of riders.
+//! `division`: more samples where they are too few for the vibrations of a system.
 
+#[cfg(feature = "std")]
+mod division;
 mod forcing;
 #[cfg(feature = "std")]
 mod repeated;
 mod riding;
 
+#[cfg(feature = "std")]
+pub(crate) use division::with_enough_samples;
+#[cfg(feature = "std")]
+pub use division::{enough_parts, limit_parts};
 pub use forcing::Ramp;
 pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
 #[cfg(feature = "std")]
