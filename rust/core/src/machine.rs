@@ -9,9 +9,7 @@ use core::ops::Index;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{RunError, SceneError};
-use crate::excitation::Excitation;
-#[cfg(feature = "std")]
-use crate::excitation::with_enough_samples;
+use crate::excitation::{Excitation, with_enough_samples};
 use crate::integrate::{Control, NamedMethod, Output, Start};
 use crate::model::{Body, Free, Law, Link, Scene, carriage_ends};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
@@ -307,18 +305,12 @@ impl Simulation {
     /// # Errors
     /// [`RunError`] with time, step and error.
     pub fn extremes(&self, excitation: &Excitation) -> Result<PerCarriage<LoadExtremes>, RunError> {
-        #[cfg(feature = "std")]
-        return with_enough_samples(&self.system, excitation, |divided| self.extremes_between(divided));
-        #[cfg(not(feature = "std"))]
-        self.extremes_between(excitation)
-    }
-
-    /// The same for samples that are close enough.
-    fn extremes_between(&self, excitation: &Excitation) -> Result<PerCarriage<LoadExtremes>, RunError> {
         let recoveries = self.recoveries();
         let mut extremes = PerCarriage::new(self.count(), |_| Extremes::NONE);
-        let mut peaks = Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes.as_mut_slice());
-        self.run(excitation, &mut peaks)?;
+        with_enough_samples(&self.system, excitation, |excitation| {
+            let extremes = extremes.as_mut_slice();
+            self.run(excitation, &mut Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes))
+        })?;
         if !extremes.iter().all(Extremes::is_finite) {
             return Err(RunError::OutOfRange);
         }

@@ -262,6 +262,16 @@ impl<'a> Excitation<'a> {
     }
 }
 
+/// Calls `run` with the excitation: more samples need an allocator.
+#[cfg(not(feature = "std"))]
+pub(crate) fn with_enough_samples<T>(
+    _: &crate::system::System,
+    excitation: &Excitation,
+    run: impl FnOnce(&Excitation) -> T,
+) -> T {
+    run(excitation)
+}
+
 /// The external load, force and moment about L, of a `force` N at `point` (m from L) and a `moment` N m.
 pub fn wrench_at(point: [f64; 3], force: [f64; 3], moment: [f64; 3]) -> [f64; 6] {
     let about = Vector3::from(point).cross(&Vector3::from(force)) + Vector3::from(moment);
