@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from typing_extensions import Self
 
 Array = NDArray[np.float64]
-Groups = Sequence[NDArray[np.int64]]
+Integers = NDArray[np.int64]
+Groups = Sequence[Integers]
 Vector = tuple[float, float, float]
 
 Segments = NDArray[np.uint32]
@@ -29,6 +30,16 @@ SampledModel = tuple[Array, Array, Array, Array, Array, Segments, Array, Oscilla
 Rule = tuple[Array, float, float, str]
 # Mass, centre of mass, inertia, whether that is about L, and (first stamp, the one after the last) of each stay.
 PayloadOfBatch = tuple[float, Vector, Sequence[Sequence[float]], bool, Sequence[tuple[int, int]]]
+
+def enough_parts(intervals: Array, starts: bool, fastest: float) -> Integers:
+    """Parts of each interval between stamps (n - 1,) [s], so that a vibration has six stamps or more per period.
+
+    starts: whether the excitation is not zero at the first stamp. fastest: rad/s; 0 if nothing vibrates. Of an
+    excitation without jumps, parts are not shorter than a 25th of the shortest interval.
+    """
+
+def limited_parts(parts: Integers, most: int) -> Integers:
+    """Parts of intervals, the largest numbers reduced to the same one, so that all are at most `most`."""
 
 def equivalent_load_integrals(
     time: Array,

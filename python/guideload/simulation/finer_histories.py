@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from guideload._core import limited_parts
 from guideload.base.arrays import Array, Indices
 from guideload.motion.motion import divided
 from guideload.simulation.instants import (
     fastest_vibration,
-    limited,
     slowest_vibration,
     with_more_instants,
     with_parts,
@@ -75,7 +75,7 @@ def with_visible_vibration(run: Run) -> Run:
         halvings = np.ceil(0.5 * np.log2(np.maximum(bow / AIMED_BOW, 2.0))).astype(np.int64)
         is_jump = (bow > 0.5 * before) & (parts >= RESOLVED * periods)
         wanted, before = np.where((bow > accepted) & ~is_jump, parts << halvings, parts), bow
-        wanted = limited(np.minimum(wanted, most).astype(np.int64), MOST_INSTANTS)
+        wanted = limited_parts(np.minimum(wanted, most).astype(np.int64), MOST_INSTANTS)
         if np.array_equal(wanted, parts):
             break
         # A bow of at most half a period is measured, and each halving leaves a quarter of it: no need to look again.

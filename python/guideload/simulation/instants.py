@@ -9,16 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from guideload._core import enough_parts
 from guideload.base.arrays import Array, Integers
 from guideload.machine.machine import Machine
 from guideload.machine.stretches import Stretches
 from guideload.motion.motion import Motion, refined, with_instants
 
 STEP = 1.05  # rad of the fastest vibration, from one instant to the next
-# Parts of the shortest interval: a motion without jumps hardly excites a vibration that is faster still.
-MOST_PARTS = 25
 MOST_INSTANTS = 1_000_000
-FREE_INSTANTS = 100_000  # so many never take long, however few stamps the motion has
 
 
 def with_enough_instants(motion: Motion, fastest: float) -> Motion:
@@ -26,7 +24,7 @@ def with_enough_instants(motion: Motion, fastest: float) -> Motion:
 
     It is the same motion: acceleration and process forces are linear between the stamps anyway.
     """
-    return with_parts(motion, None, enough_parts(motion, fastest))[0]
+    return with_parts(motion, None, _parts(motion, fastest))[0]
 
 
 def excitation_with_enough_instants(
@@ -36,25 +34,14 @@ def excitation_with_enough_instants(
 
     Also the stretches of its payloads.
     """
-    parts = enough_parts(motion, fastest_vibration(machine))
+    parts = _parts(motion, fastest_vibration(machine))
     return with_parts(motion if parts.max() == 1 else motion.excitation, stretches, parts)
 
 
-def enough_parts(motion: Motion, fastest: float) -> Integers:
-    """Parts of each interval (n - 1,), so that there are six stamps or more per period of the fastest vibration.
-
-    Of a motion without jumps, parts are not shorter than the shortest interval over `MOST_PARTS`.
-    """
-    intervals = np.diff(motion.time)
-    if fastest * intervals.max(initial=0.0) <= STEP:
-        return np.ones(intervals.size, np.int64)
-    shortest = float(intervals.min(initial=np.inf, where=intervals > 0.0))
-    step = max(STEP / fastest if fastest else np.inf, 0.0 if _jumps(motion) else shortest / MOST_PARTS)
-    wanted = np.clip(np.ceil(intervals / step * (1.0 - 1e-9)), 1, MOST_INSTANTS).astype(np.int64)
-    # An interval for which all instants would not do is one of rest, or of a vibration that nobody resolves.
-    wanted[wanted > FREE_INSTANTS] = MOST_PARTS
-    room = min(MOST_INSTANTS, max(FREE_INSTANTS, MOST_PARTS * wanted.size))
-    return limited(wanted, room)
+def _parts(motion: Motion, fastest: float) -> Integers:
+    """Parts of each interval (n - 1,), so that there are six stamps or more per period of the fastest vibration."""
+    starts = motion.acceleration[0].any() or (motion.wrench is not None and motion.wrench[0].any())
+    return enough_parts(np.diff(motion.time), bool(starts), fastest)
 
 
 def fastest_vibration(machine: Machine) -> float:
@@ -66,27 +53,6 @@ def slowest_vibration(machine: Machine) -> float:
     """Angular frequency of the slowest vibration [rad/s]; 0 if nothing vibrates."""
     values = np.abs(machine.scene.modes()[3].imag)
     return float(values[values > 0.0].min()) if values.any() else 0.0
-
-
-def _jumps(motion: Motion) -> bool:
-    """Whether the excitation may jump, at two equal stamps or the start, and so excite a vibration of any frequency."""
-    starts = bool(motion.acceleration[0].any()) or (
-        motion.wrench is not None and bool(motion.wrench[0].any())
-    )
-    return starts or bool((np.diff(motion.time) == 0.0).any())
-
-
-def limited(parts: Integers, most: int) -> Integers:
-    """The numbers of parts of intervals, the largest of them reduced to the same one so that all are at most `most`."""
-    room = max(parts.size, most)
-    if parts.sum() <= room:
-        return parts
-    ascending = np.sort(parts)
-    before = np.cumsum(ascending) - ascending
-    # If this interval and those after it have equally many.
-    limits = (room - before) // np.arange(parts.size, 0, -1)
-    most_each = int(limits[np.argmax(limits < ascending)])
-    return np.asarray(np.minimum(parts, most_each))
 
 
 def with_parts(

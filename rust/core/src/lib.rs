@@ -164,7 +164,7 @@ pub use output::{
 };
 
 #[cfg(feature = "std")]
-pub use excitation::repeated_lengths;
+pub use excitation::{enough_parts, limit_parts, repeated_lengths};
 #[cfg(feature = "std")]
 pub use output::{ReferenceMotion, Watched};
 

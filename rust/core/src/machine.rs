@@ -9,7 +9,7 @@ use core::ops::Index;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{RunError, SceneError};
-use crate::excitation::Excitation;
+use crate::excitation::{Excitation, with_enough_samples};
 use crate::integrate::{Control, NamedMethod, Output, Start};
 use crate::model::{Body, Free, Law, Link, Scene, carriage_ends};
 use crate::numeric::bounded_vec::{BoundedVec, MAX_LINKS};
@@ -158,7 +158,8 @@ pub struct Range {
     pub largest: Peak,
 }
 
-/// Extremes of the load of a carriage over a run; the quantities are those of [`Load`].
+/// Extremes of the load of a carriage over a run, between samples too, but for the smallest resultant and the smallest moment; the quantities
+/// are those of [`Load`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadExtremes {
     /// Force along y, N.
@@ -298,15 +299,18 @@ impl Simulation {
         self.loads_at(&self.recoveries(), &[0.0; 12], &NO_INPUT)
     }
 
-    /// Extremes of the loads of the carriages, from rest through an excitation.
+    /// Extremes of the loads of the carriages, from rest through an excitation, also between its samples. Without `std` the fastest vibration
+    /// must have six samples per period for this; with `std` the intervals are divided where it has fewer.
     ///
     /// # Errors
     /// [`RunError`] with time, step and error.
     pub fn extremes(&self, excitation: &Excitation) -> Result<PerCarriage<LoadExtremes>, RunError> {
         let recoveries = self.recoveries();
         let mut extremes = PerCarriage::new(self.count(), |_| Extremes::NONE);
-        let mut peaks = Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes.as_mut_slice());
-        self.run(excitation, &mut peaks)?;
+        with_enough_samples(&self.system, excitation, |excitation| {
+            let extremes = extremes.as_mut_slice();
+            self.run(excitation, &mut Peaks::new(&self.system, excitation, recoveries.as_slice(), extremes))
+        })?;
         if !extremes.iter().all(Extremes::is_finite) {
             return Err(RunError::OutOfRange);
         }

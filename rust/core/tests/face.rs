@@ -69,7 +69,7 @@ fn the_long_way<M: Method>(method: &M, [y, z]: [Law; 2], excitation: &Excitation
 
 fn bits_agree<M: Method>(method: &M, laws: [Law; 2], carriage: Carriage) {
     let motion = motion(400);
-    let excitation = Excitation::uniform(0.5, PERIOD, &motion).expect("an excitation");
+    let excitation = Excitation::uniform(0.5, PERIOD / 4.0, &motion).expect("an excitation");
     let short = simulation(carriage).extremes(&excitation).expect("a run");
     for (short, long) in short.iter().zip(the_long_way(method, laws, &excitation)) {
         let ranges = [short.fy, short.fz, short.mx, short.my, short.mz, short.resultant, short.moment];
@@ -274,4 +274,36 @@ fn what_cannot_be_is_told() {
     }
     let text = Error::from(SceneError::NoLinks).to_string();
     assert_eq!(text, SceneError::NoLinks.to_string());
+}
+
+#[test]
+fn extremes_are_those_of_the_straight_lines_however_few_samples_they_have() {
+    let corners = [(0.0, 0.0), (0.005, 10.0), (0.105, 10.0), (0.11, 0.0), (0.21, 0.0)];
+    let (mut time, mut along) = (vec![0.0], vec![[0.0; 3]]);
+    for pair in corners.windows(2) {
+        let ((from, start), (to, end)) = (pair[0], pair[1]);
+        for part in 1..=128 {
+            let share = f64::from(part) / 128.0;
+            time.push(from + share * (to - from));
+            along.push([start + share * (end - start), 0.0, 0.0]);
+        }
+    }
+    let few: (Vec<f64>, Vec<[f64; 3]>) =
+        corners.iter().map(|(time, along)| (*time, [*along, 0.0, 0.0])).unzip();
+    let preloaded = Law::preloaded(120e6, 4000.0, 1.5).expect("a law");
+    let loose = Law::sided(120e6, 120e6, 2e-6).expect("a law");
+    for (law_y, accuracy) in [(None, 1e-9), (Some(loose), 1e-9), (Some(preloaded), 1e-5)] {
+        let simulation = simulation(Carriage { law_y, damping_y: 2e3, damping_z: 2e3, ..CARRIAGE });
+        let [coarse, fine] = [(&few.0, &few.1), (&time, &along)].map(|(time, acceleration)| {
+            simulation.extremes(&Excitation::new(time, acceleration, None).expect("times")).expect("a run")
+        });
+        for (coarse, fine) in coarse.iter().zip(fine.iter()) {
+            let scale = fine.resultant.largest.value;
+            for (coarse, fine) in [(coarse.fy, fine.fy), (coarse.fz, fine.fz), (coarse.my, fine.my)] {
+                assert!((coarse.largest.value - fine.largest.value).abs() < accuracy * scale);
+                assert!((coarse.smallest.value - fine.smallest.value).abs() < accuracy * scale);
+            }
+            assert!((coarse.resultant.largest.value - scale).abs() < accuracy * scale);
+        }
+    }
 }

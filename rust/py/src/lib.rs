@@ -5,6 +5,7 @@ mod bands;
 mod batch;
 mod chain;
 mod convert;
+mod division;
 mod error;
 mod extremes;
 mod interrupt;
@@ -60,6 +61,8 @@ mod _core {
     use super::bands::{PyMotionDraws, draw_motion, draw_peaks, load_spread};
     #[pymodule_export]
     use super::batch::PyBatch;
+    #[pymodule_export]
+    use super::division::{enough_parts, limited_parts};
     #[pymodule_export]
     use super::interrupt::PyCancellation;
     #[pymodule_export]

@@ -1,12 +1,19 @@
 //! Excitation: acceleration of L and external load, given by samples and linear between them (first-order hold).
 //!
 //! `forcing`: the modal force that an excitation makes on a system. `repeated`: lengths of intervals that recur. `riding`: the motion of riders.
+//! `division`: more samples where they are too few for the vibrations of a system.
 
+#[cfg(feature = "std")]
+mod division;
 mod forcing;
 #[cfg(feature = "std")]
 mod repeated;
 mod riding;
 
+#[cfg(feature = "std")]
+pub(crate) use division::with_enough_samples;
+#[cfg(feature = "std")]
+pub use division::{enough_parts, limit_parts};
 pub use forcing::Ramp;
 pub(crate) use forcing::{Forcing, ScaledExcitation, Values};
 #[cfg(feature = "std")]
@@ -259,6 +266,16 @@ pub(crate) fn between(ends: &[Input; 2], theta: f64) -> Input {
         input[i] += theta * (ends[1][i] - input[i]);
     }
     input
+}
+
+/// Calls `run` with the excitation: more samples need an allocator.
+#[cfg(not(feature = "std"))]
+pub(crate) fn with_enough_samples<T>(
+    _: &crate::system::System,
+    excitation: &Excitation,
+    run: impl FnOnce(&Excitation) -> T,
+) -> T {
+    run(excitation)
 }
 
 /// The external load, force and moment about L, of a `force` N at `point` (m from L) and a `moment` N m.
