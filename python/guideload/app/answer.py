@@ -82,7 +82,7 @@ class Solver:
         return any(_changed_at(file) != when for file, when in self._read.items())
 
     def answer(self, state: State, step: Step) -> Answer | Refusal:
-        """Figures without the judgement of the run. step: is told what begins, and may raise to end the work."""
+        """Figures without the judgement of the run. step: called with what begins; it may raise to end the work."""
         part = "machine"
         try:
             step("machine")

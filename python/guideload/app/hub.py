@@ -12,7 +12,7 @@ WAIT = 0.02  # s between two looks for an answer
 
 
 class Part:
-    """A view of the page, which is told what changed; in_view: whether it is the one of its tab that is seen."""
+    """A view of the page, with a method for each kind of change; in_view: whether its tab shows it."""
 
     in_view = False
 

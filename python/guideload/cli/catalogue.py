@@ -97,7 +97,7 @@ def show(names: tuple[str, ...]) -> None:
 @catalogue.command()
 @click.argument("catalogue_file", metavar="CATALOGUE.TOML", type=options.InputFile)
 def check(catalogue_file: Path) -> None:
-    """Check a catalogue file, and tell what its records lack."""
+    """Check a catalogue file, and show what its records lack."""
     found = _catalogue(catalogue_file)
     lines = [f"{catalogue_file}: {counted(len(found.products), 'product')}, all valid.", *found.remarks()]
     print_text("\n".join(lines))

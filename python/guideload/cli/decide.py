@@ -257,7 +257,7 @@ def sensitivities(
     """Show which numbers of a machine drive a load or a life.
 
     The influence of each number follows from exact derivatives of one run. The picture is a tornado diagram. A
-    derivative tells what a small change does: for the scatter of values, run a study.
+    derivative shows what a small change does: for the scatter of values, run a study.
     """
     from guideload.reports.sensitivities import sensitivities_report
     from guideload.sensitivity.influence import rank_influences

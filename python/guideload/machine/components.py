@@ -282,7 +282,7 @@ class Carriage(ElasticModel):
         """Refuse a rotational stiffness that links with the carriage's stiffness cannot have in any machine."""
         try:
             distances = self.distances
-        except SceneError:  # an impossible law: the scene tells it
+        except SceneError:  # an impossible law: the scene reports it
             return self
         for key, distance in distances._asdict().items():
             if not LENGTH.holds(distance):

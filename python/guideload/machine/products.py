@@ -32,7 +32,7 @@ def with_catalogue(values: dict[str, Any], file: Path) -> dict[str, Any]:
         hint = f"there is no {path}; the name is relative to the machine file"
         raise refused_at(("catalogue",), "a catalogue file", name, hint)
     if not isinstance(values.get("products", ()), list | tuple):
-        return values  # the field `products` tells it
+        return values  # the field `products` reports it
     wanted = _texts(with_types(values), "carriages", "product")
     names = _texts(values, "products", "name")
     found = [product for product in Catalogue.from_toml(path).products if product.name not in names]
@@ -50,7 +50,7 @@ def with_packaged(values: Any) -> Any:
     for name in sorted(_texts(values, "carriages", "product") - _texts(values, "products", "name")):
         try:
             found.append(packaged_product(name))
-        except ValueRefused:  # `product_problems` tells it
+        except ValueRefused:  # `product_problems` reports it
             continue
     return {**values, "products": (*find_tables(values, "products"), *found)} if found else values
 
@@ -79,7 +79,7 @@ def _with_product(table: dict[str, Any], product: Product) -> dict[str, Any]:
     added: dict[str, Any] = {}
     try:
         laws = product.law_keys(given.get("preload_class"))
-    except ValueRefused:  # an unknown preload class: `product_problems` tells it
+    except ValueRefused:  # an unknown preload class: `product_problems` reports it
         laws = {}
     for axis, keys in laws.items():
         if not any(f"{key}_{axis}" in given for key in LAW_KEYS):
@@ -108,9 +108,9 @@ def stiffness_estimates(
 
 def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRefused]]:
     """Problems of unchecked carriages: unknown products and preload classes, and products without stiffness."""
-    products, told = _products(values), of_invalid_products(values)
+    products, invalid = _products(values), of_invalid_products(values)
     for i, table in enumerate(find_tables(values, "carriages")):
-        if i in told:
+        if i in invalid:
             continue
         name, chosen = (find_value(table, key) for key in ("product", "preload_class"))
         if name is None:
@@ -123,7 +123,7 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
         except ValueRefused as refused:
             yield ("carriages", i, "product"), refused
             continue
-        if not isinstance(chosen, str | None):  # the field `preload_class` tells it
+        if not isinstance(chosen, str | None):  # the field `preload_class` reports it
             continue
         try:
             laws = product.law_keys(chosen)
@@ -138,7 +138,7 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
 
 
 def of_invalid_products(values: Any) -> set[int]:
-    """The carriages of unchecked values whose product is invalid, by index; the field `products` tells its problems."""
+    """The carriages of unchecked values whose product is invalid, by index; the field `products` reports its problems."""
     invalid = _texts(values, "products", "name") - _products(values).keys()
     return {i for i, name in find_texts(values, "carriages", "product") if name in invalid}
 
@@ -163,6 +163,6 @@ def _products(values: Any) -> Mapping[str, Product]:
         try:
             product = table if isinstance(table, Product) else Product(**table)
         except (ConfigError, TypeError):
-            continue  # the field `products` tells its problems
+            continue  # the field `products` reports its problems
         products[product.name] = product
     return products

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def find_tables(values: Any, key: str) -> Sequence[Any]:
-    """The list under a key; empty if there is none, which the field of this key tells."""
+    """The list under a key; empty if there is none, which the field of this key reports."""
     listed = values.get(key) if isinstance(values, dict) else None
     return listed if isinstance(listed, list | tuple) else ()
 

@@ -73,7 +73,7 @@ class Linearised:
         if out:
             raise ArgumentError(
                 f"links {out} have no contact at rest, so the response has none of their stiffness, and a small change "
-                "does not tell when they touch; take the response of the machine without them"
+                "does not show when they touch; take the response of the machine without them"
             )
         along, hertz = real_array("direction", direction), real_array("frequency", frequency)
         at = np.zeros(3) if point is None else real_array("point", point)
