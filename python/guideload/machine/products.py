@@ -138,7 +138,7 @@ def product_problems(values: dict[str, Any]) -> Iterator[tuple[KeyPath, ValueRef
 
 
 def of_invalid_products(values: Any) -> set[int]:
-    """The carriages of unchecked values whose product is invalid, by index; the field `products` reports its problems."""
+    """The carriages of unchecked values whose product is invalid, by index; the field `products` reports them."""
     invalid = _texts(values, "products", "name") - _products(values).keys()
     return {i for i, name in find_texts(values, "carriages", "product") if name in invalid}
 
