@@ -89,7 +89,7 @@ class Monitor(CoreMonitor):
         [N], Mx, My, Mz [N m] about the carriage centre. Raises ArgumentError.
         """
         times = _whole("stamps", stamps)
-        found = (_whole("counts", counts) & (2**self.settings.encoder_bits - 1)).astype(np.uint32)
+        found = _whole("counts", counts).astype(np.uint32)
         if times.shape != found.shape:
             raise ArgumentError(
                 f"stamps, counts: expected as many of one as of the other, got {times.size} and {found.size}"

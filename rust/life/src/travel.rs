@@ -19,6 +19,25 @@ impl<T: Real> Interval<T> {
     pub fn path(&self) -> T {
         Travel::new(self).path
     }
+
+    /// `∫ v dt`, m.
+    #[inline(always)]
+    pub fn displacement(&self) -> T {
+        self.length * self.whole().displacement()
+    }
+
+    /// The interval as a piece.
+    #[inline(always)]
+    fn whole(&self) -> Piece<T> {
+        let ([start, end], half) = (self.velocity, T::from_f64(0.5));
+        Piece::new(T::ZERO, T::ONE, [start, start + half * (end - start - self.bend()), end])
+    }
+
+    /// Coefficient of x² of the velocity, x from 0 to 1, m/s.
+    #[inline(always)]
+    fn bend(&self) -> T {
+        T::from_f64(0.5) * self.length * (self.acceleration[1] - self.acceleration[0])
+    }
 }
 
 /// Integrals over the distance.
@@ -103,6 +122,13 @@ impl<T: Real> Piece<T> {
         [quarter * (first + double + last), number(0.5) * (last - first), quarter * (first - double + last)]
     }
 
+    /// `∫ v`, over the length of the interval.
+    #[inline(always)]
+    fn displacement(&self) -> T {
+        let [first, middle, last] = self.speed;
+        (self.to - self.from) * T::from_f64(1.0 / 3.0) * (first + middle + last)
+    }
+
     /// The share of the piece at which it reaches a fraction of the interval.
     fn share(&self, fraction: T) -> T {
         (fraction - self.from) / (self.to - self.from)
@@ -144,21 +170,15 @@ impl<T: Real> Travel<T> {
     /// The travel over an interval.
     #[inline(always)]
     pub fn new(interval: &Interval<T>) -> Self {
-        let ([start, end], [first, last]) = (interval.velocity, interval.acceleration);
-        let half = T::from_f64(0.5);
-        let bend = half * interval.length * (last - first);
-        let middle = start + half * (end - start - bend);
-        let whole = Piece::new(T::ZERO, T::ONE, [start, middle, end]);
+        let (whole, bend) = (interval.whole(), interval.bend());
+        let [start, middle, end] = whole.speed;
         let mut travel = Self { length: interval.length, whole, turns: [T::ONE; 2], path: T::ZERO };
         // The velocity stays between its three coefficients.
         if !(start * end > T::ZERO && start * middle > T::ZERO) {
             travel.find_turns(start, end - start - bend, bend);
         }
-        travel.path = interval.length
-            * travel.by_turns(&whole, [T::ZERO; 2], |piece, _| {
-                let [first, middle, last] = piece.speed;
-                (piece.to - piece.from) * T::from_f64(1.0 / 3.0) * (first + middle + last)
-            });
+        travel.path =
+            interval.length * travel.by_turns(&whole, [T::ZERO; 2], |piece, _| piece.displacement());
         travel
     }
 

@@ -13,7 +13,7 @@ mod memory;
 #[cfg(test)]
 mod tests;
 
-use memory::{CARRIAGES, Constants, Fault, Memory, change, start, with, with_both, with_state, write};
+use memory::{CARRIAGES, Constants, Fault, Memory, change, place, start, with, with_both, with_state, write};
 
 /// Totals of one carriage, as in the header.
 #[repr(C)]
@@ -72,8 +72,8 @@ pub unsafe extern "C" fn guideload_loads(
 ) -> i32 {
     // SAFETY: the contract of this function.
     let found = unsafe {
-        with_state(memory, |state| {
-            let found = state.loads().get(carriage as usize).ok_or(Fault::NoCarriage)?;
+        with_state(memory, |state, carriages| {
+            let found = state.loads().get(place(carriage, carriages)?).ok_or(Fault::NoCarriage)?;
             if state.is_finite() { Ok((*found, state.is_settling())) } else { Err(Fault::NotFinite) }
         })
     };
@@ -88,7 +88,7 @@ pub unsafe extern "C" fn guideload_loads(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn guideload_period(memory: *const Memory, period: *mut u64) -> i32 {
     // SAFETY: the contract of this function.
-    let found = unsafe { with_state(memory, |state| Ok(state.period())) };
+    let found = unsafe { with_state(memory, |state, _| Ok(state.period())) };
     // SAFETY: the contract of this function.
     code(found.and_then(|found| unsafe { write(period, found) }).map(|()| 0))
 }
@@ -108,8 +108,9 @@ pub unsafe extern "C" fn guideload_totals(
     let found = unsafe {
         with_both(memory, constants, |state, constants| {
             let totals = state.totals();
-            let of = totals.carriages.get(carriage as usize).ok_or(Fault::NoCarriage)?;
-            let life_used = totals.life_used(&constants.prepared, carriage as usize).unwrap_or(-1.0);
+            let carriage = place(carriage, constants.prepared.carriage_count)?;
+            let of = totals.carriages.get(carriage).ok_or(Fault::NoCarriage)?;
+            let life_used = totals.life_used(&constants.prepared, carriage).unwrap_or(-1.0);
             if !(of.is_finite() && life_used.is_finite()) {
                 return Err(Fault::NotFinite);
             }

@@ -15,7 +15,7 @@ pub(crate) type State = Monitor<f32, STATES, CARRIAGES, DIFFERENCES>;
 /// First word of constants: "GLC" and the version of their layout, as in the header.
 pub(crate) const LAYOUT: u32 = 0x474C_4303;
 /// First word of a started memory: "GLM" and the version of its layout.
-const STARTED: u32 = 0x474C_4D03;
+const STARTED: u32 = 0x474C_4D04;
 
 /// Constants of a machine, as in the header.
 #[derive(Debug, Clone, Copy, FromBytes)]
@@ -43,7 +43,9 @@ pub struct Memory {
 struct Content {
     started: u32,
     /// Size of the state, which differs between processors and versions.
-    size: u32,
+    size: u16,
+    /// Number of carriages.
+    carriages: u16,
     /// Checksum of the constants.
     constants: u32,
     /// The three words before, mixed.
@@ -51,7 +53,8 @@ struct Content {
     state: State,
 }
 
-const _: () = assert!(size_of::<Content>() <= size_of::<Memory>());
+const _: () =
+    assert!(size_of::<Content>() <= size_of::<Memory>() && size_of::<Memory>() <= u16::MAX as usize);
 const _: () = assert!(align_of::<Content>() <= align_of::<Memory>());
 
 /// Why a call is not made; the number is its error in the header.
@@ -101,7 +104,8 @@ impl Content {
     fn new(constants: &Constants) -> Self {
         let mut content = Self {
             started: STARTED,
-            size: size_of::<State>() as u32,
+            size: size_of::<State>() as u16,
+            carriages: constants.prepared.carriage_count as u16,
             constants: constants.check,
             mixed: 0,
             state: State::NEW,
@@ -111,12 +115,13 @@ impl Content {
     }
 
     fn mix(&self) -> u32 {
-        !(self.started ^ self.size.rotate_left(16) ^ self.constants)
+        !(self.started ^ (u32::from(self.size) << 16 | u32::from(self.carriages)) ^ self.constants)
     }
 
     fn check(&self) -> Result<(), Fault> {
-        let is_started =
-            self.started == STARTED && self.size as usize == size_of::<State>() && self.mixed == self.mix();
+        let is_started = self.started == STARTED
+            && usize::from(self.size) == size_of::<State>()
+            && self.mixed == self.mix();
         if is_started { Ok(()) } else { Err(Fault::NotStarted) }
     }
 
@@ -168,20 +173,25 @@ pub(crate) unsafe fn with<T: FromBytes, R>(
     use_it(unsafe { &*pointer })
 }
 
-/// Reads a started monitor.
+/// Place of a carriage, of some.
+pub(crate) fn place(carriage: u32, carriages: u32) -> Result<usize, Fault> {
+    if carriage < carriages { Ok(carriage as usize) } else { Err(Fault::NoCarriage) }
+}
+
+/// Reads a started monitor, given its number of carriages.
 ///
 /// # Safety
 /// As of [`with`].
 pub(crate) unsafe fn with_state<R>(
     memory: *const Memory,
-    read: impl FnOnce(&State) -> Result<R, Fault>,
+    read: impl FnOnce(&State, u32) -> Result<R, Fault>,
 ) -> Result<R, Fault> {
     check(memory)?;
     // SAFETY: checked, as the memory is as large and as aligned as its content; the contract of this function.
     unsafe {
         with(memory.cast::<Content>(), |content| {
             content.check()?;
-            read(&content.state)
+            read(&content.state, content.carriages.into())
         })
     }
 }

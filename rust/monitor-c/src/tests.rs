@@ -171,7 +171,7 @@ fn the_interface_gives_the_bits_of_the_monitor() {
 fn wrong_pointers_memories_and_constants_are_told() {
     let (constants, other) = (constants(), constants_of(EquivalentLoad::SUM_OF_FORCES, Exponent::Ball));
     let mut memory = started(&constants);
-    let (mut loads, mut never) = ([0.0; COMPONENTS], Memory { words: [0; 560] });
+    let (mut loads, mut report, mut never) = ([0.0; COMPONENTS], NO_REPORT, Memory { words: [0; 560] });
     let mut bytes = [0_u64; 600];
     // SAFETY: null and misaligned pointers are told; the others are of this test.
     unsafe {
@@ -189,7 +189,10 @@ fn wrong_pointers_memories_and_constants_are_told() {
         assert_eq!(guideload_push(&mut never, &*constants, 0, 0), -4);
         assert_eq!(guideload_loads(&never, 0, &mut loads), -4);
         assert_eq!(guideload_push(&mut *memory, &*other, 0, 0), -6);
-        assert_eq!(guideload_loads(&*memory, 8, &mut loads), -2);
+        for carriage in [4, 7, 8, u32::MAX] {
+            assert_eq!(guideload_loads(&*memory, carriage, &mut loads), -2);
+            assert_eq!(guideload_totals(&*memory, &*constants, carriage, &mut report), -2);
+        }
         assert_eq!(guideload_save(&*memory, &*constants, 1, null_mut(), 4096), -1);
         assert_eq!(guideload_save(&*memory, &*constants, 1, odd, 10), -11);
         for error in -20..10 {

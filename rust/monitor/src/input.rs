@@ -1,6 +1,7 @@
 //! From samples of the encoder to second differences of the position on the grid of periods, with missing and wrong samples bridged.
 
 use crate::flag::Flag;
+use crate::movement::{Movement, Movements};
 use crate::prepared::{FRACTION, InputSettings};
 use guideload_life::Real;
 
@@ -119,11 +120,7 @@ pub(crate) struct Input<T, const N: usize> {
     pending: u32,
     /// Step at the end of the used second differences.
     used_step: i32,
-    /// Position on the grid, and the lower end of the band in which movement is noise.
-    position: i32,
-    band: i32,
-    /// Periods for which the axis counts as moving after it has left the band.
-    awake: u32,
+    movements: Movements,
     /// Number of taps.
     taps: u32,
     /// Number of the period of the last good sample.
@@ -135,8 +132,8 @@ pub(crate) struct Window<'a, T> {
     pub differences: &'a [T],
     /// Step at its end, in sixteenths of a count.
     pub step: i32,
-    /// Whether the axis moves.
-    pub moves: bool,
+    /// How the axis moves.
+    pub movement: Movement,
 }
 
 impl Reading {
@@ -165,9 +162,7 @@ impl<T: Real, const N: usize> Input<T, N> {
         known: 0,
         pending: 0,
         used_step: 0,
-        position: 0,
-        band: 0,
-        awake: 0,
+        movements: Movements::NONE,
         taps: 0,
         clock: 0,
     };
@@ -197,6 +192,9 @@ impl<T: Real, const N: usize> Input<T, N> {
     ) -> Sample {
         count_one(&mut counters.samples);
         self.taps = taps;
+        // A narrow counter may come with its sign in the bits above.
+        let count =
+            count & u32::MAX.checked_shr(u32::BITS.saturating_sub(settings.counter_bits)).unwrap_or(0);
         if !self.started.is_set() {
             // The first sample after restored totals is of the next period.
             self.clock = self.clock.wrapping_add(u64::from(counters.restarts > 0));
@@ -304,12 +302,7 @@ impl<T: Real, const N: usize> Input<T, N> {
 
     /// One period with a step.
     fn advance(&mut self, settings: &InputSettings, step: i32) {
-        self.position = self.position.wrapping_add(step);
-        let above = self.position.wrapping_sub(self.band);
-        if above < 0 || above > settings.still {
-            self.band = if above < 0 { self.position } else { self.position.wrapping_sub(settings.still) };
-            self.awake = self.taps.saturating_add(2);
-        }
+        self.movements.step(step, settings.still, self.taps.saturating_add(2));
         if !self.moving.is_set() {
             (self.moving, self.step, self.used_step) = (Flag::SET, step, step);
             return;
@@ -336,9 +329,9 @@ impl<T: Real, const N: usize> Input<T, N> {
             self.used_step =
                 if self.pending == 0 { self.step } else { self.used_step.wrapping_add(newest.to_i32()) };
             if self.known.saturating_sub(self.pending) >= taps {
-                self.awake = self.awake.saturating_sub(1);
+                let movement = self.movements.next();
                 let differences = self.history.as_flattened().get(end.checked_sub(taps as usize)?..end)?;
-                return Some(Window { differences, step: self.used_step, moves: self.awake > 0 });
+                return Some(Window { differences, step: self.used_step, movement });
             }
         }
         None

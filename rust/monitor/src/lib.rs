@@ -19,6 +19,7 @@
 //!   those of `guideload_life`.
 //! - `prepared`: the constants.
 //! - `input`: samples to second differences, with missing and wrong ones bridged.
+//! - `movement`, `slow`: whether the axis stands, or moves slowly; travel and load of movement by single counts.
 //! - `totals`, `monitor`, `record`: what is kept; the step from sample to sample; saving it.
 //! - `prepare`, `many`: the constants from a scene, and many samples in one call; on a PC (feature `prepare`).
 #![no_std]
@@ -32,10 +33,12 @@ mod input;
 #[cfg(feature = "prepare")]
 mod many;
 mod monitor;
+mod movement;
 #[cfg(feature = "prepare")]
 mod prepare;
 mod prepared;
 mod record;
+mod slow;
 mod sum;
 mod totals;
 

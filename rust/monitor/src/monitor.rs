@@ -2,7 +2,9 @@
 
 use crate::flag::Flag;
 use crate::input::{Input, Sample};
+use crate::movement::Movement;
 use crate::prepared::Prepared;
+use crate::slow::Slow;
 use crate::totals::Totals;
 use guideload_life::Real;
 use guideload_life::{COMPONENTS, Weighed};
@@ -34,6 +36,7 @@ pub struct Monitor<T, const S: usize, const C: usize, const N: usize> {
     loads: [[T; COMPONENTS]; C],
     /// What the rules make of the loads.
     weighed: [Weighed<T>; C],
+    slow: Slow<T, S>,
     /// Number of the period of the loads.
     period: u64,
     /// Periods left until the loads do not depend on the start.
@@ -50,6 +53,7 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
         state: [T::ZERO; S],
         loads: [[T::ZERO; COMPONENTS]; C],
         weighed: [Weighed::ZERO; C],
+        slow: Slow::NONE,
         period: 0,
         settling: 0,
         totals: Totals::NONE,
@@ -80,10 +84,10 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
             let Some(window) = self.input.next(taps) else { break };
             let [acceleration, correction] = weighted(window.differences, &prepared.taps);
             let velocity = T::from_i32(window.step) * prepared.speed_of_step + correction;
-            let moves = window.moves;
+            let movement = window.movement;
             let behind = u64::from(self.input.pending()) + u64::from(prepared.lag);
             self.period = self.input.clock().wrapping_sub(behind);
-            self.advance(prepared, Motion { velocity, acceleration }, moves);
+            self.advance(prepared, Motion { velocity, acceleration }, movement);
         }
         taken
     }
@@ -91,23 +95,31 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
     /// Goes on by one period to a known motion, in place of a sample.
     pub fn push_motion(&mut self, prepared: &Prepared<T, S, C, N>, motion: Motion<T>) {
         self.period = self.period.wrapping_add(u64::from(self.has_motion.is_set()));
-        self.advance(prepared, motion, true);
+        self.advance(prepared, motion, Movement::Fast);
     }
 
-    /// One period, to a motion. `moves`: whether the axis travels, or what looks like travel is noise.
+    /// One period, to a motion.
     #[inline(always)]
-    fn advance(&mut self, prepared: &Prepared<T, S, C, N>, motion: Motion<T>, moves: bool) {
+    fn advance(&mut self, prepared: &Prepared<T, S, C, N>, motion: Motion<T>, movement: Movement) {
         let before = self.motion();
         (self.motion, self.has_motion) = (motion, Flag::SET);
         if let Some(before) = before {
             self.propagate(prepared, before.acceleration, motion.acceleration);
         }
-        let interval = before.filter(|_| moves).map(|before| Interval {
+        let interval = before.map(|before| Interval {
             length: prepared.period,
             velocity: [before.velocity, motion.velocity],
             acceleration: [before.acceleration, motion.acceleration],
         });
-        let travel = interval.as_ref().map(Travel::new);
+        let travel = if movement == Movement::Slow || self.slow.is_going_on() {
+            self.slow.take(interval.as_ref().map_or(T::ZERO, Interval::displacement), &self.state);
+            if movement == Movement::Fast || self.slow.is_complete(prepared.settling) {
+                self.end_slow(prepared);
+            }
+            None
+        } else {
+            interval.as_ref().filter(|_| movement == Movement::Fast).map(Travel::new)
+        };
         let settled = self.settling == 0;
         self.settling = self.settling.saturating_sub(1);
         let totals = &mut self.totals;
@@ -138,6 +150,19 @@ impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N
                 totals.power.add(travel.power(&carriage.rule, &prepared.exponent(), loads, weighed));
             }
             (*last, *weighed) = (*load, now);
+        }
+    }
+
+    /// Adds slow movement to the totals, under the loads of its mean state.
+    #[inline(never)]
+    fn end_slow(&mut self, prepared: &Prepared<T, S, C, N>) {
+        let (path, state) = self.slow.end();
+        self.totals.distance.add(path);
+        let carriages = prepared.carriages.iter().take(prepared.carriage_count as usize);
+        for (carriage, totals) in carriages.zip(&mut self.totals.carriages) {
+            let groups = carriage.rule.weigh(&carriage.load_at(&state)).groups;
+            let equivalent = carriage.rule.with_preload(carriage.rule.combined(groups));
+            totals.power.add(prepared.exponent().power(equivalent) * path);
         }
     }
 

@@ -65,10 +65,12 @@ pub enum PrepareError {
         /// As given.
         got: u32,
     },
-    /// A setting that is not a number in its range.
+    /// A setting that is not in its range.
     Setting {
         /// Its name.
         name: &'static str,
+        /// Its range, in words.
+        expected: &'static str,
         /// As given.
         got: f64,
     },
@@ -95,7 +97,7 @@ impl fmt::Display for PrepareError {
                 f,
                 "ticks: expected 1 to {MOST_TICKS} per period, with which stamps of 32 bits tell early samples from late ones, got {got}"
             ),
-            Self::Setting { name, got } => write!(f, "{name}: expected a finite number above 0, got {got:e}"),
+            Self::Setting { name, expected, got } => write!(f, "{name}: expected {expected}, got {got:?}"),
             Self::OutOfRange => {
                 f.write_str("a constant of the monitor is out of the range of its numbers: check the units of the machine")
             }
@@ -112,16 +114,11 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
     loads: &[(Wrench<'_>, Judgement)],
     settings: &Settings<'_>,
 ) -> Result<Prepared<T, S, C, N>, PrepareError> {
-    let numbers = [("period", settings.period), ("quantum", settings.quantum.abs())];
-    for (name, got) in numbers.into_iter().chain(loads.iter().map(|(_, one)| ("bin", one.bin))) {
-        if !(got > 0.0 && got.is_finite()) {
-            return Err(PrepareError::Setting { name, got });
-        }
-    }
     let got = settings.input.ticks;
     if !(1..=MOST_TICKS).contains(&got) {
         return Err(PrepareError::Ticks { got });
     }
+    check(loads, settings)?;
     let modes = system.mode_count();
     let differences = settings.taps.len() + settings.input.most_missing as usize + 1;
     for (what, needed, places) in [
@@ -134,7 +131,8 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
         }
     }
     let sampled = SampledSystem::new(system, settings.period).ok_or(PrepareError::NotLinear)?;
-    let mut to = Converter { finite: true, checksum: 0 };
+    let mut to = Converter { checksum: 0 };
+    to.whole_numbers(settings);
     let entries = || (0..modes).chain(6..6 + modes);
     let [from_start, from_end] =
         [sampled.from_start, sampled.from_end].map(|effect| to.places(entries().map(|i| effect[i])));
@@ -168,7 +166,37 @@ pub fn prepare<T: Real, const S: usize, const C: usize, const N: usize>(
         carriages,
         id: to.checksum,
     };
-    if to.finite { Ok(prepared) } else { Err(PrepareError::OutOfRange) }
+    if prepared.is_valid() { Ok(prepared) } else { Err(PrepareError::OutOfRange) }
+}
+
+/// Refuses settings that are not in their range.
+fn check(loads: &[(Wrench<'_>, Judgement)], settings: &Settings<'_>) -> Result<(), PrepareError> {
+    let Settings { period, quantum, input, taps, .. } = settings;
+    let above = |got: f64| got > 0.0 && got.is_finite();
+    let not_below = |got: f64| got >= 0.0 && got.is_finite();
+    let (positive, from_0) = ("a finite number above 0", "a finite number from 0 on");
+    let of_all = [
+        ("period", positive, *period, above(*period)),
+        ("quantum", "a finite number that is not 0", *quantum, above(quantum.abs())),
+        ("taps", "one or more", taps.len() as f64, !taps.is_empty()),
+        ("counter_bits", "1 to 32", input.counter_bits.into(), (1..=32).contains(&input.counter_bits)),
+        ("most_change", from_0, input.most_change.into(), input.most_change >= 0),
+        ("slack", from_0, input.slack.into(), input.slack >= 0),
+        ("still", from_0, input.still.into(), input.still >= 0),
+    ];
+    let of_carriages = loads.iter().flat_map(|(_, Judgement { rule, limit, bin, capacity })| {
+        let preload = rule.rule().preload;
+        [
+            ("limit", "a number above 0, infinite for none", *limit, *limit > 0.0),
+            ("bin", positive, *bin, above(*bin)),
+            ("capacity", from_0, *capacity, not_below(*capacity)),
+            ("preload", from_0, preload, not_below(preload)),
+        ]
+    });
+    match of_all.into_iter().chain(of_carriages).find(|&(.., is_in_range)| !is_in_range) {
+        Some((name, expected, got, _)) => Err(PrepareError::Setting { name, expected, got }),
+        None => Ok(()),
+    }
 }
 
 /// The smallest decay rate of all modes, 1/s; none if one does not decay.
@@ -181,15 +209,30 @@ fn slowest_decay(system: &System) -> Option<f64> {
 
 /// Converts numbers to those of the monitor, with a checksum of them.
 struct Converter {
-    finite: bool,
     checksum: u32,
 }
 
 impl Converter {
     fn number<T: Real>(&mut self, value: f64) -> T {
-        self.finite &= T::from_f64(value).to_f64().is_finite();
         self.checksum = crc32(self.checksum, &value.to_le_bytes());
         T::from_f64(value)
+    }
+
+    /// Takes whole numbers into the checksum.
+    fn integers(&mut self, values: &[u32]) {
+        for value in values {
+            self.checksum = crc32(self.checksum, &value.to_le_bytes());
+        }
+    }
+
+    /// Takes the settings that are whole numbers into the checksum.
+    fn whole_numbers(&mut self, settings: &Settings<'_>) {
+        let InputSettings { ticks, tolerance, counter_bits, most_change, slack, still, most_missing } =
+            settings.input;
+        let signed = [most_change, slack, still].map(i32::cast_unsigned);
+        self.integers(&[settings.taps.len() as u32, settings.lag, settings.exponent as u32]);
+        self.integers(&[ticks, tolerance, counter_bits, most_missing]);
+        self.integers(&signed);
     }
 
     /// Numbers in the first places, and zeros.
@@ -215,11 +258,13 @@ impl Converter {
             let loaded = load.at(&state, &[0.0; 9]);
             *column = self.places((1..6).map(|k| loaded[k] - at_rest[k]));
         }
+        let rule = judgement.rule.rule();
+        self.integers(&[rule.counted, rule.plain, rule.preload_form]);
         Carriage {
             rest: self.places((1..6).map(|k| at_rest[k])),
             by_state,
-            rule: judgement.rule.rule().map(|value| self.number(value)),
-            limit: if judgement.limit < f64::INFINITY { self.number(judgement.limit) } else { T::INFINITY },
+            rule: rule.map(|value| self.number(value)),
+            limit: self.number(judgement.limit),
             bins_per_load: self.number(1.0 / judgement.bin),
             capacity: self.number(judgement.capacity),
         }

@@ -132,6 +132,7 @@ impl Reader<'_> {
 
 impl<T: Real, const S: usize, const C: usize, const N: usize> Monitor<T, S, C, N> {
     /// Writes the totals as record `number` to `place`, and returns the record's length. Records count up: restoring uses the larger number.
+    /// Slow movement that is not in the totals yet, of less than the settling time, is not saved.
     ///
     /// # Errors
     /// [`RecordError::TooShort`], with nothing written.

@@ -47,7 +47,7 @@ pub struct Totals<T, const C: usize> {
     pub periods: u64,
     /// Of these, periods soon after a restart, whose loads may be wrong by the vibration before it; they have no extremes.
     pub settling: u64,
-    /// `∫ |v| dt` of the periods with loads, m.
+    /// `∫ |v| dt` of the periods with loads, m; of slow movement, by single counts, its displacement, once its mean load is known.
     pub distance: Sum<T>,
     /// What happened to the samples.
     pub counters: Counters,

@@ -76,7 +76,7 @@ impl<'a> History<'a> {
 
 impl Record for History<'_> {
     fn reserve(&mut self, count: usize) -> Result<(), RunError> {
-        let got = self.states.len();
+        let got = self.states.len() - self.filled;
         if got < count { Err(RunError::Capacity { expected: count, got }) } else { Ok(()) }
     }
 

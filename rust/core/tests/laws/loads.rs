@@ -198,6 +198,11 @@ fn a_record_that_is_too_small_is_refused_before_the_run() {
     let outcome = run(&machine.system(), &Rk45, ADAPTIVE, &excitation, Output::Samples, &mut history);
     assert_eq!(outcome, Err(RunError::Capacity { expected: 5, got: 4 }));
     assert!(room[0][0].is_nan());
+    let mut room = [[0.0; 12]; 7];
+    let mut history = guideload::History::new(&mut room);
+    let mut again = || run(&machine.system(), &Exact, ADAPTIVE, &excitation, Output::Samples, &mut history);
+    assert!(again().is_ok());
+    assert_eq!(again(), Err(RunError::Capacity { expected: 5, got: 2 })); // the room that the first run left
 }
 
 #[test]

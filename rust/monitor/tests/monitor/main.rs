@@ -4,3 +4,5 @@ mod agreement;
 mod common;
 mod record;
 mod samples;
+mod settings;
+mod slow;

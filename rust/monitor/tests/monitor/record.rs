@@ -1,9 +1,15 @@
 //! Saving and restoring, and power that fails in between.
 
-use guideload::EquivalentLoad;
-use guideload_monitor::{Exponent, RecordError, record_length};
+use std::collections::BTreeSet;
 
-use crate::common::{LAG, TestMonitor, constants, counts, full_rule, motion, system};
+use guideload::{EquivalentLoad, Preload};
+use guideload_monitor::{Exponent, InputSettings, Judgement, RecordError, Settings, prepare, record_length};
+
+use crate::common::{
+    LAG, PERIOD, QUANTUM, TestMonitor, constants, counts, full_rule, input, loads, motion, system,
+};
+
+const SUM: EquivalentLoad = EquivalentLoad::SUM_OF_FORCES;
 
 #[test]
 fn a_power_cut_at_any_byte_loses_at_most_one_record() {
@@ -46,6 +52,45 @@ fn a_power_cut_at_any_byte_loses_at_most_one_record() {
     }
     assert_eq!(restored.period(), clock + 200 - u64::from(LAG));
     assert!(restored.totals().periods > monitor.totals().periods);
+}
+
+#[test]
+fn a_record_belongs_to_all_constants_that_its_totals_depend_on() {
+    let system = system();
+    let [taps, more] = [&[[0.1, -0.5]; 10][..], &[[0.1, -0.5]; 10 + 1]];
+    let base =
+        Settings { period: PERIOD, quantum: QUANTUM, input: input(), taps, lag: 5, exponent: Exponent::Ball };
+    let with = |change: fn(&mut InputSettings)| {
+        let mut input = input();
+        change(&mut input);
+        (SUM, Settings { input, ..base })
+    };
+    let rows = |preload| EquivalentLoad { preload, ..SUM };
+    let all = [
+        (SUM, base),
+        (SUM, Settings { exponent: Exponent::Roller, ..base }),
+        (SUM, Settings { lag: 6, ..base }),
+        (SUM, Settings { taps: more, ..base }),
+        (EquivalentLoad { minor: 0.5, ..SUM }, base),
+        (rows(Preload::Balls(100.0)), base),
+        (rows(Preload::Linear(200.0 * core::f64::consts::SQRT_2 / 3.0)), base),
+        with(|input| input.ticks += 1),
+        with(|input| input.tolerance += 1),
+        with(|input| input.counter_bits += 1),
+        with(|input| input.most_change += 1),
+        with(|input| input.slack += 1),
+        with(|input| input.still += 1),
+        with(|input| input.most_missing += 1),
+    ];
+    let ids: BTreeSet<_> = all
+        .iter()
+        .map(|(rule, settings)| {
+            let judgement = Judgement { rule: *rule, limit: 5e3, bin: 500.0, capacity: 1e18 };
+            let loads = loads(&system).map(|load| (load, judgement));
+            prepare::<f64, 10, 4, 64>(&system, &loads, settings).expect("constants").id
+        })
+        .collect();
+    assert_eq!(ids.len(), all.len());
 }
 
 #[test]

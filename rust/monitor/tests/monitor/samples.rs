@@ -117,9 +117,13 @@ fn a_narrow_counter_tells_what_a_wide_one_tells() {
         let mut samples = clean(5000);
         samples.drain(start..start + most);
         let (reference, wide, _) = pushed(&samples);
-        let masked = samples.iter().map(|&(stamp, count)| (stamp, count & 0x3FF)).collect();
+        let masked: Samples = samples.iter().map(|&(stamp, count)| (stamp, count & 0x3FF)).collect();
         let (loads, monitor, _) = pushed_to(&narrow(10), &masked);
         assert_eq!(difference(&loads, &reference).0, 0.0);
+        // With its sign in the bits above.
+        let signed = |count: u32| ((count << 22).cast_signed() >> 22).cast_unsigned();
+        let signed = masked.iter().map(|&(stamp, count)| (stamp, signed(count))).collect();
+        assert_eq!(pushed_to(&narrow(10), &signed).1.totals(), monitor.totals());
         let used =
             samples.iter().map(|(stamp, _)| (1000 + positions[*stamp as usize / 1000]).div_euclid(1024));
         let (used, after) = (used.clone(), used.skip(1));
