@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use super::error::BatchError;
 use crate::excitation::Excitation;
-use crate::life::{Interval, MAX_EXPONENT};
+use crate::life::{Interval, MAX_EXPONENT, speed_coefficients};
 use crate::numeric::float::{floor, pow};
 use crate::numeric::power::Power;
 use crate::numeric::watch::check_memory;
@@ -144,9 +144,7 @@ impl Travel {
 /// `∫ |v| x^k dt` over an interval with x from -1 to 1, m, for the first k, `terms` of them.
 fn moments(interval: &Interval, terms: usize) -> [f64; MOST_TERMS] {
     let (course, sums) = (Course::new(interval), Cell::new([0.0; MOST_TERMS]));
-    let [first, bow, last] = course.whole.speed;
-    // Coefficients of 1, x and x² of v.
-    let speed = [0.25 * (first + 2.0 * bow + last), 0.5 * (last - first), 0.25 * (first - 2.0 * bow + last)];
+    let speed = speed_coefficients(&course.whole);
     course.by_turns(&course.whole, [0.0; 2], |piece, _| {
         let ([start, middle, end], mut all) = (piece.speed, sums.get());
         let side = f64::copysign(0.5 * interval.length, start + middle + end);

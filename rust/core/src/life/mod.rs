@@ -16,4 +16,4 @@ pub(crate) use guideload_life::COMPONENTS;
 pub use guideload_life::{Integrals, Interval, Rule};
 pub use power::LoadPower;
 #[cfg(feature = "studies")]
-pub(crate) use power::{LAST_GAP, MAX_EXPONENT, NEARLY_CONSTANT, mean_by_series};
+pub(crate) use power::{LAST_GAP, MAX_EXPONENT, NEARLY_CONSTANT, mean_by_series, speed_coefficients};

@@ -130,7 +130,7 @@ pub(crate) fn mean_by_series<N: Number>(
 }
 
 /// Coefficients of the speed on a piece by 1, x and x², x from -1 to 1.
-fn speed_coefficients(piece: &Piece<f64>) -> [f64; 3] {
+pub(crate) fn speed_coefficients(piece: &Piece<f64>) -> [f64; 3] {
     let [first, middle, last] = piece.speed;
     [0.25 * (first + 2.0 * middle + last), 0.5 * (last - first), 0.25 * (first - 2.0 * middle + last)]
 }
