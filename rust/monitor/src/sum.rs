@@ -26,12 +26,10 @@ impl<T: Real> Sum<T> {
         [self.value, self.lost]
     }
 
-    /// Adds a term (Knuth's and Dekker's exact additions).
+    /// Adds a term (Knuth's, then Dekker's exact addition).
     #[inline(always)]
     pub fn add(&mut self, term: T) {
-        let sum = self.value + term;
-        let of_term = sum - self.value;
-        let error = (self.value - (sum - of_term)) + (term - of_term);
+        let [sum, error] = self.value.plus(term);
         let lost = self.lost + error;
         self.value = sum + lost;
         self.lost = lost - (self.value - sum);

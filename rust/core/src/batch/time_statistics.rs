@@ -1,5 +1,7 @@
 //! Running statistics of one signal of one sample.
 
+use guideload_life::Number;
+
 use crate::life::Rule;
 
 /// Running statistics of a signal.
@@ -35,12 +37,10 @@ impl RunningStatistics {
         Self { smallest, largest, ..self }
     }
 
-    /// Adds to the integral, and the rounding error to `rest` (Knuth), so that the length of the motion costs no digits.
+    /// Adds to the integral, and the rounding error to `rest`, so that the length of the motion costs no digits.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn add(&mut self, term: f64) {
-        let sum = self.sum + term;
-        let added = sum - self.sum;
-        self.rest += (self.sum - (sum - added)) + (term - added);
-        self.sum = sum;
+        let [sum, error] = self.sum.plus(term);
+        (self.sum, self.rest) = (sum, self.rest + error);
     }
 }
