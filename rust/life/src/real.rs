@@ -31,9 +31,6 @@ pub trait Real: Number + Debug + PartialOrd + AddAssign {
     fn cbrt(self) -> Self;
     /// Ninth root of a number from 0 on, to a few roundings.
     fn ninth_root(self) -> Self;
-
-    /// Magnitude.
-    fn abs(self) -> Self;
     /// Whether it is neither infinite nor NaN.
     fn is_finite(self) -> bool {
         self.abs() < Self::INFINITY
@@ -89,9 +86,6 @@ impl Real for f32 {
     fn to_i32(self) -> i32 {
         self as i32
     }
-    fn abs(self) -> Self {
-        Self::abs(self)
-    }
     fn sign(self) -> u32 {
         self.to_bits() >> 31
     }
@@ -134,9 +128,6 @@ impl Real for f64 {
     fn to_i32(self) -> i32 {
         self as i32
     }
-    fn abs(self) -> Self {
-        Self::abs(self)
-    }
     fn sign(self) -> u32 {
         (self.to_bits() >> 63) as u32
     }
@@ -171,8 +162,20 @@ macro_rules! number {
                 Self::from_f64(value)
             }
             #[inline(always)]
+            fn multiply_add(self, b: Self, c: Self) -> Self {
+                self * b + c
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self::abs(self)
+            }
+            #[inline(always)]
             fn at_most(self, other: Self) -> Self {
                 if self > other { other } else { self }
+            }
+            #[inline(always)]
+            fn at_least(self, other: Self) -> Self {
+                if self > other { self } else { other }
             }
             #[inline(always)]
             fn root_of_balls(self) -> Self {

@@ -9,9 +9,18 @@ pub trait Number:
     /// A constant of the kind of this number.
     #[must_use]
     fn constant(self, value: f64) -> Self;
+    /// `self * b + c`.
+    #[must_use]
+    fn multiply_add(self, b: Self, c: Self) -> Self;
+    /// Magnitude.
+    #[must_use]
+    fn abs(self) -> Self;
     /// The smaller one.
     #[must_use]
     fn at_most(self, other: Self) -> Self;
+    /// The larger one.
+    #[must_use]
+    fn at_least(self, other: Self) -> Self;
     /// `x^(n - 1)` for rows of balls, n = 3/2: the square root.
     #[must_use]
     fn root_of_balls(self) -> Self;

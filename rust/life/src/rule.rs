@@ -1,7 +1,7 @@
 //! The equivalent load of a carriage, and its powers.
 
 use crate::real::Real;
-use crate::rows::Rows;
+use crate::rows::{Number, Rows};
 use crate::travel::{Integrals, Interval, Power, Travel};
 
 /// Number of components of a carriage's load: Fy, Fz, Mx, My, Mz, N and N m about the carriage centre.
@@ -109,12 +109,12 @@ impl<T: Real> Rule<T> {
 
     /// P of the groups, without the effect of the preload, N.
     #[inline(always)]
-    pub fn combined(&self, [first, second]: [T; 2]) -> T {
+    pub fn combined<N: Number>(&self, [first, second]: [N; 2]) -> N {
         if self.plain != 0 {
             return first;
         }
-        let (larger, smaller) = if first >= second { (first, second) } else { (second, first) };
-        larger + self.minor * smaller
+        let minor = first.constant(self.minor.to_f64());
+        minor.multiply_add(first.at_most(second), first.at_least(second))
     }
 
     /// Derivative of P, without the effect of the preload, by each component of the load; by components that are zero, that for positive ones.
@@ -160,7 +160,7 @@ impl<T: Real> Rule<T> {
     /// rollers.
     #[inline(never)]
     fn loaded_row(&self, load: T) -> T {
-        let rows = self.rows();
+        let rows = self.rows(load);
         let e = rows.deflection(load, 3);
         self.preload * (T::ONE + e) * rows.root(T::ONE + e)
     }
@@ -174,7 +174,7 @@ impl<T: Real> Rule<T> {
             0 => T::from_f64(1.5) * self.preload * (load / self.opening + T::ONE).sqrt() / self.opening,
             1 => T::from_f64(2.0 / 3.0),
             _ => {
-                let rows = self.rows();
+                let rows = self.rows(load);
                 let e = rows.deflection(load, 3);
                 let (above, below) = (rows.root(T::ONE + e), rows.root(T::ONE - e));
                 above / (above + below)
@@ -182,10 +182,11 @@ impl<T: Real> Rule<T> {
         }
     }
 
-    /// The two preloaded rows of a rule with these.
+    /// The two preloaded rows of a rule with these, in numbers of the kind of `load`.
     #[inline(always)]
-    pub fn rows(&self) -> Rows<T> {
-        Rows { preload: self.preload, opening: self.opening, balls: self.preload_form == 2 }
+    pub fn rows<N: Number>(&self, load: N) -> Rows<N> {
+        let (preload, opening) = (load.constant(self.preload.to_f64()), load.constant(self.opening.to_f64()));
+        Rows { preload, opening, balls: self.preload_form == 2 }
     }
 }
 

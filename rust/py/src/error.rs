@@ -116,3 +116,8 @@ impl From<CoreError> for PyErr {
 pub fn scene_error(error: impl std::fmt::Display) -> PyErr {
     exceptions::SceneError::new_err(error.to_string())
 }
+
+/// An error unless the numbers of a result are finite.
+pub fn require_finite(are_finite: bool) -> Result<(), CoreError> {
+    if are_finite { Ok(()) } else { Err(RunError::OutOfRange.into()) }
+}

@@ -1,12 +1,12 @@
 //! The extremes of the loads of groups, of the same loads less constant ones, and the largest equivalent loads of groups.
 
-use guideload::{Combinations, Extremes, RunError, Wrench, combinations, largest_of};
+use guideload::{Combinations, Extremes, Wrench, combinations, largest_of};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{Array2, List};
-use crate::error::CoreError;
+use crate::error::require_finite;
 use crate::life::{self, equivalent_load};
 use crate::scene::table;
 
@@ -85,9 +85,7 @@ impl Sought {
         }
         let magnitudes = beyond.iter().flat_map(|extremes| &extremes.largest[6..]);
         let known = magnitudes.chain(equivalent.as_flattened());
-        if !of_groups.iter().all(Extremes::is_finite) || !known.copied().all(f64::is_finite) {
-            return Err(CoreError::Run(RunError::OutOfRange).into());
-        }
+        require_finite(of_groups.iter().all(Extremes::is_finite) && known.copied().all(f64::is_finite))?;
         let shown = &extremes[..self.groups + self.less.len()];
         let each = |pick: fn(&Extremes) -> [f64; 8]| table(py, shown.iter().map(pick));
         Ok([

@@ -1,14 +1,12 @@
 //! Riders of a scene, and their motions.
 
-use guideload::{
-    Body, BodyWithRiders, BodyWithRidersInstant, Excitation, Rider, RiderMotion, RunError, State, System,
-};
+use guideload::{Body, BodyWithRiders, BodyWithRidersInstant, Excitation, Rider, RiderMotion, State, System};
 use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{matrix3, numbers};
-use crate::error::CoreError;
+use crate::error::{CoreError, require_finite};
 
 /// Mass, centre of mass, inertia about it, direction.
 pub type RiderTuple = (f64, [f64; 3], [[f64; 3]; 3], [f64; 3]);
@@ -89,9 +87,7 @@ impl Travels {
                 *to = samples[k];
             }
             let instant = ridden.at(&travel, state, &input(k));
-            if !instant.acceleration.iter().chain(&instant.reaction).all(|x| x.is_finite()) {
-                return Err(CoreError::Run(RunError::OutOfRange));
-            }
+            require_finite(instant.acceleration.iter().chain(&instant.reaction).all(|x| x.is_finite()))?;
             instants.push(instant);
         }
         Ok(instants)

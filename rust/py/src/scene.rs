@@ -15,7 +15,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, List, Samples, StartState, filled, matrix3, numbers, room};
-use crate::error::CoreError;
+use crate::error::{CoreError, require_finite};
 use crate::extremes::{Rules, Sought};
 use crate::interrupt::try_compute;
 use crate::law::PyLaw;
@@ -227,9 +227,7 @@ impl PyScene {
     ) -> PyResult<Array2<'py>> {
         let loads = group_loads(&self.0, &groups.0, &centers, Part::Total)?;
         let at_rest: Vec<[f64; 6]> = loads.iter().map(|load| load.at_rest()).collect();
-        if !at_rest.as_flattened().iter().all(|x| x.is_finite()) {
-            return Err(CoreError::Run(RunError::OutOfRange).into());
-        }
+        require_finite(at_rest.as_flattened().iter().all(|x| x.is_finite()))?;
         table(py, at_rest.into_iter())
     }
 
@@ -270,7 +268,7 @@ impl PyScene {
                     };
                     is_finite &= motion.load_bows(system, &loads, &mut bows[from * width..to * width]);
                 }
-                if is_finite { Ok(()) } else { Err(CoreError::Run(RunError::OutOfRange)) }
+                require_finite(is_finite)
             })
         })
     }

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use guideload::input_from;
-use guideload::{BodyWithRidersInstant, Input, RunError, State, Summary, System, Wrench, link_load};
+use guideload::{BodyWithRidersInstant, Input, State, Summary, System, Wrench, link_load};
 use guideload::{Recovery, acceleration, evaluate, largest_velocity_change, position, reaction, velocity};
 use numpy::ndarray::Dimension;
 use numpy::{PyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::convert::{self, List, filled, overwritten};
-use crate::error::CoreError;
-use crate::interrupt::{compute, try_compute};
+use crate::error::require_finite;
+use crate::interrupt::try_compute;
 use crate::links::group_loads;
 use crate::riders::Travels;
 
@@ -223,18 +223,15 @@ impl PySolution {
                 let width = usize::max(quantities.len() * ROWS, 1);
                 let (out, after) = rest.split_at_mut(usize::min(states.len() * width, rest.len()));
                 rest = after;
-                let finite = compute(py, |watch| {
+                try_compute(py, |watch| {
                     let mut finite = true;
                     let parts = states.chunks(AT_A_TIME).zip(out.chunks_mut(AT_A_TIME * width)).enumerate();
                     for (part, (states, out)) in parts.take_while(|_| !watch.stops()) {
                         let from = first + part * AT_A_TIME;
                         finite &= evaluate(&quantities, states, |k| self.inputs.at(from + k), out);
                     }
-                    finite
+                    require_finite(finite)
                 })?;
-                if !finite {
-                    return Err(CoreError::Run(RunError::OutOfRange).into());
-                }
                 first += states.len();
             }
             debug_assert!(rest.is_empty(), "every number is written");

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use guideload::Part;
 use guideload::batch::Group;
 use guideload::sensitivity::{
     History, Instants, Outputs, Quantity, SystemDerivative, Tangents, VariedSystem,
 };
-use guideload::{Part, RunError};
 use nalgebra::Matrix6;
 use numpy::{
     IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -15,8 +15,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{self, Array1, Array2, Samples, filled, numbers, zeros};
-use crate::error::CoreError;
-use crate::interrupt::{compute, try_compute};
+use crate::error::require_finite;
+use crate::interrupt::try_compute;
 use crate::scene::{PyScene, table};
 
 /// A system and its derivatives by each column of values.
@@ -133,10 +133,10 @@ impl PyVariedRun {
         let width = quantity.width(&self.varied, &self.groups);
         let shape = [self.varied.derivatives.len(), self.history.states().len(), width];
         filled(py, &shape, |out| {
-            require(try_compute(py, |_| {
+            try_compute(py, |_| {
                 let (varied, excitation) = ((&*self.varied, &self.groups[..]), self.samples.excitation()?);
-                Ok(self.history.derivatives(tangents, varied, &excitation, quantity, out))
-            })?)
+                require_finite(self.history.derivatives(tangents, varied, &excitation, quantity, out))
+            })
         })
     }
 
@@ -227,14 +227,10 @@ impl PyVariedInstants {
                 derivatives: derivatives.as_slice_mut()?,
             };
             let of = (&*self.varied, &self.groups[..]);
-            require(compute(py, |_| self.instants.write(of, (quantity, &along), out))?)?;
+            try_compute(py, |_| require_finite(self.instants.write(of, (quantity, &along), out)))?;
         }
         Ok((values, slopes, derivatives))
     }
-}
-
-fn require(finite: bool) -> PyResult<()> {
-    if finite { Ok(()) } else { Err(CoreError::Run(RunError::OutOfRange).into()) }
 }
 
 /// The quantity with this name, and the part of it if it is a load.

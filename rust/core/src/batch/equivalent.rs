@@ -1,5 +1,7 @@
 //! Equivalent loads from the load rows of a batch.
 
+use guideload_life::Number;
+
 use super::travel::Travel;
 use crate::life::{COMPONENTS, EquivalentLoad, LoadPower, Rule};
 use crate::variation::{Group, Instance};
@@ -40,6 +42,18 @@ impl EquivalentRows {
         Self { rule: rule.rule(), group, preload, rows, groups }
     }
 
+    /// The load from the values of the rows, without the effect of a preload; `zero`: of their kind.
+    #[inline(always)]
+    pub(super) fn without_preload<N: Number>(&self, zero: N, row: impl Fn(usize) -> N) -> N {
+        let mut groups = [zero; 2];
+        for (sum, terms) in groups.iter_mut().zip(&self.groups) {
+            for &(index, size, sign) in terms {
+                *sum = added(*sum, row(index), size, sign);
+            }
+        }
+        self.rule.combined(groups)
+    }
+
     /// The components of the load, from the values of the rows.
     pub(super) fn components(&self, row: impl Fn(usize) -> f64) -> [f64; COMPONENTS] {
         self.rows.map(|index| index.map_or(0.0, &row))
@@ -67,4 +81,11 @@ impl EquivalentRows {
         let power = LoadPower::of_checked(travel.exponent);
         interval.map_or(0.0, |interval| rule.integrals(&power, interval, ends).power)
     }
+}
+
+/// Adds `size |value| + sign value` to a group of a rule.
+#[inline(always)]
+pub(super) fn added<N: Number>(sum: N, value: N, size: f64, sign: f64) -> N {
+    let sum = if sign == 0.0 { sum } else { value.multiply_add(sum.constant(sign), sum) };
+    value.abs().multiply_add(sum.constant(size), sum)
 }

@@ -6,7 +6,7 @@ use super::load_rows::{BLOCK, LoadRows, StateBlock, Values};
 use crate::excitation::Excitation;
 use crate::numeric::float::add_scaled;
 use crate::output::{
-    INSIDE, Wrench, acceleration, between, contacts, evaluate_block, finer_bow, simpson_bow,
+    INSIDE, Wrench, acceleration, between, contacts, evaluate_block, finer_bow, mark_changes, simpson_bow,
 };
 use crate::system::{LinkRow, State, System};
 
@@ -35,19 +35,10 @@ impl<'a> ModalAcceleration<'a> {
     fn contact_changes(&self, before: &State, block: &StateBlock, middles: &StateBlock) -> [bool; BLOCK] {
         let mut changes = [false; BLOCK];
         for row in &self.contacts {
-            let (mut now, mut middle) = ([row.rest; BLOCK], [row.rest; BLOCK]);
-            for j in 0..6 {
-                add_scaled(&mut now, &block.entries[j], row.deflection[j]);
-                add_scaled(&mut middle, &middles.entries[j], row.deflection[j]);
-            }
+            let (now, middle) = (row.deflections(&block.entries), row.deflections(&middles.entries));
             let mut then = [row.deflection_at(before); BLOCK];
             then[1..].copy_from_slice(&now[..BLOCK - 1]);
-            for &edge in row.link.law().edges() {
-                for i in 0..BLOCK {
-                    let past = middle[i] >= edge;
-                    changes[i] |= ((then[i] >= edge) != past) | ((now[i] >= edge) != past);
-                }
-            }
+            mark_changes(row.link.law(), [&then, &middle, &now], &mut changes);
         }
         changes
     }

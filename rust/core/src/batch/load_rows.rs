@@ -3,7 +3,6 @@
 use super::requirements::{LoadRow, Requirements};
 use crate::excitation::Excitation;
 use crate::model::Law;
-use crate::numeric::float::add_scaled;
 use crate::output::{Part, Wrench, evaluate_block, reaction, transpose};
 use crate::system::{LinkRow, State, System};
 use crate::variation::{Group, Instance};
@@ -93,14 +92,9 @@ impl<'a> LoadRows<'a> {
     /// Evaluates all rows at a block, and marks in `lost` the groups that lose contact in it.
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn evaluate(&self, block: &StateBlock, values: &mut [Values], lost: &mut [bool]) {
-        let entries = &block.entries;
         for &(row, group) in &self.monitored {
             if !lost[group] {
-                let mut at = [row.rest; BLOCK];
-                for j in 0..6 {
-                    add_scaled(&mut at, &entries[j], row.deflection[j]);
-                }
-                lost[group] = is_lost(row.link.law(), &at);
+                lost[group] = is_lost(row.link.law(), &row.deflections(&block.entries));
             }
         }
         self.set_rows(block, values);

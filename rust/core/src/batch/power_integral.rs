@@ -1,36 +1,16 @@
-//! Equivalent loads of one run, and the integral of their power over the travel, block by block.
+//! The integral of the power of an equivalent load of one run over the travel, block by block.
+
+use pulp::{Simd, WithSimd};
 
 use super::equivalent::EquivalentRows;
+use super::lanes::{LinearPower, Real};
 use super::load_rows::{BLOCK, Values};
-use super::travel::{LARGEST_CHANGE_OF_SERIES, Travel};
+use super::travel::Travel;
 use crate::life::Rule;
-use crate::numeric::float::fma;
-use crate::numeric::simd::LANES;
-
-/// Groups of the rule at the starts (0) or ends (1) of the intervals of a block.
-#[cfg_attr(feature = "std", inline(always))]
-fn groups(equivalent: &EquivalentRows, lines: &[[Values; 2]], end: usize) -> [Values; 2] {
-    let mut groups = [[0.0; BLOCK]; 2];
-    for (sums, terms) in groups.iter_mut().zip(&equivalent.groups) {
-        for &(row, size, sign) in terms {
-            let values = &lines[row][end];
-            for i in 0..BLOCK {
-                sums[i] = fma(values[i].abs(), size, fma(values[i], sign, sums[i]));
-            }
-        }
-    }
-    groups
-}
-
-#[cfg_attr(feature = "std", inline(always))]
-fn combined([first, second]: [f64; 2], minor: f64) -> f64 {
-    let (larger, smaller) = if first >= second { (first, second) } else { (second, first) };
-    fma(minor, smaller, larger)
-}
+use crate::numeric::simd::{LANES, on_widest};
 
 /// Integral of the power of the equivalent load over the intervals that end in a block, the first instant of which has the index `before`.
 /// `lines`: the values of each row at the starts and ends of these intervals.
-#[cfg_attr(feature = "std", inline(always))]
 pub(super) fn power_integral(
     equivalent: &EquivalentRows,
     rule: &Rule<f64>,
@@ -41,29 +21,11 @@ pub(super) fn power_integral(
     if !travel.moves(before, BLOCK) {
         return 0.0;
     }
-    let minor = equivalent.rule.minor;
-    // Intervals on which the load is not linear.
-    let mut bends = [false; BLOCK];
-    for &row in equivalent.rows.iter().flatten() {
-        let [then, now] = &lines[row];
-        for i in 0..BLOCK {
-            bends[i] |= then[i] * now[i] < 0.0;
-        }
-    }
-    let mut sums = [0.0; BLOCK];
-    let mut changes = [0.0; BLOCK];
-    let (earlier, groups) = (groups(equivalent, lines, 0), groups(equivalent, lines, 1));
+    let (mut powers, mut bends) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let (to, bends_to) = (&mut powers, &mut bends);
+    on_widest(LinearIntervals { equivalent, rule, travel, lines, before, powers: to, bends: bends_to });
     for i in 0..BLOCK {
-        let (now, then) = ([groups[0][i], groups[1][i]], [earlier[0][i], earlier[1][i]]);
-        bends[i] |= minor != 1.0 && (now[0] - now[1]) * (then[0] - then[1]) < 0.0;
-        let (now, then) = (combined(now, minor), combined(then, minor));
-        (sums[i], changes[i]) = (now + then, now - then);
-        bends[i] |= now < rule.opening || then < rule.opening;
-        bends[i] |= !travel.whole && changes[i].abs() > LARGEST_CHANGE_OF_SERIES * sums[i];
-    }
-    let mut powers = series(travel, before, &sums, &changes);
-    for i in 0..BLOCK {
-        if bends[i] {
+        if bends[i] < 0.0 {
             let [then, now] = [0, 1].map(|end| equivalent.components(|row| lines[row][end][i]));
             powers[i] = equivalent.power(rule, travel, before + i, [&then, &now]);
         }
@@ -77,34 +39,48 @@ pub(super) fn power_integral(
     partial.iter().sum()
 }
 
-/// Integrals of the powers of linear loads, by the sums and changes of the loads at the ends of the intervals.
-#[cfg_attr(feature = "std", inline(always))]
-fn series(travel: &Travel, before: usize, sums: &Values, changes: &Values) -> Values {
-    let weights = |term: usize| &travel.weights[term][before..before + BLOCK];
-    let terms = travel.weights.len();
-    let mut out = [0.0; BLOCK];
-    if travel.whole {
-        let mut powers = [1.0; BLOCK];
-        for term in 0..terms {
-            let weights = weights(term);
-            for i in 0..BLOCK {
-                out[i] = fma(out[i], sums[i], weights[i] * powers[i]);
-                powers[i] *= changes[i];
-            }
+/// The integrals over intervals on which the load is linear, several side by side.
+struct LinearIntervals<'a> {
+    equivalent: &'a EquivalentRows,
+    rule: &'a Rule<f64>,
+    travel: &'a Travel,
+    lines: &'a [[Values; 2]],
+    before: usize,
+    powers: &'a mut Values,
+    /// Negative where the load is not linear.
+    bends: &'a mut Values,
+}
+
+impl WithSimd for LinearIntervals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { equivalent, rule, travel, lines, before, powers, bends } = self;
+        let linear = LinearPower { simd, equivalent, rule, travel };
+        let powers = S::as_mut_simd_f64s(powers).0.iter_mut();
+        let bends = S::as_mut_simd_f64s(bends).0.iter_mut();
+        for (index, (power, bend)) in powers.zip(bends).enumerate() {
+            let (ends, crossing) = linear.ends(
+                #[inline(always)]
+                |row| {
+                    let [then, now] = &lines[row];
+                    [
+                        Real::new(simd, S::as_simd_f64s(then).0[index]),
+                        Real::new(simd, S::as_simd_f64s(now).0[index]),
+                    ]
+                },
+            );
+            let (integral, crossing) = linear.integral(
+                #[inline(always)]
+                |term| {
+                    let weights = &travel.weights[term][before..before + BLOCK];
+                    Real::new(simd, S::as_simd_f64s(weights).0[index])
+                },
+                ends,
+                crossing,
+            );
+            (*power, *bend) = (integral.lanes, crossing.lanes);
         }
-        return out;
     }
-    for term in (0..terms).rev() {
-        let weights = weights(term);
-        for i in 0..BLOCK {
-            let ratio = if sums[i] > 0.0 { changes[i] / sums[i] } else { 0.0 };
-            out[i] = fma(out[i], ratio, weights[i]);
-        }
-    }
-    let mut powers = *sums;
-    travel.power.raise(&mut powers);
-    for i in 0..BLOCK {
-        out[i] *= powers[i];
-    }
-    out
 }

@@ -90,7 +90,7 @@ impl LoadPower {
             let (load, change) = (0.5 * rule.opening * (first + last), 0.5 * rule.opening * (last - first));
             let gap = 1.0 - f64::max(first, last);
             let mean = if gap > LAST_GAP && f64::abs(last - first) < NEARLY_CONSTANT * gap {
-                mean_by_series(self.0, rule.rows().series(load), change, speed, |row| power(row, self.0))
+                mean_by_series(self.0, rule.rows(load).series(load), change, speed, |row| power(row, self.0))
             } else {
                 let of_node = |[x, weight]: [f64; 2]| {
                     let speed = speed[0] + x * (speed[1] + x * speed[2]);

@@ -68,18 +68,9 @@ impl Slopes<'_> {
 
     /// Derivatives of `P^p` by the components of a load.
     fn slopes_of_power(&self, load: &[f64; COMPONENTS]) -> [f64; COMPONENTS] {
-        let groups = self.rule.weigh(load).groups;
-        let plain = self.rule.combined(groups);
+        let plain = self.rule.combined(self.rule.weigh(load).groups);
         let factor =
             self.exponent * pow(self.rule.with_preload(plain), self.exponent - 1.0) * self.rule.slope(plain);
-        let [first, second] = groups;
-        let shares = if first >= second { [1.0, self.rule.minor] } else { [self.rule.minor, 1.0] };
-        core::array::from_fn(|component| {
-            let weight = |group: usize| {
-                let [magnitudes, values] = self.rule.weights[group];
-                shares[group] * (magnitudes[component] * load[component].signum() + values[component])
-            };
-            factor * (weight(0) + weight(1))
-        })
+        self.rule.gradient(load).map(|slope| factor * slope)
     }
 }

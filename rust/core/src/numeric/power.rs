@@ -18,14 +18,6 @@ impl Power {
         Self { exponent, whole }
     }
 
-    /// Raises non-negative numbers to the power p. Their count must be a multiple of eight.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn raise(&self, values: &mut [f64]) {
-        for lanes in values.as_chunks_mut::<LANES>().0 {
-            *lanes = self.of(lanes);
-        }
-    }
-
     /// `x^p` of eight non-negative numbers.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn of(&self, loads: &Lanes) -> Lanes {

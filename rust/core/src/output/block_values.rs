@@ -80,11 +80,7 @@ pub(crate) fn evaluate_block<const ROWS: usize, const COUNT: usize>(
         if !is_needed {
             continue;
         }
-        let mut at = [row.rest; COUNT];
-        for j in 0..6 {
-            add_scaled(&mut at, &entries[j], row.deflection[j]);
-        }
-        let force = forces(row.link.law(), &at);
+        let force = forces(row.link.law(), &row.deflections(entries));
         for component in 0..ROWS {
             if needed[component] && elastic[component] != 0.0 {
                 add_scaled(&mut values[component], &force, elastic[component]);

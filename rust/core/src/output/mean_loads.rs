@@ -4,6 +4,7 @@ use nalgebra::Vector6;
 
 use super::evaluate::evaluate;
 use super::loads::Wrench;
+use crate::model::Law;
 use crate::numeric::simd::dispatch;
 use crate::system::{LinkRow, NO_INPUT, State, System};
 
@@ -105,10 +106,27 @@ pub(crate) fn contacts(system: &System) -> Vec<&LinkRow> {
 
 /// Whether a link is on different segments of its law in these states.
 fn contact_changes(contacts: &[&LinkRow], states: [&State; 3]) -> bool {
-    contacts.iter().any(|row| {
-        let [start, middle, end] = states.map(|state| row.segment_at(state));
-        start != middle || middle != end
-    })
+    let mut changes = [false];
+    for row in contacts {
+        let [start, middle, end] = states.map(|state| [row.deflection_at(state)]);
+        mark_changes(row.link.law(), [&start, &middle, &end], &mut changes);
+    }
+    changes[0]
+}
+
+/// Marks the intervals in which a link changes its segment, by its deflections at their starts, in their middles and at their ends.
+#[cfg_attr(feature = "std", inline(always))]
+pub(crate) fn mark_changes<const COUNT: usize>(
+    law: &Law,
+    [start, middle, end]: [&[f64; COUNT]; 3],
+    changes: &mut [bool; COUNT],
+) {
+    for &edge in law.edges() {
+        for i in 0..COUNT {
+            let past = middle[i] >= edge;
+            changes[i] |= ((start[i] >= edge) != past) | ((end[i] >= edge) != past);
+        }
+    }
 }
 
 /// The mean of a load by its value in the middle of an interval and those at both ends, by Simpson's rule, less the mean of the ends.

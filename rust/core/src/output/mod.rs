@@ -28,7 +28,7 @@ pub use loads::{
 #[cfg(feature = "std")]
 pub use mean_loads::ReferenceMotion;
 #[cfg(feature = "studies")]
-pub(crate) use mean_loads::{INSIDE, between, contacts, finer_bow, simpson_bow};
+pub(crate) use mean_loads::{INSIDE, between, contacts, finer_bow, mark_changes, simpson_bow};
 pub use peaks::Peaks;
 #[cfg(feature = "std")]
 pub use record::Watched;

@@ -103,6 +103,16 @@ impl LinkRow {
         self.link.law().segment_of(self.deflection_at(state))
     }
 
+    /// Deflections at some states, to the last bit those of [`LinkRow::deflection_at`]; `entries`: each at all states.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(crate) fn deflections<const COUNT: usize>(&self, entries: &[[f64; COUNT]; 12]) -> [f64; COUNT] {
+        let mut at = [self.rest; COUNT];
+        for j in 0..6 {
+            add_scaled(&mut at, &entries[j], self.deflection[j]);
+        }
+        at
+    }
+
     /// Elastic load at a state beyond that of a spring with the stiffness at rest, N, and its slope over the deflection, N/m.
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn beyond_spring(&self, state: &State) -> (f64, f64) {

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::dense::{MAX_MODES, Square};
-use super::vector::Real;
+use super::vector::{Number, Real};
 use crate::model::Body;
 use crate::variation::Instance;
 

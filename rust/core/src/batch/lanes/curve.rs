@@ -8,7 +8,7 @@ use super::drawn::Deviations;
 use super::modal::{ModalScenes, width};
 use super::step::exponential;
 use super::timeline::Timeline;
-use super::vector::{Complex, Mask, Real};
+use super::vector::{Complex, Mask, Number, Real};
 use super::waiting::{Piece, Waiting};
 use crate::batch::requirements::{Requirements, Signal};
 use crate::numeric::simd::MAX_LANES;

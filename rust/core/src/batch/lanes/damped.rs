@@ -9,7 +9,7 @@ use pulp::Simd;
 use super::dense::MAX_MODES;
 use super::jacobi::DampedModes;
 use super::undamped::{RowParts, Undamped};
-use super::vector::{Complex, Mask, Real};
+use super::vector::{Complex, Mask, Number, Real};
 
 /// Smallest `|λ|` times duration of the motion, for every mode. Below it the loads are differences of far larger quasi-static loads and lose
 /// digits.

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::vector::Real;
+use super::vector::{Number, Real};
 
 /// Most modes of a scene.
 pub(super) const MAX_MODES: usize = 6;

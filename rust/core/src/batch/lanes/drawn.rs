@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::aligned_buffer::AlignedBuffer;
 use super::timeline::{BLOCK, Timeline};
-use super::vector::Real;
+use super::vector::{Number, Real};
 use crate::numeric::simd::{Aligned, Lanes};
 
 /// Deviations of the first component of the excitation at all samples of the motion.

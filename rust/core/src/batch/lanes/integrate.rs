@@ -34,8 +34,17 @@ pub(super) struct LaneIntegrator<'a> {
 
 impl LaneIntegrator<'_> {
     #[inline(always)]
-    pub(super) fn run<S: Simd>(self, simd: S) {
-        let Self { modal, timeline, deviations, requirements, first, only_extremes, memory, watch } = self;
+    pub(super) fn run<S: Simd>(&mut self, simd: S) {
+        let &mut Self {
+            modal,
+            timeline,
+            deviations,
+            requirements,
+            first,
+            only_extremes,
+            ref mut memory,
+            watch,
+        } = self;
         let rows = modal.rows.next_multiple_of(TILE);
         if first == 0 {
             let found = memory.found.clear::<S>(requirements.signals.len() * STATISTICS);

@@ -5,7 +5,7 @@
 use pulp::Simd;
 
 use super::dense::{MAX_MODES, Square};
-use super::vector::{Complex, Mask, Real};
+use super::vector::{Complex, Mask, Number, Real};
 
 /// Largest number of sweeps over all pairs. Convergence is quadratic; ordinary scenes need five or six. The scene of a lane that has not
 /// converged runs by itself.

@@ -7,9 +7,9 @@ use super::dense::MAX_MODES;
 use super::drawn::{self, CHANGES};
 use super::memory::{HIGH, LOW, Memory, STATISTICS};
 use super::modal::{ModalScenes, TILE, width};
-use super::power_integral::{added, combined};
 use super::timeline::{BLOCK, Timeline};
-use super::vector::{Complex, Real};
+use super::vector::{Complex, Number, Real};
+use crate::batch::equivalent::added;
 use crate::batch::requirements::{Requirements, Signal, SignalRequest};
 
 /// Samples evaluated at a time for a tile of rows, so that sixteen sums in registers share each loaded number.
@@ -367,7 +367,7 @@ fn may_be_new<S: Simd>(
                     *sum = largest_by(simd, &bounds[row], *sum, size, sign);
                 }
             }
-            combined(equivalent, groups)
+            equivalent.rule.combined(groups)
         }
     };
     most.less_than(largest).any()

@@ -3,7 +3,7 @@
 //! Files in the order of the data: `vector`, `aligned_buffer` (numbers in lanes, memory for them) → `request`
 //! → `assemble`, `dense`, `jacobi` → `undamped` → `damped` → `modal` (from scenes to damped modes), with `handover` (the state at a change of
 //! payload); `timeline` (the motion), `drawn` (the motion of each scene) → `step` → `integrate` (from sample to sample, with `memory`) →
-//! `loads` → `time_statistics` with `power_integral` and `nonlinear_intervals`; for extremes between the samples, `bows` → `waiting` → `search` with `curve`. The results
+//! `loads` → `time_statistics` with `linear_power`, `power_integral` and `nonlinear_intervals`; for extremes between the samples, `bows` → `waiting` → `search` with `curve`. The results
 //! of a scene have the same bits in any lane of any width, beside any other scenes. See `numeric::simd` for why these files use `pulp`.
 
 mod aligned_buffer;
@@ -17,6 +17,7 @@ mod drawn;
 mod handover;
 mod integrate;
 mod jacobi;
+mod linear_power;
 mod loads;
 mod means;
 mod memory;
@@ -45,11 +46,13 @@ use crate::variation::{Base, Instance};
 pub(super) use drawn::Deviations;
 use handover::set_physical_state;
 use integrate::LaneIntegrator;
+pub(super) use linear_power::LinearPower;
 use memory::Memory;
 use modal::{ModalScenes, ModalSetup};
 use request::ModalRequest;
 use timeline::Timeline;
-use vector::{vectorize, vectorize_once};
+pub(super) use vector::Real;
+use vector::vectorize;
 
 /// Width of the vectors in which linear scenes run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,7 +195,7 @@ impl WithSimd for Run<'_, '_> {
             let continues = index + 1 < windows.len();
             let scenes = &all;
             let deviations = deviations.map(|all| all.from(window.first));
-            let setup = ModalSetup {
+            let mut setup = ModalSetup {
                 scenes,
                 bodies: &bodies,
                 deviations,
@@ -201,8 +204,8 @@ impl WithSimd for Run<'_, '_> {
                 request,
                 to: modal,
             };
-            vectorize_once!(simd, setup.compute(simd));
-            let integrator = LaneIntegrator {
+            vectorize!(simd, setup.compute(simd));
+            let mut integrator = LaneIntegrator {
                 modal,
                 timeline,
                 deviations,
@@ -212,7 +215,7 @@ impl WithSimd for Run<'_, '_> {
                 memory,
                 watch,
             };
-            vectorize_once!(simd, integrator.run(simd));
+            vectorize!(simd, integrator.run(simd));
             if continues {
                 let ModalScenes { drive, state_rows, state, .. } = modal;
                 let drawn = deviations.is_some().then_some(&memory.drawn);

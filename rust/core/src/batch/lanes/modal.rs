@@ -9,7 +9,7 @@ use super::drawn::Deviations;
 use super::handover::{set_modal_state, set_state_rows};
 use super::request::ModalRequest;
 use super::undamped::Undamped;
-use super::vector::{Complex, Real};
+use super::vector::{Complex, Number, Real};
 use crate::model::Body;
 use crate::variation::Instance;
 
@@ -74,8 +74,8 @@ pub(super) struct ModalSetup<'a> {
 
 impl ModalSetup<'_> {
     #[inline(always)]
-    pub(super) fn compute<S: Simd>(self, simd: S) {
-        let Self { scenes, bodies, kept, deviations, continues, request, to } = self;
+    pub(super) fn compute<S: Simd>(&mut self, simd: S) {
+        let &mut Self { scenes, bodies, kept, deviations, continues, request, ref mut to } = self;
         let undamped = Undamped::new(simd, scenes, bodies, request);
         let damped = Damped::new(simd, &undamped, request.duration);
         let (n, count) = (undamped.n, undamped.influence.len());

@@ -3,12 +3,12 @@
 //! In an interval, few lanes have such a load. So the intervals of all lanes of a block are collected, and then integrated side by side, one
 //! in each lane.
 
-use guideload_life::Rows;
 use pulp::Simd;
 
-use super::power_integral::{PowerIntegral, added, combined};
+use super::power_integral::PowerIntegral;
 use super::timeline::BLOCK;
-use super::vector::{Mask, Real};
+use super::vector::{Mask, Number, Real};
+use crate::batch::equivalent::added;
 use crate::life::{COMPONENTS, LAST_GAP, NEARLY_CONSTANT, mean_by_series};
 use crate::numeric::simd::LANES;
 
@@ -119,7 +119,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
             }
         }
         let differences = [groups[0][0] - groups[0][1], groups[2][0] - groups[2][1]];
-        let two_groups = self.equivalent.rule.minor != 1.0;
+        let two_groups = self.equivalent.rule.plain == 0;
         if two_groups {
             let crosses = (differences[0] * differences[1]).less_than(zero).and_not(found);
             from = crosses.select(differences[0], from);
@@ -138,9 +138,8 @@ impl<S: Simd> PowerIntegral<'_, S> {
             }
         }
         let [first, middle, last] = groups;
-        let equivalent = self.equivalent;
-        let (first, middle) = (combined(equivalent, first), combined(equivalent, middle));
-        let last = combined(equivalent, last);
+        let rule = &self.equivalent.rule;
+        let (first, middle, last) = (rule.combined(first), rule.combined(middle), rule.combined(last));
         let before = Piece { at: [zero, cut], loads: [first, middle] };
         ([before, Piece { at: [cut, one], loads: [middle, last] }], more)
     }
@@ -168,12 +167,8 @@ impl<S: Simd> PowerIntegral<'_, S> {
     ) -> (Real<S>, Mask<S>) {
         let (simd, rule) = (self.simd, &self.equivalent.rule);
         let (one, half) = (Real::splat(simd, 1.0), Real::splat(simd, 0.5));
-        let rows = Rows {
-            preload: Real::splat(simd, rule.preload),
-            opening: Real::splat(simd, rule.opening),
-            balls: rule.preload_form == 2,
-        };
         let (load, rise) = (half * (loads[0] + loads[1]), half * (loads[1] - loads[0]));
+        let rows = rule.rows(load);
         let below = loads[0].min(loads[1]).less_than(rows.opening);
         let gap = one - loads[0].max(loads[1]) / rows.opening;
         let change = (loads[1] - loads[0]).abs() / rows.opening;
@@ -182,7 +177,7 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let (width, speed) = self.speed_on(speed, at);
         let exponent = self.travel.exponent;
         let mean = mean_by_series(exponent, rows.series(load), rise, speed, |row| {
-            if exponent == 3.0 { row * row * row } else { self.power(row) }
+            if exponent == 3.0 { row * row * row } else { self.linear_power().power(row) }
         });
         (below.select(width * mean, plain), below.and_not(smooth).or(differs_much.and_not(below)))
     }
@@ -218,6 +213,6 @@ impl<S: Simd> PowerIntegral<'_, S> {
         let of_odd = ratio * sums[2];
         let sum = even.mul_add(sums[0], square.mul_add(sums[1], odd * of_odd));
         let differs_much = zero.constant(self.travel.largest_ratio()).less_than(ratio.abs());
-        (width * self.power(load) * sum, differs_much)
+        (width * self.linear_power().power(load) * sum, differs_much)
     }
 }

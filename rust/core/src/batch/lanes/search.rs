@@ -7,7 +7,7 @@ use super::curve::{Curve, Scenes};
 use super::dense::MAX_MODES;
 use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, STATISTICS};
 use super::modal::{ModalScenes, width};
-use super::vector::{Complex, Real, vectorize_once};
+use super::vector::{Complex, Real, vectorize};
 use super::waiting::{Piece, Waiting};
 use crate::batch::equivalent::EquivalentRows;
 use crate::batch::requirements::Signal;
@@ -25,12 +25,12 @@ pub(super) struct Search<'a> {
 impl Search<'_> {
     /// Runs the search. (A call of its own: within the loop over the blocks it would take the stack of a thread many times over.)
     #[inline(never)]
-    pub(super) fn run<S: Simd>(self, simd: S) {
-        vectorize_once!(simd, self.search(simd));
+    pub(super) fn run<S: Simd>(mut self, simd: S) {
+        vectorize!(simd, self.search(simd));
     }
 
     #[inline(always)]
-    fn search<S: Simd>(mut self, simd: S) {
+    fn search<S: Simd>(&mut self, simd: S) {
         for lane in 0..S::F64_LANES {
             let mut pieces = core::mem::take(&mut self.waiting.pieces[lane]);
             pieces.retain(|piece| piece.most > self.extreme::<S>(piece, lane));

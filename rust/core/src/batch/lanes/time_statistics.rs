@@ -6,10 +6,11 @@ use pulp::Simd;
 use super::aligned_buffer::AlignedBuffer;
 use super::memory::{HIGH, HIGH_AT, LOW, LOW_AT, Memory, STATISTICS};
 use super::modal::ModalScenes;
-use super::power_integral::{PowerIntegral, equivalent_load, equivalent_loads};
+use super::power_integral::PowerIntegral;
 use super::timeline::{BLOCK, Timeline};
 use super::vector::Real;
 use super::waiting::{BlockStates, Components, Kinks, SignalBlock};
+use crate::batch::equivalent::EquivalentRows;
 use crate::batch::requirements::{Requirements, Signal, SignalRequest};
 use crate::batch::time_statistics::RunningStatistics;
 use crate::excitation::Excitation;
@@ -142,7 +143,11 @@ pub(super) fn reduce<S: Simd>(
             Signal::Equivalent(index) => {
                 let equivalent = &requirements.equivalents[index];
                 loads = equivalent_loads(simd, equivalent, values);
-                let last_of = equivalent_load(simd, equivalent, |row| last[row]);
+                let last_of = equivalent.without_preload(
+                    Real::splat(simd, 0.0),
+                    #[inline(always)]
+                    |row| Real::new(simd, last[row]),
+                );
                 let rows = Some(Components { equivalent, values, last: &*last });
                 (&loads, least_and_largest(simd, &loads), last_of, rows)
             }
@@ -183,6 +188,25 @@ fn squares_of<S: Simd>(simd: S, y: &[S::f64s; BLOCK], z: &[S::f64s; BLOCK]) -> [
         squares[k] = square(simd, y[k], z[k]).lanes;
     }
     squares
+}
+
+/// Equivalent loads at the samples of a block, without the effect of a preload.
+#[inline(always)]
+fn equivalent_loads<S: Simd>(
+    simd: S,
+    equivalent: &EquivalentRows,
+    values: &[[S::f64s; BLOCK]],
+) -> [S::f64s; BLOCK] {
+    let mut loads = [simd.splat_f64s(0.0); BLOCK];
+    for k in 0..BLOCK {
+        let load = equivalent.without_preload(
+            Real::splat(simd, 0.0),
+            #[inline(always)]
+            |row| Real::new(simd, values[row][k]),
+        );
+        loads[k] = load.lanes;
+    }
+    loads
 }
 
 #[inline(always)]

@@ -6,7 +6,7 @@ use super::assemble::{LaneLink, Links, mass_matrix, weight};
 use super::dense::{MAX_MODES, Square, cholesky, congruent, projected};
 use super::jacobi::symmetric;
 use super::request::ModalRequest;
-use super::vector::{Mask, Real};
+use super::vector::{Mask, Number, Real};
 use crate::batch::requirements::LoadRow;
 use crate::model::Body;
 use crate::variation::Instance;

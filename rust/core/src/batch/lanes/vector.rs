@@ -6,7 +6,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use guideload_life::Number;
+pub(super) use guideload_life::Number;
 use pulp::{Simd, WithSimd};
 
 /// Evaluates a call with the vectors of `simd` in a function of its own.
@@ -19,32 +19,10 @@ macro_rules! vectorize {
     };
 }
 
-/// [`vectorize`] of a call that consumes what it captures.
-macro_rules! vectorize_once {
-    ($simd:expr, $call:expr) => {
-        $simd.vectorize($crate::batch::lanes::vector::CallOnce(
-            #[inline(always)]
-            || $call,
-        ))
-    };
-}
-
-pub(super) use {vectorize, vectorize_once};
+pub(super) use vectorize;
 
 /// See [`vectorize`]. `FnMut`: called by `FnOnce`, a closure is wrapped in a function that is not inlined.
 pub(super) struct Call<F>(pub F);
-
-/// See [`vectorize_once`].
-pub(super) struct CallOnce<F>(pub F);
-
-impl<T, F: FnOnce() -> T> WithSimd for CallOnce<F> {
-    type Output = T;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> T {
-        (self.0)()
-    }
-}
 
 impl<T, F: FnMut() -> T> WithSimd for Call<F> {
     type Output = T;
@@ -57,15 +35,15 @@ impl<T, F: FnMut() -> T> WithSimd for Call<F> {
 
 /// A number in each lane.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Real<S: Simd> {
+pub(in crate::batch) struct Real<S: Simd> {
     simd: S,
-    pub(super) lanes: S::f64s,
+    pub(in crate::batch) lanes: S::f64s,
 }
 
 impl<S: Simd> Real<S> {
     /// From a vector register.
     #[inline(always)]
-    pub(super) fn new(simd: S, lanes: S::f64s) -> Self {
+    pub(in crate::batch) fn new(simd: S, lanes: S::f64s) -> Self {
         Self { simd, lanes }
     }
 
@@ -91,12 +69,6 @@ impl<S: Simd> Real<S> {
         numbers::<S>(&self.lanes)[lane]
     }
 
-    /// A constant in all lanes.
-    #[inline(always)]
-    pub(super) fn constant(self, value: f64) -> Self {
-        Self::splat(self.simd, value)
-    }
-
     /// `self * b + c`, rounded once.
     #[inline(always)]
     pub(super) fn mul_add(self, b: Self, c: Self) -> Self {
@@ -106,11 +78,6 @@ impl<S: Simd> Real<S> {
     #[inline(always)]
     pub(super) fn sqrt(self) -> Self {
         Self::new(self.simd, self.simd.sqrt_f64s(self.lanes))
-    }
-
-    #[inline(always)]
-    pub(super) fn abs(self) -> Self {
-        Self::new(self.simd, self.simd.abs_f64s(self.lanes))
     }
 
     /// The larger one; not for numbers that may be NaN.
@@ -139,8 +106,23 @@ impl<S: Simd> Number for Real<S> {
     }
 
     #[inline(always)]
+    fn multiply_add(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::new(self.simd, self.simd.abs_f64s(self.lanes))
+    }
+
+    #[inline(always)]
     fn at_most(self, other: Self) -> Self {
         self.min(other)
+    }
+
+    #[inline(always)]
+    fn at_least(self, other: Self) -> Self {
+        self.max(other)
     }
 
     #[inline(always)]
@@ -169,6 +151,17 @@ impl<S: Simd> Mask<S> {
     }
 
     #[inline(always)]
+    pub(super) fn or(self, other: Self) -> Self {
+        Self { simd: self.simd, lanes: self.simd.or_m64s(self.lanes, other.lanes) }
+    }
+
+    /// Whether any lane is true.
+    #[inline(always)]
+    pub(super) fn any(self) -> bool {
+        self.simd.first_true_m64s(self.lanes) < S::F64_LANES
+    }
+
+    #[inline(always)]
     pub(super) fn and(self, other: Self) -> Self {
         Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, other.lanes) }
     }
@@ -185,21 +178,10 @@ impl<S: Simd> Mask<S> {
         Self { simd: self.simd, lanes: self.simd.and_m64s(self.lanes, self.simd.not_m64s(other.lanes)) }
     }
 
-    #[inline(always)]
-    pub(super) fn or(self, other: Self) -> Self {
-        Self { simd: self.simd, lanes: self.simd.or_m64s(self.lanes, other.lanes) }
-    }
-
     /// The first number where true, the second where false.
     #[inline(always)]
     pub(super) fn select_complex(self, yes: Complex<S>, no: Complex<S>) -> Complex<S> {
         Complex::new(self.select(yes.re, no.re), self.select(yes.im, no.im))
-    }
-
-    /// Whether any lane is true.
-    #[inline(always)]
-    pub(super) fn any(self) -> bool {
-        self.simd.first_true_m64s(self.lanes) < S::F64_LANES
     }
 }
 

@@ -8,7 +8,7 @@ use super::bows::MostBow;
 use super::drawn;
 use super::modal::{ModalScenes, width};
 use super::timeline::{BLOCK, Timeline};
-use super::vector::Real;
+use super::vector::{Number, Real};
 use crate::batch::equivalent::EquivalentRows;
 use crate::life::COMPONENTS;
 use crate::numeric::simd::MAX_LANES;
