@@ -22,7 +22,8 @@ def stamps_from(time: Array, origin: Origin, other: Origin) -> Array | None:
         return time
     if other is None or origin.dtype.kind != other.dtype.kind or np.isnat(origin) or np.isnat(other):
         return None
-    later = int((origin - other) / np.timedelta64(1, "ns"))  # type: ignore[operator]
+    whole = f"{origin.dtype.kind}8[ns]"
+    later = int(origin.astype(whole).astype(np.int64)) - int(other.astype(whole).astype(np.int64))
     return np.round(1e9 * time + later) / 1e9 if later else time
 
 

@@ -53,7 +53,7 @@ class Inspection:
         smoothing: Method = "auto",
         window: float | None = None,
     ) -> Inspection:
-        """Smooth a trace, as `motion_from_trace` does; see `smoothing.smooth`. Raises TraceError.
+        """Smooth a trace, as `motion_from_trace` does but across long gaps; see `smoothing.smooth`. Raises TraceError.
 
         A motor speed is converted to the cart's by `drive`, by default the [drive] of the machine, if it has one.
         """

@@ -44,9 +44,17 @@ SUFFIXES = {
 }
 # A name with one, the longest that fits. N_m and N_per_m are no lengths, nor is M, a torque; nm may be nanometres.
 SUFFIXED = re.compile(
-    r"(.*?)_((?i:(?:(?:[mk]?n|kg)_(?:s_)?|(?:\w+_)?per_)?(?:(?:mm|m)_(?:per_)?s|mm|um|cm|(?-i:m))"
-    rf"|{'|'.join(SUFFIXES.keys() - {'m'})})|[mk]?Nm?)",
-    re.DOTALL,
+    rf"""
+    (.*?)_(
+        (?i:
+            (?: (?:[mk]?n|kg)_(?:s_)? | (?:\w+_)?per_ )?               # the unit begins before the length
+            (?: (?:mm|m)_(?:per_)?s | mm | um | cm | (?-i:m) )
+            | {"|".join(SUFFIXES.keys() - {"m"})}
+        )
+        | [mk]?Nm?                                                    # of a force or torque, as written
+    )
+    """,
+    re.DOTALL | re.VERBOSE,
 )
 # Units at the end of a name, without brackets: "Position mm", "v in mm/s", "Zeit / ms". Single capitals are symbols.
 TRAILING = re.compile(
