@@ -83,7 +83,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         if !self.may_be_whole(h) {
             return Ok(false);
         }
-        self.look_up_budget(|| [excitation.time(k), h], state)?;
+        self.look_up_budget(k, state)?;
         forcing.sample(excitation, k + 1, to);
         let begin = Instant { first: k, until: k + 1, since: 0.0 };
         let ramp = Ramp::whole(h, [&**from, &**to], forcing, begin);
@@ -123,6 +123,19 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
             self.summary.rejected += 1;
         }
         self.steps.was_whole
+    }
+
+    /// Looks up the budget at sample `k`, if that is due.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub(super) fn look_up_budget(&mut self, k: usize, state: &State) -> Result<(), RunError> {
+        let steps = self.summary.steps + self.summary.rejected;
+        let work = self.work();
+        if self.budget.is_due(work) {
+            let excitation = self.recorder.excitation;
+            let (at, other) = ([excitation.time(k), excitation.interval(k)], self.steps.other);
+            self.budget.pause = self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
+        }
+        Ok(())
     }
 }
 

@@ -124,8 +124,7 @@ impl<S: Simd, const N: usize> Group<S, N> {
                 continue;
             }
             let error = *number::<S>(&mut errors, s);
-            let excitation = scene.runner.recorder.excitation;
-            let tried = match scene.runner.look_up_budget(|| [excitation.time(k), self.h], &scene.state) {
+            let tried = match scene.runner.look_up_budget(k, &scene.state) {
                 Ok(()) => scene.runner.may_be_whole(self.h),
                 Err(failure) => {
                     failures[s] = Some(failure);

@@ -70,7 +70,7 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
                     break;
                 }
                 if k > start && self.budget.is_due(self.work()) {
-                    self.look_up_budget(|| [excitation.time(k), excitation.interval(k)], state)?;
+                    self.look_up_budget(k, state)?;
                     continue;
                 }
                 // The length of the intervals changes here: go on with steps of the new length.
@@ -89,22 +89,6 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(super) fn work(&self) -> usize {
         M::WORK * (self.summary.steps + self.summary.rejected) + self.equations.searched()
-    }
-
-    /// Looks up the budget, if that is due. `at`: the present time and the length of the step, s.
-    #[cfg_attr(feature = "std", inline(always))]
-    pub(super) fn look_up_budget(
-        &mut self,
-        at: impl FnOnce() -> [f64; 2],
-        state: &State,
-    ) -> Result<(), RunError> {
-        let steps = self.summary.steps + self.summary.rejected;
-        let work = self.work();
-        if self.budget.is_due(work) {
-            let (record, other) = (&mut *self.recorder.record, self.steps.other);
-            self.budget.pause = self.budget.look_up(work, steps, record, state, at(), other)?;
-        }
-        Ok(())
     }
 
     /// Steps from sample `k`, at which `state` and the values `from` are, over one interval, or several that lie on a straight line;
@@ -163,11 +147,13 @@ impl<M: Method, C: SwitchedEquations> Runner<'_, M, C> {
         let mut done = 0.0;
         let mut plan = Plan { left: 0.0, h: 0.0 };
         while done < length {
-            self.look_up_budget(
-                #[cfg_attr(feature = "std", inline(always))]
-                || [start + done, plan.h],
-                state,
-            )?;
+            let steps = self.summary.steps + self.summary.rejected;
+            let work = self.work();
+            if self.budget.is_due(work) {
+                let (at, other) = ([start + done, plan.h], self.steps.other);
+                self.budget.pause =
+                    self.budget.look_up(work, steps, self.recorder.record, state, at, other)?;
+            }
             self.steps.update_plan(&mut plan, length - done, length);
             let mut last = plan.left == 1.0;
             let mut ramp = if last && done == 0.0 {
